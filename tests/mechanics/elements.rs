@@ -37,6 +37,7 @@ fn typical(kind: &Kind) -> Mechanism<f64> {
         }
     };
     let mut value = |role: Role, example: f64| match role {
+        Role::Profile => InputValue::Profile(vec![[0.6, 0.0], [0.0, 0.7], [-0.8, 0.0], [0.0, -0.5]]),
         Role::Joint(kinds) => InputValue::Joint(joint(kinds)),
         Role::Marker | Role::Body | Role::Translations => InputValue::Marker(markers.next().unwrap()),
         role @ (Role::Marker3 | Role::Body3 | Role::Translations3) => unreachable!("{role:?} in the plane"),

@@ -70,6 +70,11 @@ pub(crate) fn typical(section: &str, descriptor: &ElementDescriptor) -> String {
             Role::Marker | Role::Body | Role::Translations => points.next().unwrap().to_owned(),
             role @ (Role::Marker3 | Role::Body3 | Role::Translations3) => unreachable!("{role:?} in the plane"),
             Role::Coordinate => coordinates.next().unwrap().to_owned(),
+            // Large enough to touch the other body.
+            Role::Profile => {
+                "[['0.6*p', 0], [0.7, 0.8], [0, '0.7*p'], [-0.8, 0.7], [-0.9, 0], [-0.6, -0.7], [0, -0.9], [0.7, -0.7]]"
+                    .to_owned()
+            }
             Role::Joint(kinds) => {
                 let kinds_of_joints = kinds_of_elements();
                 let on = kinds_of_joints.iter().find(|kind| kind.descriptor.kind == kinds[0]).unwrap();

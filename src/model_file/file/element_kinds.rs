@@ -175,6 +175,7 @@ fn key(input: &Input) -> Key {
         }
         Role::Coordinate => Accepts::Coordinate,
         Role::Joint(_) => Accepts::Name,
+        Role::Profile => Accepts::Pairs,
         Role::Parameter | Role::Gravity => Accepts::Expression,
         Role::TimeFunction => Accepts::Motion,
         Role::StateFunction => Accepts::Feedback,

@@ -41,6 +41,8 @@ pub enum InputValue<S, F, L> {
     Coordinate(Coordinate),
     /// A joint.
     Joint(ElementIndex),
+    /// Points of a closed curve.
+    Profile(Vec<[S; 2]>),
     /// A parameter.
     Parameter(S),
     /// A function of time with its parameters.
@@ -139,6 +141,7 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
                 }
                 (Role::Coordinate, InputValue::Coordinate(coordinate)) => coordinates.push(coordinate),
                 (Role::Parameter | Role::Gravity, InputValue::Parameter(value)) => parameters.push(value),
+                (Role::Profile, InputValue::Profile(points)) => parameters.extend(points.into_iter().flatten()),
                 (Role::Joint(kinds), InputValue::Joint(joint)) => on_joint = Some((joint, kinds)),
                 (Role::TimeFunction, InputValue::TimeFunction(function, own)) => {
                     of_time = Some(function);

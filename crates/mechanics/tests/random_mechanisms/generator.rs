@@ -188,6 +188,11 @@ enum Part {
         body: usize,
         at: usize,
     },
+    /// An ellipse on the ground that a point of a body touches.
+    Ellipse {
+        body: usize,
+        at: usize,
+    },
     Beam {
         body: usize,
         elements: usize,
@@ -264,6 +269,13 @@ impl RandomMechanism {
     fn rub(&mut self, random: &mut Random) {
         if self.is_conservative() || self.class == Class::Redundant {
             return;
+        }
+        if self.class == Class::Contact {
+            let body = random.below(self.poses.len());
+            let ([x, y, _], axes) = (self.poses[body], [random.between(0.3, 0.8), random.between(0.3, 0.6)]);
+            let depth = random.between(-0.05, 0.01);
+            let at = self.add_numbers(&[x, y - axes[1] + depth, axes[0], axes[1], random.between(200.0, 2000.0), 0.1]);
+            self.parts.push(Part::Ellipse { body, at });
         }
         for joint in 0..self.parts.len() {
             let size = match self.parts[joint] {
@@ -827,6 +839,15 @@ impl ParametricMechanism for RandomMechanism {
                 Part::Wall { body, at } => {
                     let p = n(at, 7);
                     m.wall_contact(&name, bodies[body].at(p[0], p[1]), [p[2], p[3]], p[4], [p[5], p[6]]);
+                }
+                Part::Ellipse { body, at } => {
+                    let p = n(at, 6);
+                    let points: Vec<[S; 2]> = (0..16)
+                        .map(|k| f64::from(k) * std::f64::consts::TAU / 16.0)
+                        .map(|angle| [p[2] * angle.cos(), p[3] * angle.sin()])
+                        .collect();
+                    let origin = ground.at(p[0], p[1]);
+                    m.profile_contact(&name, origin, bodies[body].origin(), [zero, p[4], p[5]], &points);
                 }
                 Part::Beam { body, elements, at } => {
                     let p = n(at, 5);

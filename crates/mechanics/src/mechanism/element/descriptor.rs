@@ -131,6 +131,8 @@ pub enum Role {
     /// A joint of one of these kinds whose reactions the element reads: the coordinates of the joint, and its parameters after
     /// all others. It is the last input.
     Joint(&'static [&'static str]),
+    /// Points of a closed curve; all further parameters are their x and y in m.
+    Profile,
     /// A function of time; all further parameters are its own.
     TimeFunction,
     /// A function of time and state; all further coordinates and parameters are its own.
@@ -206,6 +208,11 @@ impl Input {
     /// A joint of one of the `kinds`.
     pub const fn joint(name: &'static str, kinds: &'static [&'static str], about: &'static str) -> Self {
         Self::of(name, Role::Joint(kinds), "", about)
+    }
+
+    /// Points of a closed curve.
+    pub const fn profile(name: &'static str, about: &'static str) -> Self {
+        Self::of(name, Role::Profile, "m", about)
     }
 
     /// A function of time.
@@ -324,6 +331,9 @@ macro_rules! element_inputs {
         $crate::element_inputs!(@view $at; $($rest)*);
     };
     (@view $at:expr; $name:ident: state_function, $($rest:tt)*) => {
+        $crate::element_inputs!(@view $at; $name: time_function, $($rest)*);
+    };
+    (@view $at:expr; $name:ident: profile, $($rest:tt)*) => {
         $crate::element_inputs!(@view $at; $name: time_function, $($rest)*);
     };
     (@view $at:expr; $name:ident: joint, $($rest:tt)*) => {
