@@ -231,67 +231,6 @@ impl ParametricMechanism for Cam {
     }
 }
 
-/// A pendulum with a sliding weight and a pin in a slot, all with friction from the reactions of their joints.
-pub struct Rubbing;
-
-impl Rubbing {
-    pub const LABELS: [Label; 3] = [
-        ("friction of a pin", "coefficient, radius, transition speed and force", &[0, 1, 2, 3]),
-        (
-            "friction of a slider",
-            "coefficient, transition speed and force, distance of the contact points",
-            &[4, 5, 6, 7],
-        ),
-        ("friction in joints", "mass, position of the pin, angle of the guide, initial velocity", &[8, 9, 10, 11]),
-    ];
-    pub const DESIGN: [f64; 12] = [
-        0.3, 0.05, 0.4, 0.5, // pin: coefficient, radius, transition speed and force
-        0.2, 0.3, 0.2,
-        0.4, // slider: coefficient, transition speed, distance of the contact points, transition force
-        1.2, 0.5, 0.3, 1.5, // mass of the pendulum, lever, angle of the guide, initial angular velocity
-    ];
-}
-
-impl ParametricMechanism for Rubbing {
-    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
-        let (zero, number) = (S::from(0.0), S::from);
-        let mut m = Mechanism::with_gravity(zero, number(-9.81));
-        let ground = m.ground();
-        let pendulum = m.body("pendulum", b[8], number(0.1), Pose { x: b[9], y: zero, theta: zero });
-        m.set_velocity(pendulum.theta, b[11]);
-        m.set_velocity(pendulum.y, b[11] * b[9]);
-        let pin = m.revolute("pin", ground.origin(), pendulum.at(-b[9], zero));
-        let (sin, cos) = b[10].sin_cos();
-        let along = number(0.3);
-        let pose = Pose { x: b[9] + along * cos, y: along * sin, theta: b[10] };
-        let weight = m.body("weight", number(0.4), number(0.02), pose);
-        m.set_velocity(weight.theta, b[11]);
-        m.set_velocity(weight.x, -b[11] * pose.y);
-        m.set_velocity(weight.y, b[11] * pose.x);
-        let guide = m.prismatic("guide", pendulum.origin(), b[10], weight.origin(), b[10]);
-        m.nonlinear_spring("spring", pendulum.origin(), weight.origin(), [number(30.0), zero, along, zero]);
-        // A pin of the weight in a slot of a second wheel.
-        let wheel = m.body("wheel", number(1.0), number(0.2), Pose { x: number(1.5), y: number(-0.5), theta: zero });
-        m.revolute("axle", ground.at(number(1.5), number(-0.5)), wheel.origin());
-        let slope = (pose.y + 0.5).re().atan2((pose.x - 1.5).re());
-        let slot = m.point_on_line("slot", wheel.origin(), number(slope), weight.origin());
-        let on_pin = m.revolute_friction("pin friction", pin, [b[0], b[1], b[2], b[3]])?;
-        let on_guide = m.guide_friction("guide friction", guide, [b[4], b[5], b[6], b[7]])?;
-        m.guide_friction("slot friction", slot, [b[4], b[5], zero, b[7]])?;
-        let sensor = m.sensor("weight", weight.origin());
-        for name in ["x", "vy", "theta", "ax"] {
-            let term = m.measure(sensor, name)?;
-            m.output(name, &[term]);
-        }
-        for (element, measure) in [(on_pin, "moment"), (on_guide, "normal_force"), (on_guide, "power"), (slot, "force")]
-        {
-            let term = m.measure(element, measure)?;
-            m.output(measure, &[term]);
-        }
-        Ok(m)
-    }
-}
-
 /// A flexible arm, clamped to a hub that starts to turn, with a tip mass.
 pub struct Arm {
     pub elements: usize,

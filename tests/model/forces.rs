@@ -284,7 +284,7 @@ fn a_prestressed_beam_vibrates_as_a_string_with_bending() {
 fn rubbing(friction: &str) -> String {
     format!(
         "version = 2\ngravity = [0, -9.81]\n[design.p]\nstart = 0.4\n[objective]\nminimize = 'p'\n[time]\nat = [0.1]\n{EXACT}\
-         [[body]]\nname = 'bob'\nmass = 1\ninertia = 0.05\nposition = [0, -0.5]\nvelocity = [2, 0]\nangular_velocity = 4\n\
+         [[body]]\nname = 'bob'\nmass = 1\ninertia = 0.05\nposition = [0, -0.5]\nvelocity = [2, 0]\nspin = 4\n\
          [[joint]]\nname = 'pin'\na = 'ground'\nb = {{ body = 'bob', at = [0, 0.5] }}\n\
          [[force]]\nname = 'rub'\n{friction}"
     )

@@ -72,8 +72,11 @@ pub(crate) fn typical(section: &str, descriptor: &ElementDescriptor) -> String {
             Role::Coordinate => coordinates.next().unwrap().to_owned(),
             // Large enough to touch the other body.
             Role::Profile => {
-                "[['0.6*p', 0], [0.7, 0.8], [0, '0.7*p'], [-0.8, 0.7], [-0.9, 0], [-0.6, -0.7], [0, -0.9], [0.7, -0.7]]"
-                    .to_owned()
+                let point = |k: u32| {
+                    let (sin, cos) = (std::f64::consts::TAU * (f64::from(k) + 0.5) / 12.0).sin_cos();
+                    format!("['p*{:.4}', {:.4}]", 0.8 / 1.5 * cos, 0.8 * sin)
+                };
+                format!("[{}]", (0..12).map(point).collect::<Vec<_>>().join(", "))
             }
             Role::Joint(kinds) => {
                 let kinds_of_joints = kinds_of_elements();
