@@ -96,7 +96,7 @@ const KEYS: &[(&[&str], &[&str])] = &[
     (&["c", "damper", "damping_constant"], &["damping"]),
     (&["torque", "effort", "value"], &["generalized_force", "force"]),
     (&["rotation", "theta", "orientation", "phi"], &["angle"]),
-    (&["mu", "friction"], &["coulomb_force"]),
+    (&["mu", "friction"], &["coulomb_force", "coefficient"]),
     (&["link", "bar", "rod", "part", "mass", "slider", "rigid_body"], &["body"]),
     (&["marker", "frame", "hardpoint"], &["point"]),
     (&["hinge", "pin", "revolute", "prismatic", "weld", "connection"], &["joint"]),

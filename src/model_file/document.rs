@@ -195,6 +195,7 @@ fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
         Accepts::Number | Accepts::Expression | Accepts::Quantity | Accepts::Feedback => number(),
         Accepts::Quantities => json!({ "anyOf": [number(), { "$ref": "#/$defs/numbers" }] }),
         Accepts::Pair => json!({ "$ref": "#/$defs/pair" }),
+        Accepts::Pairs => json!({ "type": "array", "items": { "$ref": "#/$defs/pair" } }),
         Accepts::Vector => json!({ "type": "array", "items": number(), "minItems": 2, "maxItems": 3 }),
         Accepts::Triple => json!({ "$ref": "#/$defs/triple" }),
         Accepts::Place => json!({ "anyOf": [{ "type": "string" }, { "$ref": "#/$defs/triple" }] }),

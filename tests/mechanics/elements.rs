@@ -27,7 +27,18 @@ fn typical(kind: &Kind) -> Mechanism<f64> {
     let two = m.body("two", 0.7, 0.1, Pose { x: 1.0, y: 0.2, theta: -0.3 });
     let mut markers = [one.at(0.5, 0.1), two.at(-0.2, -0.1)].into_iter();
     let mut coordinates = [one.theta, two.theta, m.ground().theta].into_iter();
+    // A joint in another place than the element, which has its coordinates and reactions.
+    let mut joint = |kinds: &[&str]| {
+        let (a, b) = (one.at(0.3, 0.2), two.at(0.1, -0.3));
+        match kinds[0] {
+            "revolute" => m.revolute("joint", a, b),
+            "prismatic" => m.prismatic("joint", a, 0.2, b, -0.4),
+            other => unreachable!("{other}"),
+        }
+    };
     let mut value = |role: Role, example: f64| match role {
+        Role::Profile => InputValue::Profile(vec![[0.6, 0.0], [0.0, 0.7], [-0.8, 0.0], [0.0, -0.5]]),
+        Role::Joint(kinds) => InputValue::Joint(joint(kinds)),
         Role::Marker | Role::Body | Role::Translations => InputValue::Marker(markers.next().unwrap()),
         role @ (Role::Marker3 | Role::Body3 | Role::Translations3) => unreachable!("{role:?} in the plane"),
         Role::Coordinate => InputValue::Coordinate(coordinates.next().unwrap()),

@@ -279,3 +279,56 @@ fn a_prestressed_beam_vibrates_as_a_string_with_bending() {
         assert!(errors[1][k] < 5e-3 && (errors[0][k] / errors[1][k]).log2() > 1.8, "{errors:?}");
     }
 }
+
+/// A pendulum of 1 kg at 0.5 m whose pin rubs; it starts with 4 rad/s.
+fn rubbing(friction: &str) -> String {
+    format!(
+        "version = 2\ngravity = [0, -9.81]\n[design.p]\nstart = 0.4\n[objective]\nminimize = 'p'\n[time]\nat = [0.1]\n{EXACT}\
+         [[body]]\nname = 'bob'\nmass = 1\ninertia = 0.05\nposition = [0, -0.5]\nvelocity = [2, 0]\nspin = 4\n\
+         [[joint]]\nname = 'pin'\na = 'ground'\nb = {{ body = 'bob', at = [0, 0.5] }}\n\
+         [[force]]\nname = 'rub'\n{friction}"
+    )
+}
+
+#[test]
+fn friction_of_a_pin_is_its_reaction_times_radius_and_coefficient() {
+    let friction = "kind = 'revolute-friction'\njoint = 'pin'\ncoefficient = 'p'\nradius = 0.03\nspeed = 0.01\n";
+    let outputs = "[[output]]\nname = 'torque'\nvalue = 'rub.moment'\n[[output]]\nname = 'same'\nvalue = '0.03*p*pin.force'\n\
+                   [[output]]\nname = 'heat'\nvalue = 'rub.power - rub.moment*bob.omega'\n";
+    let (values, gradients) = last(&format!("{}{outputs}", rubbing(friction)));
+    assert!(values[0] > 0.1, "{values:?}");
+    close(&values[..1], &values[1..2], 1e-7);
+    close(&gradients[0], &gradients[1], 1e-6);
+    close(&values[2..], &[0.0], 1e-12);
+}
+
+#[test]
+fn friction_and_profiles_with_mistakes_are_explained() {
+    let message = |text: &str| match read("m.toml", text) {
+        Err(report) => report.to_string(),
+        Ok(model) => {
+            let problem = model.problem().unwrap();
+            problem.analyze(&problem.start()).expect_err(text).to_string()
+        }
+    };
+    let of_joint = |kind: &str, joint: &str| {
+        message(&rubbing(&format!(
+            "kind = '{kind}'\njoint = '{joint}'\ncoefficient = 0.1\nradius = 0.1\nspeed = 0.1\n"
+        )))
+    };
+    assert!(of_joint("revolute-friction", "pni").contains("pin"), "{}", of_joint("revolute-friction", "pni"));
+    assert!(of_joint("revolute-friction", "bob").contains("joint of kind `revolute`"));
+    let text = message(&rubbing("kind = 'guide-friction'\njoint = 'pin'\ncoefficient = 0.1\nspeed = 0.1\n"));
+    assert!(text.contains("`pin` is of kind `revolute`, not a joint of kind `prismatic` or `point-on-line`"), "{text}");
+    let text =
+        message(&rubbing("kind = 'revolute-friction'\njoint = 'pin'\ncoefficient = 0.1\nradius = 0.1\nspeed = 0\n"));
+    assert!(text.contains("rub") && text.contains("transition speed is 0"), "{text}");
+    let profile = |points: &str| {
+        message(&rubbing(&format!(
+            "kind = 'profile-contact'\na = 'ground'\nb = 'bob'\nstiffness = 1e3\nprofile = {points}\n"
+        )))
+    };
+    assert!(profile("[[0, 0], [1, 0], [1, 1]]").contains("needs 4"), "{}", profile("[[0, 0], [1, 0], [1, 1]]"));
+    assert!(profile("[[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]").contains("do not repeat the first point"));
+    assert!(profile("3").contains("a list of points"), "{}", profile("3"));
+}

@@ -85,3 +85,31 @@ fn what_is_no_frequency_is_explained() {
     let error = problem.analyze(&problem.start()).unwrap_err().to_string();
     assert!(error.contains("natural frequency 3") && error.contains("only 2"), "{error}");
 }
+
+#[test]
+fn a_mode_shape_is_the_amplitude_of_its_value() {
+    let outputs = "[[output]]\nname = 'one'\nvalue = 'one.position'\nmode = 1\n[[output]]\nname = 'ratio'\nvalue = '2*two.position'\nmode = 1\n\
+                   [[output]]\nname = 'w'\nfrequency = 1\n[objective]\nmaximize = 'final(w)'\n";
+    let problem = problem(&chain(outputs));
+    let b = problem.start();
+    let here = problem.analyze(&b).unwrap();
+    let golden = (1.0 + f64::sqrt(5.0)) / 2.0;
+    let unit = 1.0 / f64::sqrt(2.0 * (1.0 + golden * golden));
+    let at = [0, 1].map(|response| ResponseAt { response, point: 0 });
+    let gradients = problem.sensitivities(&b, &here, &at).unwrap();
+    for (row, expected) in [(0, unit), (1, 2.0 * golden * unit)] {
+        assert!((here.at(at[row]) - expected).abs() < 1e-12, "{:?}", here.values);
+        // It is proportional to m^(-1/2) and does not depend on the stiffness of both springs.
+        assert!(
+            (gradients[(row, 0)] + expected / 4.0).abs() < 1e-12 && gradients[(row, 1)].abs() < 1e-14,
+            "{gradients}"
+        );
+    }
+    let message = |outputs: &str| match read("m.toml", &chain(outputs)) {
+        Err(report) => report.to_string(),
+        Ok(_) => panic!("{outputs} is read"),
+    };
+    let with = |key: &str| message(&format!("[[output]]\nname = 'w'\nvalue = 'one.position'\n{key}\n"));
+    assert!(with("mode = 0").contains("counted from 1"), "{}", with("mode = 0"));
+    assert!(with("mode = 1\nshown_in = 'mm'").contains("exclude each other"), "{}", with("mode = 1\nshown_in = 'mm'"));
+}

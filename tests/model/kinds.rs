@@ -1,7 +1,7 @@
 //! Every kind of part: construction, measures and exact derivatives.
 
 use linkwright::autodiff::Scalar;
-use linkwright::mechanics::elements::{ElementDescriptor, Role, StateFunction, kinds};
+use linkwright::mechanics::elements::{ElementDescriptor, ElementKind, Role, StateFunction, kinds};
 use linkwright::mechanics::motion::Fixed;
 use linkwright::model_file::{read, tables};
 use linkwright::problem::{Problem, ResponseAt};
@@ -55,6 +55,10 @@ impl StateFunction for Observed {
     }
 }
 
+fn kinds_of_elements() -> Vec<ElementKind<Fixed, Observed>> {
+    kinds()
+}
+
 /// An element between the bodies of the base with all inputs at their typical values, each parameter a design variable.
 pub(crate) fn typical(section: &str, descriptor: &ElementDescriptor) -> String {
     let (mut variables, mut keys) = (String::new(), String::new());
@@ -66,6 +70,21 @@ pub(crate) fn typical(section: &str, descriptor: &ElementDescriptor) -> String {
             Role::Marker | Role::Body | Role::Translations => points.next().unwrap().to_owned(),
             role @ (Role::Marker3 | Role::Body3 | Role::Translations3) => unreachable!("{role:?} in the plane"),
             Role::Coordinate => coordinates.next().unwrap().to_owned(),
+            // Large enough to touch the other body.
+            Role::Profile => {
+                let point = |k: u32| {
+                    let (sin, cos) = (std::f64::consts::TAU * (f64::from(k) + 0.5) / 12.0).sin_cos();
+                    format!("['p*{:.4}', {:.4}]", 0.8 / 1.5 * cos, 0.8 * sin)
+                };
+                format!("[{}]", (0..12).map(point).collect::<Vec<_>>().join(", "))
+            }
+            Role::Joint(kinds) => {
+                let kinds_of_joints = kinds_of_elements();
+                let on = kinds_of_joints.iter().find(|kind| kind.descriptor.kind == kinds[0]).unwrap();
+                let joint = typical("joint", on.descriptor).replace("\"part\"", "\"on\"");
+                variables = format!("{variables}{joint}");
+                "'on'".to_owned()
+            }
             Role::Parameter | Role::Gravity => {
                 variables += &format!("[design.of_{name}]\nstart = {:e}\n", input.example);
                 format!("'of_{name}'")
@@ -118,7 +137,7 @@ pub(crate) fn outputs(measures: impl Iterator<Item = String>) -> String {
 
 #[test]
 fn every_joint_drive_and_force_measures_and_differentiates() {
-    let kinds = kinds::<Fixed, Observed>();
+    let kinds = kinds_of_elements();
     let mut tested = 0;
     for table in tables() {
         let Some(kind) = kinds.iter().find(|kind| Some(kind.descriptor.kind) == table.kind) else { continue };

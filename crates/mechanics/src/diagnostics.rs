@@ -51,7 +51,7 @@ fn describe_non_finite(
 fn columns(instance: &ElementInstance<f64>, state: &State<f64>, workspace: &mut ElementWorkspace<f64>) -> Vec<f64> {
     gather(instance, state, workspace);
     workspace.p.clone_from(&instance.parameters);
-    let active: Vec<usize> = (0..instance.coordinates.len() + instance.num_constraints).collect();
+    let active: Vec<usize> = (0..instance.coordinates.len() + instance.multipliers().len()).collect();
     let mut out = vec![0.0; active.len() * (active.len() + 1)];
     let weights = TangentWeights { position: 1.0, velocity: 1.0, acceleration: 1.0 };
     instance.element.columns(&workspace.local(state.t), weights, &active, &mut JacobianWorkspace::default(), &mut out);

@@ -15,7 +15,7 @@ use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
-use crate::{Error, Result, diagnostics};
+use crate::{Error, Result, diagnostics, reaction_loads};
 
 /// Settings of the assembly of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -254,13 +254,13 @@ pub struct AccelerationSolver {
 }
 
 impl AccelerationSolver {
-    /// Solves for the free accelerations and the multipliers: M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
+    /// Solves for the free accelerations and the multipliers: M q̈ + Φ_qᵀ λ = f, Φ̈ = 0. It iterates if f depends on λ.
     ///
     /// The factor of the saddle-point matrix stays in `system`.
     ///
     /// # Errors
     ///
-    /// [`Error::Analysis`] naming the coordinate or joint without a pivot.
+    /// [`Error::Analysis`] naming the coordinate or joint without a pivot, or friction that locks the mechanism.
     pub fn solve(&mut self, system: &mut System, mechanism: &Mechanism<f64>, state: &mut State<f64>) -> Result<()> {
         self.rows.resize(system.size(), [0.0]);
         state.l.fill(0.0);
@@ -278,6 +278,9 @@ impl AccelerationSolver {
             return Err(diagnostics::not_finite(mechanism, state).unwrap_or_else(singular));
         }
         system.set_accelerations(&self.rows, state);
+        if mechanism.has_reaction_loads() {
+            reaction_loads::iterate(system, mechanism, state, &mut self.rows, &mut self.jets)?;
+        }
         Ok(())
     }
 }

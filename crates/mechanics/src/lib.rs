@@ -53,6 +53,7 @@ pub mod integrators;
 pub mod linalg;
 pub mod mechanism;
 pub mod motion;
+mod reaction_loads;
 pub mod system;
 
 pub use analyses::dynamics::{History, simulate, simulate_explicitly};

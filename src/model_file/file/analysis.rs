@@ -381,10 +381,10 @@ impl Settings {
         let analysis: Box<dyn Analysis> = match &self.kind {
             AnalysisKind::Kinematics => Box::new(KinematicResponses::new(model, Assembly::default(), times)?),
             AnalysisKind::Statics => {
-                let frequencies = model.frequencies();
+                let modal = model.modal_quantities();
                 let outputs = StaticResponses::new(model, Statics::default(), times)?;
-                match frequencies {
-                    Some(frequencies) => Box::new(ModalResponses::new(outputs, frequencies)),
+                match modal {
+                    Some(modal) => Box::new(ModalResponses::new(outputs, modal)),
                     None => Box::new(outputs),
                 }
             }
@@ -405,10 +405,10 @@ impl Settings {
                 self.derivatives.build(parts, KinematicResponses::new(model, Assembly::default(), times)?)
             }
             AnalysisKind::Statics => {
-                let frequencies = model.frequencies();
+                let modal = model.modal_quantities();
                 let outputs = StaticResponses::new(model, Statics::default(), times)?;
-                match frequencies {
-                    Some(frequencies) => self.derivatives.build(parts, ModalResponses::new(outputs, frequencies)),
+                match modal {
+                    Some(modal) => self.derivatives.build(parts, ModalResponses::new(outputs, modal)),
                     None => self.derivatives.build(parts, outputs),
                 }
             }

@@ -174,6 +174,8 @@ fn key(input: &Input) -> Key {
             Accepts::Marker
         }
         Role::Coordinate => Accepts::Coordinate,
+        Role::Joint(_) => Accepts::Name,
+        Role::Profile => Accepts::Pairs,
         Role::Parameter | Role::Gravity => Accepts::Expression,
         Role::TimeFunction => Accepts::Motion,
         Role::StateFunction => Accepts::Feedback,

@@ -28,6 +28,10 @@ pub enum InputSpec {
     /// A point with axes in space.
     Marker(Box<MarkerSpec>),
     Coordinate(CoordinateRef),
+    /// Points of a closed curve.
+    Profile(Vec<[CompiledExpression; 2]>),
+    /// A joint, by its number.
+    Joint(usize),
     Number(CompiledExpression),
     Time(TimeFunction),
     State(Feedback),
@@ -120,6 +124,8 @@ fn element(
                 InputSpec::Marker(Box::new(parts.marker(section, key.name, names, shared)?))
             }
             Role::Coordinate => InputSpec::Coordinate(parts.coordinate(section, key.name)?),
+            Role::Profile => InputSpec::Profile(section.pairs(key.name, names, &Scope::DESIGN)?),
+            Role::Joint(kinds) => InputSpec::Joint(parts.joint(section, key.name, kinds)?),
             Role::Parameter | Role::Gravity => {
                 InputSpec::Number(section.expression(key.name, names, &Scope::DESIGN)?)
             }
@@ -150,6 +156,13 @@ impl ElementSpec {
             InputSpec::Point(point) => InputValue::Marker(context.marker(point, b)),
             InputSpec::Marker(marker) => InputValue::Marker3(context.marker3(marker, b)),
             InputSpec::Coordinate(place) => InputValue::Coordinate(context.coordinate(*place)),
+            InputSpec::Profile(points) => {
+                InputValue::Profile(points.iter().map(|[x, y]| [value(x), value(y)]).collect())
+            }
+            InputSpec::Joint(k) => {
+                let Added::Element(joint) = context.elements[*k] else { unreachable!("such a part was refused") };
+                InputValue::Joint(joint)
+            }
             InputSpec::Number(expression) => InputValue::Parameter(value(expression)),
             InputSpec::Time(function) => {
                 InputValue::TimeFunction(function.law.clone(), function.parameters.iter().map(value).collect())

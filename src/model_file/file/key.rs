@@ -9,6 +9,8 @@ pub enum Accepts {
     Expression,
     /// Two expressions.
     Pair,
+    /// A list of pairs of expressions.
+    Pairs,
     /// Three expressions.
     Triple,
     /// Two expressions, or three in space.
@@ -136,6 +138,7 @@ impl Accepts {
             Self::Number => "number",
             Self::Expression => "expression",
             Self::Pair => "two expressions",
+            Self::Pairs => "list of pairs of expressions",
             Self::Triple => "three expressions",
             Self::Vector => "two expressions, three in space",
             Self::Place => "three expressions, or a point",

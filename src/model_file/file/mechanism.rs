@@ -12,7 +12,7 @@ use super::parts::{BuildContext, Parts};
 use super::section::{Read, Section};
 use crate::Result;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
-use crate::responses::mechanism::NaturalFrequency;
+use crate::responses::mechanism::ModalQuantity;
 use autodiff::Scalar;
 use mechanics::mechanism::{Mechanism, ParametricMechanism, SimulationClock};
 use std::sync::Arc;
@@ -120,9 +120,9 @@ impl MechanismTemplate {
         self.outputs.iter().map(|output| !output.is_transient).collect()
     }
 
-    /// For each output the natural frequency that it is, if any; `None` if no output is one.
-    pub fn frequencies(&self) -> Option<Vec<Option<NaturalFrequency>>> {
-        let all: Vec<Option<NaturalFrequency>> = self.outputs.iter().map(|output| output.frequency).collect();
+    /// For each output the quantity of a natural mode that it is, if any; `None` if no output is one.
+    pub fn modal_quantities(&self) -> Option<Vec<Option<ModalQuantity>>> {
+        let all: Vec<Option<ModalQuantity>> = self.outputs.iter().map(|output| output.modal).collect();
         all.iter().any(Option::is_some).then_some(all)
     }
 }

@@ -13,7 +13,7 @@ use crate::model_file::expression::{CompiledExpression, Inputs, Known, Names, Ot
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
-use crate::responses::mechanism::NaturalFrequency;
+use crate::responses::mechanism::{ModalQuantity, NaturalFrequency};
 use autodiff::Scalar;
 use std::f64::consts::PI;
 use toml::de::DeValue;
@@ -26,6 +26,12 @@ const KEYS: &[Key] = &[
         "frequency",
         Accepts::Count,
         "in place of `value`, with the analysis `statics`: number of a natural frequency, from 1, the lowest; in rad/s",
+    ),
+    optional(
+        "mode",
+        Accepts::Count,
+        "with the analysis `statics`: number of a natural mode, from 1, the lowest; the output is the amplitude of `value` in this mode, \
+         whose shape is normalized by mass",
     ),
     optional(
         "program",
@@ -90,8 +96,8 @@ pub struct OutputSpec {
     /// The dimension, as far as it is known.
     known: Option<Known>,
     pub formula: MeasuredFormula,
-    /// The natural frequency that it is, in place of the formula.
-    pub frequency: Option<NaturalFrequency>,
+    /// The quantity of a natural mode that it is: a frequency in place of the formula, or the amplitude of the formula.
+    pub modal: Option<ModalQuantity>,
     /// Number of the event at which the output has its value.
     event: Option<usize>,
     /// `true` if the output has a value at each time point.
@@ -135,7 +141,7 @@ pub fn read(
             false if section.has("frequency") => {
                 natural_frequency(word.text, &section, names, variables, labels, is_static)?
             }
-            false => output(word.text, &section, names, parts, variables, labels)?,
+            false => output(word.text, &section, names, parts, variables, labels, is_static)?,
         });
         Ok(())
     })?;
@@ -149,7 +155,9 @@ fn output(
     parts: Option<&Parts>,
     variables: &[DesignVariable],
     labels: &Labels,
+    is_static: bool,
 ) -> Read<OutputSpec> {
+    let modal = mode(section, is_static)?.map(ModalQuantity::Amplitude);
     if section.has("program") {
         let message = "there is no program that could compute this output";
         return Err(section.error_at("program", message).help("give a `value`, or [analysis] with kind = \"program\""));
@@ -170,14 +178,23 @@ fn output(
         (Some(word), Some(parts)) => Some(parts.event(&word)?),
         (Some(word), None) => return Err(Diagnostic::new(word.span, "events belong to a mechanism")),
     };
+    let unit = match (modal, &shown_in) {
+        // The unit of an amplitude is that of the value per unit of the modal coordinate.
+        (Some(_), _) => {
+            known = None;
+            section.text("unit")?
+        }
+        (None, Some(unit)) => unit.text.clone(),
+        (None, None) => labels.read(section, known, None)?,
+    };
     Ok(OutputSpec {
         name,
-        unit: shown_in.as_ref().map_or_else(|| labels.read(section, known, None), |unit| Ok(unit.text.clone()))?,
+        unit,
         known: shown_in.as_ref().map(|unit| Known { dimension: unit.dimension, is_firm: true }).or(known),
         shown_in,
         is_transient: event.is_none() && (parts.is_some() || formula.expression.uses_time()),
         formula,
-        frequency: None,
+        modal,
         event,
         intermediates: intermediates(section, "linear_in", names, variables)?,
     })
@@ -212,10 +229,27 @@ fn output_of_program(
         known: None,
         is_transient: section.choice("program", &[("history", true), ("number", false)])?,
         formula: MeasuredFormula::constant(0.0),
-        frequency: None,
+        modal: None,
         event: None,
         intermediates: intermediates(section, "linear_in", names, variables)?,
     })
+}
+
+/// The number of the mode, from zero, in which an output has its amplitude.
+fn mode(section: &Section<'_>, is_static: bool) -> Read<Option<usize>> {
+    let Some(number) = section.count("mode", limits::ELEMENTS)? else { return Ok(None) };
+    if !is_static {
+        let message = "modes are those of small vibrations about a static equilibrium";
+        return Err(section.error_at("mode", message).help("use [analysis] with kind = \"statics\""));
+    }
+    if let Some(key) = ["at_event", "shown_in"].into_iter().find(|key| section.has(key)) {
+        let message = format!("`{key}` and `mode` exclude each other");
+        return Err(section.error_at(key, message).help("`unit` is the label of an amplitude, such as \"1/√kg\""));
+    }
+    match number.checked_sub(1) {
+        Some(mode) => Ok(Some(mode)),
+        None => Err(section.error_at("mode", "modes are counted from 1, that of the lowest frequency")),
+    }
 }
 
 fn natural_frequency(
@@ -230,7 +264,7 @@ fn natural_frequency(
         let message = "natural frequencies are those of small vibrations about a static equilibrium";
         return Err(section.error_at("frequency", message).help("use [analysis] with kind = \"statics\""));
     }
-    if let Some(key) = ["value", "at_event", "program"].into_iter().find(|key| section.has(key)) {
+    if let Some(key) = ["value", "mode", "at_event", "program"].into_iter().find(|key| section.has(key)) {
         return Err(section.error_at(key, format!("`{key}` and `frequency` exclude each other")));
     }
     let number = section.count("frequency", limits::ELEMENTS)?.unwrap_or(1);
@@ -258,7 +292,7 @@ fn natural_frequency(
         shown_in,
         is_transient: true,
         formula: MeasuredFormula::constant(0.0),
-        frequency: Some(NaturalFrequency { mode, unit }),
+        modal: Some(ModalQuantity::Frequency(NaturalFrequency { mode, unit })),
         event: None,
         intermediates: intermediates(section, "linear_in", names, variables)?,
     })
@@ -336,7 +370,7 @@ impl OutputSpec {
             shown_in: None,
             known: None,
             formula: MeasuredFormula::of_measure(measure),
-            frequency: None,
+            modal: None,
             event: None,
             is_transient: true,
             intermediates: Intermediates::Identity,

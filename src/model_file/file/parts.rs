@@ -135,6 +135,28 @@ impl Parts {
         Err(Diagnostic::unknown(word.span.clone(), "event", &word.text, known.map(String::as_str)))
     }
 
+    /// The number of the joint at `key` of a part, which is of one of the `kinds`.
+    pub fn joint(&self, section: &Section<'_>, key: &str, kinds: &[&str]) -> Read<usize> {
+        let word = section.need_word(key)?;
+        let suits = |name: &String| match self.named[name] {
+            NamedPart::Element(k, descriptor) => {
+                (descriptor.family == Family::Joint && kinds.contains(&descriptor.kind)).then_some(k)
+            }
+            _ => None,
+        };
+        let named = self.named.get_key_value(&word.text);
+        if let Some(k) = named.and_then(|(name, _)| suits(name)) {
+            return Ok(k);
+        }
+        let what = format!("joint of kind `{}`", kinds.join("` or `"));
+        if let Some((_, NamedPart::Element(_, descriptor))) = named {
+            let message = format!("`{}` is of kind `{}`, not a {what}", word.text, descriptor.kind);
+            return Err(Diagnostic::new(word.span, message).help("name the joint whose reaction causes the force"));
+        }
+        let known = self.order.iter().filter(|name| suits(name).is_some());
+        Err(Diagnostic::unknown(word.span, &what, &word.text, known.map(String::as_str)))
+    }
+
     /// The frame of that name: `ground`, a body, a beam node such as `rod.first`, `rod.last`, `rod.3`.
     pub fn frame(&self, text: &str, span: &Range<usize>) -> Read<FrameRef> {
         self.find_frame(text).ok_or_else(|| {

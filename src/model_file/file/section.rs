@@ -212,6 +212,16 @@ impl<'a> Section<'a> {
         Ok([one.clone(), one.clone(), one])
     }
 
+    /// A list of pairs of compiled expressions; empty without the key.
+    pub fn pairs(&self, key: &str, names: &Names, scope: &Scope) -> Read<Vec<[CompiledExpression; 2]>> {
+        let Some(value) = self.get(key) else { return Ok(vec![]) };
+        let list = value.get_ref().as_array();
+        let list =
+            list.ok_or_else(|| wrong_type(value, &format!("`{key}`"), "a list of points [[x, y], [x, y], …]"))?;
+        let scope = Scope { units: self.unit_of(key), ..*scope };
+        list.iter().map(|item| vector(item, key, names, &scope, self.source)).collect()
+    }
+
     /// A list of numbers.
     pub fn numbers(&self, key: &str, names: &Names) -> Read<Option<Vec<f64>>> {
         self.get(key).map(|value| numbers(value, key, self.unit_of(key), names, self.source)).transpose()

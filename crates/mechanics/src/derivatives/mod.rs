@@ -10,6 +10,7 @@
 //! | [`semi_analytical`] | direct method with residuals differenced in `f64`, a check of the others |
 //! | [`second_order`] | Hessians by the direct method in hyper-dual numbers |
 //! | [`modal`] | derivatives of natural frequencies |
+//! | [`mode_shapes`] | amplitudes of outputs in natural modes, with derivatives |
 //! | [`history`] | outputs over time with their gradients |
 //! | `indeterminate` | outputs without derivatives, because constraints are redundant |
 //! | `propagation` | the loop that propagates derivatives along the steps of an analysis |
@@ -21,6 +22,7 @@ pub mod history;
 pub(crate) mod indeterminate;
 pub mod method;
 pub mod modal;
+pub mod mode_shapes;
 pub(crate) mod propagation;
 pub mod second_order;
 pub(crate) mod seeding;

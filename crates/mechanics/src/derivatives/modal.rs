@@ -94,7 +94,13 @@ fn differentiate_seeded(
         let shapes: Vec<Vec<f64>> =
             cluster.clone().map(|k| natural.shapes.column(k).iter().copied().collect()).collect();
         for (c, (mechanism, state)) in chunks.iter().zip(&states).enumerate() {
-            let rows: Vec<_> = shapes.iter().map(|shape| mode_rows(&system, mechanism, state, shape, square)).collect();
+            let rows = |shape: &Vec<f64>| {
+                let accelerations: Vec<f64> = shape.iter().map(|x| -square * x).collect();
+                let reactions = vec![0.0; state.l.len()];
+                let vibration = Vibration { positions: shape, accelerations: &accelerations, reactions: &reactions };
+                mode_rows(&system, mechanism, state, &vibration)
+            };
+            let rows: Vec<_> = shapes.iter().map(rows).collect();
             let weights =
                 |(shape, rows): (&Vec<f64>, &Vec<Dual8>)| weights(&system, &constraint_gradients, shape, rows);
             let weights: Vec<_> = shapes.iter().zip(&rows).map(weights).collect();
@@ -112,7 +118,7 @@ fn differentiate_seeded(
 }
 
 /// Ranges of increasing squares that count as equal.
-fn clusters(squares: &[f64]) -> Vec<Range<usize>> {
+pub(crate) fn clusters(squares: &[f64]) -> Vec<Range<usize>> {
     let mut clusters: Vec<Range<usize>> = Vec::new();
     for k in 0..squares.len() {
         match clusters.last_mut() {
@@ -124,7 +130,7 @@ fn clusters(squares: &[f64]) -> Vec<Range<usize>> {
 }
 
 /// The state at rest, and its derivatives for each chunk of design variables.
-fn states_at_rest(
+pub(crate) fn states_at_rest(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     chunks: &[Mechanism<Dual8>],
@@ -159,32 +165,38 @@ fn states_at_rest(
     Ok((values, states))
 }
 
-/// (K − ω² M) φ in the rows of the coordinates and Φ_q φ in those of the multipliers, with their derivatives.
-fn mode_rows(
+/// Amplitudes of positions and accelerations by coordinate, and of reactions by multiplier.
+pub(crate) struct Vibration<'a> {
+    pub positions: &'a [f64],
+    pub accelerations: &'a [f64],
+    pub reactions: &'a [f64],
+}
+
+/// The rows of a vibration with their derivatives: K φ + M a + Φ_qᵀ μ in those of the coordinates and Φ_q φ in those of the
+/// multipliers, with the positions φ, accelerations a and reactions μ.
+pub(crate) fn mode_rows(
     system: &System,
     mechanism: &Mechanism<Dual8>,
     state: &State<Dual8>,
-    shape: &[f64],
-    square: f64,
+    vibration: &Vibration<'_>,
 ) -> Vec<Dual8> {
     let (zero, mut workspace) = (Dual8::constant(0.0), ElementWorkspace::<Jet2<Dual8>>::default());
     let mut rows = vec![zero; system.size()];
     let along = |x: Dual8, rate: f64| Jet2::new(x, Dual8::constant(rate), zero);
     for (index, instance) in mechanism.elements.iter().enumerate().filter(|(_, instance)| !instance.element.is_sensor())
     {
-        // A position that moves along φ and an acceleration that moves along −ω² φ: one pass gives K φ − ω² M φ.
-        let fill = |to: &mut Vec<Jet2<Dual8>>, from: &[Dual8], factor: f64| {
+        // Positions, accelerations and reactions move at once: one pass gives all terms.
+        let fill = |to: &mut Vec<Jet2<Dual8>>, from: &[Dual8], rate: &dyn Fn(usize) -> f64| {
             to.clear();
-            to.extend(instance.coordinates.iter().map(|&i| along(from[i], factor * shape[i])));
+            to.extend(instance.coordinates.iter().map(|&i| along(from[i], rate(i))));
         };
-        fill(&mut workspace.q, &state.q, 1.0);
-        fill(&mut workspace.v, &state.v, 0.0);
-        fill(&mut workspace.a, &state.a, -square);
+        fill(&mut workspace.q, &state.q, &|i| vibration.positions[i]);
+        fill(&mut workspace.v, &state.v, &|_| 0.0);
+        fill(&mut workspace.a, &state.a, &|i| vibration.accelerations[i]);
         workspace.p.clear();
         workspace.p.extend(instance.parameters.iter().map(|&p| along(p, 0.0)));
         workspace.l.clear();
-        let multipliers = instance.first_multiplier..instance.first_multiplier + instance.num_constraints;
-        workspace.l.extend(multipliers.map(|m| along(state.l[m], 0.0)));
+        workspace.l.extend(instance.multipliers().map(|m| along(state.l[m], vibration.reactions[m])));
         Jet2::<Dual8>::residual(instance.element.as_ref(), along(state.t, 0.0), &mut workspace);
         let n = instance.coordinates.len();
         for (local, equation) in system.rows_of(index) {
@@ -199,17 +211,23 @@ fn weights(system: &System, constraint_gradients: &[Vec<f64>], shape: &[f64], ro
     let mut force = vec![0.0; shape.len()];
     for (unknown, row) in system.unknowns().iter().zip(rows) {
         if let Unknown::Coordinate(i) = *unknown {
-            force[i] = -row.re;
+            force[i] = row.re;
         }
     }
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let (n, rows) = (constraint_gradients.len(), constraint_gradients);
-    let normal = DMatrix::from_fn(n, n, |i, j| dot(&rows[i], &rows[j]));
-    let right = DVector::from_iterator(n, rows.iter().map(|row| dot(row, &force)));
-    let multipliers = if n == 0 { right } else { normal.lu().solve(&right).unwrap_or(right) };
+    let multipliers = modal_multipliers(constraint_gradients, &force);
     let value = |unknown: &Unknown| match *unknown {
         Unknown::Coordinate(i) => shape[i],
         Unknown::Multiplier(m) => 2.0 * multipliers[m],
     };
     system.unknowns().iter().map(value).collect()
+}
+
+/// Reactions μ of a mode, from Φ_qᵀ μ = −`force` by least squares, where the force is (K − ω² M) φ by coordinate.
+pub(crate) fn modal_multipliers(constraint_gradients: &[Vec<f64>], force: &[f64]) -> Vec<f64> {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (n, rows) = (constraint_gradients.len(), constraint_gradients);
+    let normal = DMatrix::from_fn(n, n, |i, j| dot(&rows[i], &rows[j]));
+    let right = DVector::from_iterator(n, rows.iter().map(|row| -dot(row, force)));
+    let multipliers = if n == 0 { right } else { normal.lu().solve(&right).unwrap_or(right) };
+    multipliers.iter().copied().collect()
 }

@@ -39,6 +39,10 @@ pub enum InputValue<S, F, L> {
     Marker3(Marker3<S>),
     /// A coordinate.
     Coordinate(Coordinate),
+    /// A joint.
+    Joint(ElementIndex),
+    /// Points of a closed curve.
+    Profile(Vec<[S; 2]>),
     /// A parameter.
     Parameter(S),
     /// A function of time with its parameters.
@@ -107,7 +111,7 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
     /// * `values`: one value per input of the descriptor, in its order.
     ///
     /// # Panics
-    /// If a value does not match its input.
+    /// If a value does not match its input, such as a joint of another kind.
     pub fn add_to<S: Scalar>(
         &self,
         mechanism: &mut Mechanism<S>,
@@ -116,7 +120,7 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
     ) -> Added {
         assert_eq!(values.len(), self.descriptor.inputs.len(), "values for the inputs of {}", self.descriptor.kind);
         let (mut coordinates, mut parameters) = (vec![], vec![]);
-        let (mut of_time, mut of_state) = (None, None);
+        let (mut of_time, mut of_state, mut on_joint) = (None, None, None);
         for (input, value) in self.descriptor.inputs.iter().zip(values) {
             match (input.role, value) {
                 (Role::Marker, InputValue::Marker(marker)) => {
@@ -137,6 +141,8 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
                 }
                 (Role::Coordinate, InputValue::Coordinate(coordinate)) => coordinates.push(coordinate),
                 (Role::Parameter | Role::Gravity, InputValue::Parameter(value)) => parameters.push(value),
+                (Role::Profile, InputValue::Profile(points)) => parameters.extend(points.into_iter().flatten()),
+                (Role::Joint(kinds), InputValue::Joint(joint)) => on_joint = Some((joint, kinds)),
                 (Role::TimeFunction, InputValue::TimeFunction(function, own)) => {
                     of_time = Some(function);
                     parameters.extend(own);
@@ -164,6 +170,10 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
                 return Added::Motion(coordinates[0]);
             }
         };
+        if let Some((joint, kinds)) = on_joint {
+            let added = mechanism.add_on_joint(name.into(), element, joint, kinds, &parameters);
+            return Added::Element(added.expect("the joint is of a declared kind"));
+        }
         Added::Element(mechanism.add_object(name.into(), element, &coordinates, &parameters))
     }
 }

@@ -115,7 +115,7 @@ where
 }
 
 /// Residual of a jump without a contact, from the state `before`: writes M Δv + Φ_qᵀ Λ and Φ̇ of the joints with the new
-/// velocities to `rows`, by equation. Returns the state with these velocities.
+/// velocities to `rows`, by equation. Returns the state with these velocities. Impulses of joints cause no friction.
 pub(crate) fn joint_rows<T: StateScalar>(
     system: &System,
     mechanism: &Mechanism<T>,
@@ -132,10 +132,10 @@ where
     still.l.fill(zero);
     let mut forces = vec![zero; rows.len()];
     let mut workspace = ElementWorkspace::default();
-    system.residual(mechanism, &still, 1.0, &mut workspace, &mut forces);
+    system.impulse_rows(mechanism, &still, &mut workspace, &mut forces);
     still.a.copy_from_slice(&jump.velocity);
     still.l.copy_from_slice(&jump.joints);
-    system.residual(mechanism, &still, 1.0, &mut workspace, rows);
+    system.impulse_rows(mechanism, &still, &mut workspace, rows);
     rows.iter_mut().zip(&forces).for_each(|(row, &force)| *row -= force);
     let mut after = before.clone();
     after.v.iter_mut().zip(&jump.velocity).for_each(|(v, &change)| *v += change);

@@ -5,6 +5,7 @@ use crate::elements::element::ElementWorkspace;
 use crate::integrators::predictor::Predictor;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::StateScalar;
+use crate::reaction_loads::ReactionChange;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
@@ -454,8 +455,9 @@ impl<'m> Integrator<'m> {
         }
         self.step.integrate(self.mechanism, &self.scheme, self.prescribed, h);
         let mut previous: Option<Correction> = None;
+        let mut reactions = self.mechanism.has_reaction_loads().then(ReactionChange::default);
         for _ in 0..self.newton.iterations {
-            let is_reused = previous.is_some_and(|previous| previous.rate <= SLOW);
+            let is_reused = reactions.is_none() && previous.is_some_and(|previous| previous.rate <= SLOW);
             if is_reused {
                 let rows = self.rows.as_flattened_mut();
                 self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.workspace, rows);
@@ -471,7 +473,13 @@ impl<'m> Integrator<'m> {
             let rows = &self.rows;
             self.step.correct(&self.system, &self.scheme, h, |equation| -rows[equation][0]);
             let rate = self.rate(largest, is_reused, previous);
-            if rate * largest <= REMAINDER * self.newton.tolerance || (!is_reused && largest <= self.newton.tolerance) {
+            let is_settled = match &mut reactions {
+                Some(change) => change.is_settled(&self.system, &self.rows, &self.step.new),
+                None => true,
+            };
+            let is_small =
+                rate * largest <= REMAINDER * self.newton.tolerance || (!is_reused && largest <= self.newton.tolerance);
+            if is_settled && is_small {
                 return Ok(());
             }
             previous = Some(Correction { largest, rate, is_reused });

@@ -17,6 +17,7 @@ use crate::events::when::When;
 use crate::mechanism::element::{AnyElement, Element};
 use crate::motion::{AnyMotion, Fixed, Motion};
 use autodiff::{Dual4, Dual8, HyperDual4, Scalar};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A mechanism as a pure function of the design variables.
@@ -101,11 +102,21 @@ pub(crate) struct ElementInstance<S> {
     pub name: String,
     pub element: Arc<dyn AnyElement>,
     pub coordinates: Vec<usize>,
+    /// The first of its own multipliers, or of those of the joint whose reactions it reads.
     pub first_multiplier: usize,
     pub num_constraints: usize,
+    /// Number of multipliers of another element, a joint, on which its forces depend.
+    pub num_reactions: usize,
     pub parameters: Vec<S>,
     /// Number of its entry in [`Mechanism::switches`], if events activate or deactivate it.
     pub switch: Option<usize>,
+}
+
+impl<S> ElementInstance<S> {
+    /// The multipliers in the state of the element: its own, or the reactions that it reads.
+    pub(crate) fn multipliers(&self) -> Range<usize> {
+        self.first_multiplier..self.first_multiplier + self.num_constraints + self.num_reactions
+    }
 }
 
 impl<S: Scalar> ElementInstance<S> {
@@ -118,7 +129,8 @@ impl<S: Scalar> ElementInstance<S> {
     ) -> Self {
         let (num_constraints, parameters) = (element.num_constraints(), parameters.to_vec());
         let coordinates = coordinates.iter().map(|c| c.0).collect();
-        Self { name, element, coordinates, first_multiplier, num_constraints, parameters, switch: None }
+        let num_reactions = 0;
+        Self { name, element, coordinates, first_multiplier, num_constraints, num_reactions, parameters, switch: None }
     }
 }
 
@@ -358,6 +370,43 @@ impl<S: Scalar> Mechanism<S> {
         ElementIndex(self.elements.len() - 1)
     }
 
+    /// Adds an element without constraints whose forces depend on the reactions of a `joint`, such as friction.
+    ///
+    /// Its coordinates and multipliers are those of the joint. Its parameters are its own `parameters`, followed by those of the
+    /// joint.
+    ///
+    /// # Errors
+    /// [`crate::Error::Definition`] if `joint` is not of one of the `kinds`.
+    pub(crate) fn add_on_joint(
+        &mut self,
+        name: String,
+        element: Arc<dyn AnyElement>,
+        joint: ElementIndex,
+        kinds: &[&str],
+        parameters: &[S],
+    ) -> crate::Result<ElementIndex> {
+        let on = &self.elements[joint.0];
+        let kind = on.element.descriptor().map_or("", |descriptor| descriptor.kind);
+        if on.num_constraints == 0 || !kinds.contains(&kind) {
+            let why = format!("`{}` is not a joint of kind {}", on.name, kinds.join(" or "));
+            return Err(crate::Error::definition(
+                name,
+                why,
+                "name the joint whose reaction presses the surfaces together",
+            ));
+        }
+        let (first, num_reactions, coordinates) = (on.first_multiplier, on.num_constraints, on.coordinates.clone());
+        let parameters = [parameters, &on.parameters].concat();
+        let instance = ElementInstance::new(name, element, &[], &parameters, first);
+        self.elements.push(ElementInstance { coordinates, num_reactions, ..instance });
+        Ok(ElementIndex(self.elements.len() - 1))
+    }
+
+    /// Returns whether forces depend on reactions of joints.
+    pub(crate) fn has_reaction_loads(&self) -> bool {
+        self.elements.iter().any(|instance| instance.num_reactions > 0)
+    }
+
     /// Adds a rigid contact with the coefficient of `restitution`, or a switch without one; `gap` has one constraint.
     pub(crate) fn add_event(
         &mut self,
@@ -421,7 +470,7 @@ impl<S: Scalar> Mechanism<S> {
     pub fn same_topology<T>(&self, other: &Mechanism<T>) -> bool {
         let same_connection = |(a, b): (&ElementInstance<S>, &ElementInstance<T>)| {
             a.coordinates == b.coordinates
-                && a.num_constraints == b.num_constraints
+                && a.multipliers() == b.multipliers()
                 && a.parameters.len() == b.parameters.len()
         };
         self.coordinates.len() == other.coordinates.len()

@@ -28,6 +28,23 @@ impl System {
         }
     }
 
+    /// Writes the residual of the equations of motion without the forces that depend on reactions, by equation.
+    pub fn impulse_rows<T: StateScalar>(
+        &self,
+        mechanism: &Mechanism<T>,
+        state: &State<T>,
+        workspace: &mut ElementWorkspace<T>,
+        rows: &mut [T],
+    ) {
+        rows.fill(T::from(0.0));
+        for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
+            if !map.active.is_empty() && instance.num_reactions == 0 {
+                evaluate(instance, state, workspace);
+                scatter(instance, map, workspace, 1.0, rows);
+            }
+        }
+    }
+
     /// Writes the residual of the projection onto the constraints: Φ_qᵀ λ in the rows of coordinates, Φ in the rows of
     /// constraints.
     pub fn constraint_rows<T: StateScalar>(
@@ -136,8 +153,10 @@ impl System {
                 rows[equation][0] += columns[r * width] * if r < n { 1.0 } else { linearization.constraint_scale };
             }
             let entries = self.factor.entries_mut();
-            for &(from, slot) in &map.dynamics {
-                entries[slot] += columns[from];
+            if !constraint || linearization.geometric_stiffness {
+                for &(from, slot) in &map.dynamics {
+                    entries[slot] += columns[from];
+                }
             }
             for &(from, [slot, mirrored]) in &map.constraint {
                 entries[slot] += columns[from] * linearization.constraint_scale;
@@ -225,7 +244,8 @@ impl System {
         let mut dense = DMatrix::zeros(self.size(), self.size());
         for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
             gather(instance, state, &mut workspace);
-            let (width, n) = (map.active.len() + 1, instance.coordinates.len());
+            let (variables, equations): (Vec<usize>, Vec<usize>) = map.unknowns().unzip();
+            let (width, n) = (variables.len() + 1, instance.coordinates.len());
             columns.resize((n + instance.num_constraints) * width, 0.0);
             let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
             let tangent_weights = if instance.num_constraints > 0 {
@@ -233,9 +253,12 @@ impl System {
             } else {
                 linearization.dynamics_weights
             };
-            instance.element.columns(&local, tangent_weights, &map.active, &mut jacobian_workspace, &mut columns);
+            instance.element.columns(&local, tangent_weights, &variables, &mut jacobian_workspace, &mut columns);
+            let is_geometric = |r: usize, c: usize| instance.num_constraints > 0 && r < n && c < n;
             for (&r, &i) in map.active.iter().zip(&map.equations) {
-                for (&j, value) in map.equations.iter().zip(&columns[r * width + 1..]) {
+                let entries = variables.iter().zip(&equations).zip(&columns[r * width + 1..]);
+                let entries = entries.filter(|((c, _), _)| linearization.geometric_stiffness || !is_geometric(r, **c));
+                for ((_, &j), value) in entries {
                     dense[(i, j)] += value * if r < n { 1.0 } else { linearization.constraint_scale };
                 }
             }

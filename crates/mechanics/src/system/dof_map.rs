@@ -19,11 +19,13 @@ pub(crate) struct ConstantEntry {
 /// Rows and columns of one element in the system.
 #[derive(Clone, Debug)]
 pub(crate) struct DofMap {
-    /// Local variables that are unknowns: coordinates first, then multipliers.
+    /// Local variables that are unknowns and have a row: coordinates first, then the element's own multipliers.
     pub active: Vec<usize>,
     /// Equation of each active variable.
     pub equations: Vec<usize>,
-    /// Unknown coordinates in which the element is not linear: the columns to evaluate.
+    /// Local numbers and equations of the multipliers of a joint on which the forces depend: columns without a row.
+    pub reactions: Vec<(usize, usize)>,
+    /// Unknown coordinates in which the element is not linear, and reactions that it reads: the columns to evaluate.
     pub varying: Vec<usize>,
     /// For each varying entry of a coordinate row: its position in the evaluated rows, and its slot of the matrix.
     pub dynamics: Vec<(usize, usize)>,
@@ -45,22 +47,29 @@ impl DofMap {
     /// Map of an element whose variables (coordinates, followed by multipliers) have the unknowns `unknown`, without slots.
     pub fn new(instance: &ElementInstance<f64>, unknown: &[Option<usize>]) -> Self {
         let linear = linear_coordinates(instance);
-        let active: Vec<usize> =
-            (0..unknown.len()).filter(|&k| !instance.element.is_sensor() && unknown[k].is_some()).collect();
+        let rows = instance.coordinates.len() + instance.num_constraints;
+        let active: Vec<usize> = (0..rows).filter(|&k| !instance.element.is_sensor() && unknown[k].is_some()).collect();
         let equations = active.iter().filter_map(|&k| unknown[k]).collect();
         let varies = |k: &usize| *k < instance.coordinates.len() && !linear.contains(k);
-        let varying = active.iter().copied().filter(varies).collect();
-        Self { active, equations, varying, dynamics: Vec::new(), constraint: Vec::new() }
+        let reactions: Vec<_> = (rows..unknown.len()).filter_map(|k| Some((k, unknown[k]?))).collect();
+        let varying = active.iter().copied().filter(varies).chain(reactions.iter().map(|(k, _)| *k)).collect();
+        Self { active, equations, reactions, varying, dynamics: Vec::new(), constraint: Vec::new() }
     }
 
     /// Renumbers the unknowns.
     pub fn renumber(&mut self, number: &[usize]) {
-        self.equations.iter_mut().for_each(|equation| *equation = number[*equation]);
+        let equations = self.equations.iter_mut().chain(self.reactions.iter_mut().map(|(_, equation)| equation));
+        equations.for_each(|equation| *equation = number[*equation]);
+    }
+
+    /// Local numbers and equations of the variables that are unknowns.
+    pub fn unknowns(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.active.iter().copied().zip(self.equations.iter().copied()).chain(self.reactions.iter().copied())
     }
 
     /// Equation of a local variable, if it is an unknown.
     pub fn equation(&self, local: usize) -> Option<usize> {
-        self.active.iter().position(|&k| k == local).map(|k| self.equations[k])
+        self.unknowns().find(|(k, _)| *k == local).map(|(_, equation)| equation)
     }
 
     /// Local rows and columns of the varying entries, and their positions in the evaluated rows.
@@ -165,6 +174,5 @@ pub(crate) fn pattern(unknowns: usize, pairs: impl Iterator<Item = (usize, usize
 pub(crate) fn nodes_of(mechanism: &Mechanism<f64>, instance: &ElementInstance<f64>) -> Vec<usize> {
     let n = mechanism.coordinates.len();
     debug_assert!(instance.coordinates.iter().all(|&c| c < n));
-    let multipliers = instance.first_multiplier..instance.first_multiplier + instance.num_constraints;
-    instance.coordinates.iter().copied().chain(multipliers.map(|m| n + m)).collect()
+    instance.coordinates.iter().copied().chain(instance.multipliers().map(|m| n + m)).collect()
 }

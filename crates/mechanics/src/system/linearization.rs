@@ -11,6 +11,8 @@ pub struct Linearization {
     pub constraint_weights: TangentWeights,
     /// Factor on the constraint rows.
     pub constraint_scale: f64,
+    /// True if the matrix has the derivatives of the reactions Φ_qᵀ λ with respect to positions.
+    pub geometric_stiffness: bool,
     /// True if the matrix has ones on the diagonal of the free coordinates instead of elements without constraints.
     pub projection: bool,
 }
@@ -30,6 +32,7 @@ impl Linearization {
             dynamics_weights: weights,
             constraint_weights: weights,
             constraint_scale: 1.0 / position,
+            geometric_stiffness: true,
             projection: false,
         }
     }
@@ -38,13 +41,25 @@ impl Linearization {
     pub fn accelerations() -> Self {
         let dynamics_weights = TangentWeights { position: 0.0, velocity: 0.0, acceleration: 1.0 };
         let constraint_weights = TangentWeights { position: 1.0, velocity: 0.0, acceleration: 0.0 };
-        Self { dynamics_weights, constraint_weights, constraint_scale: 1.0, projection: false }
+        Self {
+            dynamics_weights,
+            constraint_weights,
+            constraint_scale: 1.0,
+            geometric_stiffness: false,
+            projection: false,
+        }
     }
 
     /// Stiffness matrix and Φ_q, for a static equilibrium.
     pub fn statics() -> Self {
         let weights = TangentWeights { position: 1.0, velocity: 0.0, acceleration: 0.0 };
-        Self { dynamics_weights: weights, constraint_weights: weights, constraint_scale: 1.0, projection: false }
+        Self {
+            dynamics_weights: weights,
+            constraint_weights: weights,
+            constraint_scale: 1.0,
+            geometric_stiffness: true,
+            projection: false,
+        }
     }
 
     /// Identity and Φ_q, for the nearest point that satisfies the constraints.

@@ -70,9 +70,7 @@ pub(crate) fn gather<T: StateScalar>(
         to.extend(instance.coordinates.iter().map(|&i| from[i]));
     }
     workspace.l.clear();
-    workspace
-        .l
-        .extend_from_slice(&state.l[instance.first_multiplier..instance.first_multiplier + instance.num_constraints]);
+    workspace.l.extend_from_slice(&state.l[instance.multipliers()]);
 }
 
 /// Evaluates the residual of an element into `workspace`. That of an inactive element is its multipliers.

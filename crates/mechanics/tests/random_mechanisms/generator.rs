@@ -66,6 +66,9 @@ pub const CLASSES: [Class; 8] = [
     Class::Static,
 ];
 
+/// Group of the seeds, in eights, whose mechanisms have friction in their joints.
+const RUBBING: u64 = 5;
+
 /// q₀ + v t + ½ a t²: p = \[q₀, v, a\].
 struct Accelerated;
 
@@ -160,6 +163,11 @@ enum Part {
         frames: [Frame; 2],
         at: usize,
     },
+    /// Friction of the joint that is part number `joint`, from its reaction.
+    JointFriction {
+        joint: usize,
+        at: usize,
+    },
     Load {
         frames: [Frame; 2],
         at: usize,
@@ -177,6 +185,11 @@ enum Part {
         at: usize,
     },
     Wall {
+        body: usize,
+        at: usize,
+    },
+    /// An ellipse on the ground that a point of a body touches.
+    Ellipse {
         body: usize,
         at: usize,
     },
@@ -208,7 +221,7 @@ impl RandomMechanism {
     /// The mechanism of this class and seed; `None` if no attempt leads to one with independent constraints that moves.
     pub fn new(class: Class, seed: u64) -> Option<Self> {
         let mut random = Random(seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ class as u64);
-        (0..20).find_map(|_| Self::attempt(class, &mut random))
+        (0..20).find_map(|_| Self::attempt(class, &mut random, seed / 8 % 8 == RUBBING))
     }
 
     /// Values of the design variables.
@@ -221,7 +234,7 @@ impl RandomMechanism {
         self.class != Class::Flexible
     }
 
-    fn attempt(class: Class, random: &mut Random) -> Option<Self> {
+    fn attempt(class: Class, random: &mut Random, is_rubbing: bool) -> Option<Self> {
         let mut mechanism = Self { class, parts: vec![], numbers: vec![], variables: vec![], poses: vec![] };
         let g = if matches!(class, Class::Floating) { 0.0 } else { -9.81 };
         mechanism.add_numbers(&[0.0, g]);
@@ -235,6 +248,9 @@ impl RandomMechanism {
             let at = mechanism.add_numbers(&[0.1, 0.05, random.between(0.3, 0.6), 0.01, 0.004]);
             mechanism.parts.push(Part::Beam { body, elements: 2 + random.below(2), at });
         }
+        if is_rubbing {
+            mechanism.rub(random);
+        }
         mechanism.variables = mechanism.choose_variables(random);
         let plain = mechanism.build(&mechanism.design()).ok()?;
         let system = System::new(&plain).ok()?;
@@ -247,6 +263,30 @@ impl RandomMechanism {
     fn add_numbers(&mut self, values: &[f64]) -> usize {
         self.numbers.extend_from_slice(values);
         self.numbers.len() - values.len()
+    }
+
+    /// Adds friction to the joints that can have it.
+    fn rub(&mut self, random: &mut Random) {
+        if self.is_conservative() || self.class == Class::Redundant {
+            return;
+        }
+        if self.class == Class::Contact {
+            let body = random.below(self.poses.len());
+            let ([x, y, _], axes) = (self.poses[body], [random.between(0.3, 0.8), random.between(0.3, 0.6)]);
+            let depth = random.between(-0.05, 0.01);
+            let at = self.add_numbers(&[x, y - axes[1] + depth, axes[0], axes[1], random.between(200.0, 2000.0), 0.1]);
+            self.parts.push(Part::Ellipse { body, at });
+        }
+        for joint in 0..self.parts.len() {
+            let size = match self.parts[joint] {
+                Part::Revolute { .. } => random.between(0.01, 0.1), // radius of the pin
+                Part::Prismatic { .. } => random.between(0.3, 1.0), // distance of the contact points
+                Part::Slot { .. } => 0.0,
+                _ => continue,
+            };
+            let at = self.add_numbers(&[random.between(0.05, 0.3), size, random.between(0.1, 0.5), 0.5]);
+            self.parts.push(Part::JointFriction { joint, at });
+        }
     }
 
     /// Three or four numbers that are not zero.
@@ -677,6 +717,7 @@ impl ParametricMechanism for RandomMechanism {
         let mut m = Mechanism::with_gravity(values[0], values[1]);
         let mut bodies: Vec<Body> = Vec::new();
         let mut joints: Vec<(ElementIndex, &str)> = Vec::new();
+        let mut rubbing: Vec<Option<ElementIndex>> = vec![None; self.parts.len()];
         let ground = m.ground();
         for (k, part) in self.parts.iter().enumerate() {
             let name = format!("part {k}");
@@ -707,14 +748,16 @@ impl ParametricMechanism for RandomMechanism {
                 Part::Revolute { frames, at } => {
                     let [a, b] = ends(&bodies, frames, at);
                     joints.push((m.revolute(&name, a, b), "force_x"));
+                    rubbing[k] = Some(joints[joints.len() - 1].0);
                 }
                 Part::Prismatic { frames, at } => {
                     let (p, [a, b]) = (n(at, 6), frames.map(|frame| of(&bodies, frame)));
-                    m.prismatic(&name, a.at(p[0], p[1]), p[2], b.at(p[3], p[4]), p[5]);
+                    rubbing[k] = Some(m.prismatic(&name, a.at(p[0], p[1]), p[2], b.at(p[3], p[4]), p[5]));
                 }
                 Part::Slot { frames, at } => {
                     let (p, [a, b]) = (n(at, 5), frames.map(|frame| of(&bodies, frame)));
                     joints.push((m.point_on_line(&name, a.at(p[0], p[1]), p[2], b.at(p[3], p[4])), "force"));
+                    rubbing[k] = Some(joints[joints.len() - 1].0);
                 }
                 Part::Rod { frames, at } => {
                     let [a, b] = ends(&bodies, frames, at);
@@ -770,6 +813,13 @@ impl ParametricMechanism for RandomMechanism {
                     let ([a, b], p) = (turns(&bodies, frames), n(at, 3));
                     m.friction(&name, a, b, [p[0], p[1], p[2]]);
                 }
+                Part::JointFriction { joint, at } => {
+                    let (on, p) = (rubbing[joint].expect("such a joint was chosen"), n(at, 4));
+                    match self.parts[joint] {
+                        Part::Revolute { .. } => m.revolute_friction(&name, on, [p[0], p[1], p[2], p[3]])?,
+                        _ => m.guide_friction(&name, on, [p[0], p[2], p[1], p[3]])?,
+                    };
+                }
                 Part::Load { frames, at } => {
                     let [a, b] = turns(&bodies, frames);
                     m.load(&name, a, b, Harmonic, n(at, 4));
@@ -789,6 +839,15 @@ impl ParametricMechanism for RandomMechanism {
                 Part::Wall { body, at } => {
                     let p = n(at, 7);
                     m.wall_contact(&name, bodies[body].at(p[0], p[1]), [p[2], p[3]], p[4], [p[5], p[6]]);
+                }
+                Part::Ellipse { body, at } => {
+                    let p = n(at, 6);
+                    let points: Vec<[S; 2]> = (0..16)
+                        .map(|k| f64::from(k) * std::f64::consts::TAU / 16.0)
+                        .map(|angle| [p[2] * angle.cos(), p[3] * angle.sin()])
+                        .collect();
+                    let origin = ground.at(p[0], p[1]);
+                    m.profile_contact(&name, origin, bodies[body].origin(), [zero, p[4], p[5]], &points);
                 }
                 Part::Beam { body, elements, at } => {
                     let p = n(at, 5);

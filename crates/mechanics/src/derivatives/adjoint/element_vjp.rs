@@ -79,7 +79,7 @@ impl ElementVjp {
 
     fn load(&mut self, instance: &ElementInstance<f64>, state: &State<f64>) {
         self.is_inactive = !state.modes.is_active(instance);
-        let multipliers = &state.l[instance.first_multiplier..instance.first_multiplier + instance.num_constraints];
+        let multipliers = &state.l[instance.multipliers()];
         for (to, from) in [(&mut self.workspace.p, &instance.parameters[..]), (&mut self.workspace.l, multipliers)] {
             to.clear();
             to.extend(from.iter().map(|&x| Dual8::constant(x)));
@@ -140,7 +140,7 @@ pub(crate) fn all_variables(instance: &ElementInstance<f64>) -> Vec<ElementVaria
     let n = instance.coordinates.len();
     let coordinates = [ElementVariable::Position, ElementVariable::Velocity, ElementVariable::Acceleration]
         .map(|variable| (0..n).map(variable));
-    let rest = (0..instance.num_constraints)
+    let rest = (0..instance.multipliers().len())
         .map(ElementVariable::Multiplier)
         .chain((0..instance.parameters.len()).map(ElementVariable::Parameter));
     coordinates.into_iter().flatten().chain(rest).collect()

@@ -63,9 +63,7 @@ pub(crate) fn factorize_accelerations(
     mechanism: &Mechanism<f64>,
     values: &State<f64>,
 ) -> Result<()> {
-    let mut at = values.clone();
-    at.l.fill(0.0);
-    factorize(system, mechanism, &at, Linearization::accelerations())
+    factorize(system, mechanism, values, Linearization::accelerations())
 }
 
 /// Factorizes the matrix of the equilibrium from which a motion with the initial state `values` starts, and returns it.

@@ -62,6 +62,13 @@ impl Element for Friction {
     }
 }
 
+/// Magnitude of a force from its square, smooth where it vanishes: N²/√(N² + N₀²).
+///
+/// It is smaller than |N| by N₀²/(2 N).
+pub(crate) fn smooth_magnitude<T: Scalar>(square: T, transition: T) -> T {
+    square / (square + transition * transition).sqrt()
+}
+
 impl<S: Scalar> Mechanism<S> {
     /// Adds friction between `a` and `b`: Coulomb force or torque, transition velocity, viscous coefficient.
     pub fn friction(&mut self, name: &str, a: Coordinate, b: Coordinate, parameters: [S; 3]) -> ElementIndex {

@@ -7,8 +7,10 @@ pub(crate) mod feedback_force;
 pub(crate) mod feedback_point_force;
 pub(crate) mod follower_force;
 pub(crate) mod friction;
+pub(crate) mod guide_friction;
 pub(crate) mod load;
 pub(crate) mod point_force;
+pub(crate) mod revolute_friction;
 pub(crate) mod rope;
 pub(crate) mod spring_damper;
 pub(crate) mod variable_damper;
@@ -21,8 +23,10 @@ pub use feedback_force::{FeedbackForce, StateFunction};
 pub use feedback_point_force::FeedbackPointForce;
 pub use follower_force::FollowerForce;
 pub use friction::Friction;
+pub use guide_friction::GuideFriction;
 pub use load::Load;
 pub use point_force::PointForce;
+pub use revolute_friction::RevoluteFriction;
 pub use rope::Rope;
 pub use spring_damper::SpringDamper;
 pub use variable_damper::VariableDamper;
@@ -46,6 +50,8 @@ pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
         ElementKind::of_time(&point_force::DESCRIPTOR, |force| Arc::new(PointForce(force))),
         ElementKind::of_time(&follower_force::DESCRIPTOR, |force| Arc::new(FollowerForce(force))),
         ElementKind::plain(Friction::object()),
+        ElementKind::plain(RevoluteFriction::object()),
+        ElementKind::plain(GuideFriction::object()),
         ElementKind::of_state(&feedback_force::DESCRIPTOR, |law| Arc::new(FeedbackForce(law))),
         ElementKind::of_state(&feedback_point_force::DESCRIPTOR, |law| Arc::new(FeedbackPointForce(law))),
     ]

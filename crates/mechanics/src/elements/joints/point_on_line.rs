@@ -1,7 +1,7 @@
 //! A point of one body on a straight line of another: a pin in a slot.
 
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
-use crate::mechanism::frame::{Frame, add_force};
+use crate::mechanism::frame::{Frame, add_force, point_velocity};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use crate::{as_object, element_inputs};
 use autodiff::Scalar;
@@ -49,6 +49,20 @@ pub(crate) struct Offset<T> {
 }
 
 impl<T: Scalar> Offset<T> {
+    /// Velocity of B along the line, in the body of A.
+    pub fn sliding(&self, x: &ElementState<'_, T>) -> T {
+        let [nx, ny] = self.normal;
+        let ([ax, ay], [bx, by]) = (point_velocity(x, 0, self.lever_a), point_velocity(x, 3, self.lever_b));
+        (bx - ax) * ny - (by - ay) * nx
+    }
+
+    /// Adds a force `f` along the line, of A on B, to the rows of inertia minus applied forces; both act at the position of B.
+    pub fn push_along(&self, f: T, dynamics: &mut [T]) {
+        let [nx, ny] = self.normal;
+        add_force(dynamics, 0, self.lever_a, [f * ny, -f * nx]);
+        add_force(dynamics, 3, self.lever_b, [-f * ny, f * nx]);
+    }
+
     /// The offset for an element with the inputs of a [`PointOnLine`] first.
     #[inline]
     pub fn of(x: &ElementState<'_, T>) -> Self {

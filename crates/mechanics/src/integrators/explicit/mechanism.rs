@@ -18,7 +18,7 @@ use crate::mechanism::scalars::{Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
-use crate::{Error, Result};
+use crate::{Error, Result, reaction_loads};
 
 /// Slot of the evaluations for outputs.
 pub const SAMPLE: usize = SLOTS;
@@ -30,7 +30,7 @@ pub const SAMPLE: usize = SLOTS;
 /// $$ \begin{bmatrix} M & \Phi_q^T \\ \Phi_q & 0 \end{bmatrix} \begin{bmatrix} \ddot q \\ \lambda \end{bmatrix} =
 ///    \begin{bmatrix} f \\ -\dot\Phi_q \dot q - \dots \end{bmatrix} $$
 ///
-/// whose pattern is analysed once. At the end of a step, positions and velocities are projected onto Φ = 0 and Φ̇ = 0 by one
+/// whose pattern is analysed once, by Newton's method if forces depend on multipliers (friction in joints). At the end of a step, positions and velocities are projected onto Φ = 0 and Φ̇ = 0 by one
 /// least-squares step each, with one factorization. Components of prescribed coordinates are not used.
 ///
 /// # Sources
@@ -160,6 +160,9 @@ impl<'m> MechanismRhs<'m> {
         self.system.factorize(self.mechanism, self.state.t)?;
         self.system.factor().solve(&mut self.rows);
         self.system.set_accelerations(&self.rows, &mut self.state);
+        if self.mechanism.has_reaction_loads() {
+            reaction_loads::iterate(&mut self.system, self.mechanism, &mut self.state, &mut self.rows, &mut self.jets)?;
+        }
         Ok(())
     }
 

@@ -128,6 +128,11 @@ pub enum Role {
     Parameter,
     /// One component of the gravitational acceleration in m/s², a parameter that the mechanism sets.
     Gravity,
+    /// A joint of one of these kinds whose reactions the element reads: the coordinates of the joint, and its parameters after
+    /// all others. It is the last input.
+    Joint(&'static [&'static str]),
+    /// Points of a closed curve; all further parameters are their x and y in m.
+    Profile,
     /// A function of time; all further parameters are its own.
     TimeFunction,
     /// A function of time and state; all further coordinates and parameters are its own.
@@ -198,6 +203,16 @@ impl Input {
     /// A component of the gravitational acceleration.
     pub const fn gravity(name: &'static str) -> Self {
         Self::of(name, Role::Gravity, "m/s²", "gravitational acceleration")
+    }
+
+    /// A joint of one of the `kinds`.
+    pub const fn joint(name: &'static str, kinds: &'static [&'static str], about: &'static str) -> Self {
+        Self::of(name, Role::Joint(kinds), "", about)
+    }
+
+    /// Points of a closed curve.
+    pub const fn profile(name: &'static str, about: &'static str) -> Self {
+        Self::of(name, Role::Profile, "m", about)
     }
 
     /// A function of time.
@@ -316,6 +331,12 @@ macro_rules! element_inputs {
         $crate::element_inputs!(@view $at; $($rest)*);
     };
     (@view $at:expr; $name:ident: state_function, $($rest:tt)*) => {
+        $crate::element_inputs!(@view $at; $name: time_function, $($rest)*);
+    };
+    (@view $at:expr; $name:ident: profile, $($rest:tt)*) => {
+        $crate::element_inputs!(@view $at; $name: time_function, $($rest)*);
+    };
+    (@view $at:expr; $name:ident: joint, $($rest:tt)*) => {
         $crate::element_inputs!(@view $at; $name: time_function, $($rest)*);
     };
     (@view $at:expr; $name:ident: $attachment:ident, $($rest:tt)*) => {

@@ -18,7 +18,7 @@ pub struct ElementState<'a, T> {
     pub v: &'a [T],
     /// Accelerations of its coordinates.
     pub a: &'a [T],
-    /// Its multipliers λ (reactions), one per constraint equation.
+    /// Its multipliers λ (reactions), one per constraint equation; those of the joint whose reactions it reads.
     pub l: &'a [T],
 }
 
@@ -64,7 +64,7 @@ pub struct ConstraintDerivatives<'a> {
 ///
 /// Without constraint equations an element adds inertia forces minus applied forces to the rows of its coordinates. With
 /// them ([`Element::num_constraints`] > 0) it adds Φ_qᵀ λ to these rows and writes Φ(q, t), nothing else. A joint with
-/// friction is two elements: a constraint and a force.
+/// friction is two elements: a constraint, and a force that reads the constraint's multipliers.
 pub trait Element: Send + Sync + 'static {
     /// Adds the element's contribution to the equations.
     ///

@@ -7,7 +7,7 @@ mod quasi_static;
 mod transient;
 
 pub use gradient_check::{AnalysisSettings, check_model};
-pub use modal::{ModalResponses, NaturalFrequency};
+pub use modal::{ModalQuantity, ModalResponses, NaturalFrequency};
 pub use ode::{OdeModel, OdeResponses};
 pub use quasi_static::{InstantAnalysis, KinematicResponses, QuasiStaticResponses, StaticResponses};
 pub use transient::{Integration, Transient};

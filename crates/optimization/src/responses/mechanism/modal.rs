@@ -1,23 +1,44 @@
-//! Natural frequencies about static equilibrium as responses, beside other outputs.
+//! Natural frequencies and mode shapes about static equilibrium as responses, beside other outputs.
 
 use super::StaticResponses;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use crate::{Error, Result};
 use mechanics::derivatives::method::Differentiation;
 use mechanics::derivatives::modal::{About, ModeSensitivities, differentiate_modes, squared_frequencies};
+use mechanics::derivatives::mode_shapes::{differentiate_mode_shapes, mode_shapes};
 use mechanics::derivatives::semi_analytical;
 use mechanics::mechanism::ParametricMechanism;
 use nalgebra::DMatrix;
 
 /// The outputs of a mechanism in static equilibrium at given times, some of which are natural angular frequencies
-/// ω (rad/s) of small undamped vibrations about it.
+/// ω (rad/s) of small undamped vibrations about it, or amplitudes of outputs in a mode.
 ///
 /// A square ω² < 0 belongs to an unstable equilibrium and gives −√(−ω²). Derivatives are exact:
-/// [`differentiate_modes`]. Those of equal frequencies are one-sided, which is a warning.
+/// [`differentiate_modes`], [`differentiate_mode_shapes`]. Those of equal frequencies are one-sided, which is a warning; their shapes are
+/// not determined and have no derivatives.
 pub struct ModalResponses<M> {
     outputs: StaticResponses<M>,
-    /// For each output the natural frequency that it is; `None` if it is an output of the mechanism.
-    frequencies: Vec<Option<NaturalFrequency>>,
+    /// For each output the modal quantity that it is; `None` if it is an output of the mechanism.
+    quantities: Vec<Option<ModalQuantity>>,
+}
+
+/// A quantity of a natural mode as an output.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ModalQuantity {
+    /// The natural frequency.
+    Frequency(NaturalFrequency),
+    /// The amplitude of the output in the mode of this number, from zero, see [`mode_shapes`].
+    Amplitude(usize),
+}
+
+impl ModalQuantity {
+    /// Number of the mode.
+    fn mode(self) -> usize {
+        match self {
+            Self::Frequency(frequency) => frequency.mode,
+            Self::Amplitude(mode) => mode,
+        }
+    }
 }
 
 /// A natural frequency as an output.
@@ -33,11 +54,11 @@ pub struct NaturalFrequency {
 const EQUAL: f64 = 1e-7;
 
 impl<M: ParametricMechanism> ModalResponses<M> {
-    /// Replaces outputs of the mechanism by natural frequencies.
+    /// Replaces outputs of the mechanism by natural frequencies and amplitudes in modes.
     ///
-    /// * `frequencies`: one for each output of the mechanism, `None` for those that stay.
-    pub fn new(outputs: StaticResponses<M>, frequencies: Vec<Option<NaturalFrequency>>) -> Self {
-        Self { outputs, frequencies }
+    /// * `quantities`: one for each output of the mechanism, `None` for those that stay.
+    pub fn new(outputs: StaticResponses<M>, quantities: Vec<Option<ModalQuantity>>) -> Self {
+        Self { outputs, quantities }
     }
 
     /// Replaces the method of differentiation of the other outputs.
@@ -52,8 +73,45 @@ impl<M: ParametricMechanism> ModalResponses<M> {
         About::Equilibrium(self.outputs.settings)
     }
 
-    fn frequency(&self, at: ResponseAt) -> Option<NaturalFrequency> {
-        self.frequencies.get(at.response).copied().flatten()
+    fn quantity(&self, at: ResponseAt) -> Option<ModalQuantity> {
+        self.quantities.get(at.response).copied().flatten()
+    }
+
+    /// Numbers of the modes in which outputs have amplitudes, increasing.
+    fn shapes(&self) -> Vec<usize> {
+        let mode = |quantity: &Option<ModalQuantity>| match *quantity {
+            Some(ModalQuantity::Amplitude(mode)) => Some(mode),
+            _ => None,
+        };
+        let mut modes: Vec<usize> = self.quantities.iter().filter_map(mode).collect();
+        modes.sort_unstable();
+        modes.dedup();
+        modes
+    }
+
+    /// Derivatives of the wanted amplitudes, each in its row.
+    fn add_shapes(&self, b: &[f64], wanted: &[ResponseAt], rows: &mut DMatrix<f64>) -> Result<()> {
+        for (p, &t) in self.outputs.times.iter().enumerate() {
+            let here = wanted.iter().enumerate().filter(|(_, at)| at.point == p);
+            let amplitude = |(row, at): (usize, &ResponseAt)| match self.quantity(*at)? {
+                ModalQuantity::Amplitude(mode) => Some((row, at.response, mode)),
+                ModalQuantity::Frequency(_) => None,
+            };
+            let all: Vec<(usize, usize, usize)> = here.filter_map(amplitude).collect();
+            let mut modes: Vec<usize> = all.iter().map(|(.., mode)| *mode).collect();
+            modes.sort_unstable();
+            modes.dedup();
+            if modes.is_empty() {
+                continue;
+            }
+            let shapes = differentiate_mode_shapes(&self.outputs.model, b, self.about(), t, &modes)?;
+            for (row, output, mode) in all {
+                let k = modes.binary_search(&mode).expect("it is one of them");
+                let gradient = &shapes.gradients[k][output];
+                gradient.iter().enumerate().for_each(|(variable, x)| rows[(row, variable)] = *x);
+            }
+        }
+        Ok(())
     }
 
     /// ω² of a mode.
@@ -71,7 +129,7 @@ impl<M: ParametricMechanism> ModalResponses<M> {
         order.sort_by_key(|&row| wanted[row].point);
         for row in order {
             let at = wanted[row];
-            let Some(NaturalFrequency { mode, unit }) = self.frequency(at) else { continue };
+            let Some(ModalQuantity::Frequency(NaturalFrequency { mode, unit })) = self.quantity(at) else { continue };
             let t = self.outputs.times[at.point];
             let modes = match known.take() {
                 Some((point, modes)) if point == at.point => modes,
@@ -100,13 +158,14 @@ impl<M: ParametricMechanism> ModalResponses<M> {
         wanted: &[ResponseAt],
         others: impl FnOnce(&[ResponseAt]) -> Result<DMatrix<f64>>,
     ) -> Result<DMatrix<f64>> {
-        let places: Vec<usize> = (0..wanted.len()).filter(|&row| self.frequency(wanted[row]).is_none()).collect();
+        let places: Vec<usize> = (0..wanted.len()).filter(|&row| self.quantity(wanted[row]).is_none()).collect();
         let mut rows = DMatrix::zeros(wanted.len(), b.len());
         if !places.is_empty() {
             let found = others(&places.iter().map(|&row| wanted[row]).collect::<Vec<_>>())?;
             places.iter().enumerate().for_each(|(k, &row)| rows.set_row(row, &found.row(k)));
         }
         self.add_modes(b, wanted, &mut rows)?;
+        self.add_shapes(b, wanted, &mut rows)?;
         Ok(rows)
     }
 }
@@ -122,20 +181,36 @@ impl<M: ParametricMechanism> Analysis for ModalResponses<M> {
         let mechanism = self.outputs.model.build(b)?;
         for (p, &t) in self.outputs.times.iter().enumerate() {
             let squares = squared_frequencies(&mechanism, self.about(), t)?;
-            for (h, frequency) in self.frequencies.iter().enumerate() {
-                let Some(NaturalFrequency { mode, unit }) = *frequency else { continue };
+            let shapes = self.shapes();
+            let amplitudes = match shapes.is_empty() {
+                true => Vec::new(),
+                false => mode_shapes(&self.outputs.model, b, self.about(), t, &shapes)?,
+            };
+            for (h, quantity) in self.quantities.iter().enumerate() {
+                let Some(quantity) = *quantity else { continue };
+                let mode = quantity.mode();
                 let square = self.square(&squares, mode, t)?;
-                responses.values[h][p] = signed_root(square) / unit;
+                responses.values[h][p] = match quantity {
+                    ModalQuantity::Frequency(NaturalFrequency { unit, .. }) => signed_root(square) / unit,
+                    ModalQuantity::Amplitude(mode) => {
+                        amplitudes[shapes.binary_search(&mode).expect("it is one of them")][h]
+                    }
+                };
                 let is_equal = |other: &f64| (other - square).abs() <= EQUAL * square.abs();
                 let first = squares.iter().position(is_equal).unwrap_or(mode);
                 let last = squares.iter().rposition(is_equal).unwrap_or(mode);
                 if first < last {
-                    responses.warnings.push(format!(
-                        "natural frequencies {} to {} are equal at t = {t} s: their derivatives are one-sided; limit all \
-                         of them, or separate them",
-                        first + 1,
-                        last + 1
-                    ));
+                    let what = match quantity {
+                        ModalQuantity::Frequency(_) => {
+                            "their derivatives are one-sided; limit all of them, or separate them"
+                        }
+                        ModalQuantity::Amplitude(_) => {
+                            "their shapes are not determined and have no derivatives; separate the frequencies"
+                        }
+                    };
+                    let (first, last) = (first + 1, last + 1);
+                    let warning = format!("natural frequencies {first} to {last} are equal at t = {t} s: {what}");
+                    responses.warnings.push(warning);
                 }
             }
         }
@@ -169,7 +244,7 @@ impl<M: ParametricMechanism> Analysis for ModalResponses<M> {
     }
 
     fn curvatures(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
-        if wanted.iter().any(|at| self.frequency(*at).is_some()) {
+        if wanted.iter().any(|at| self.quantity(*at).is_some()) {
             return Ok(None);
         }
         self.outputs.curvatures(b, responses, wanted)

@@ -107,7 +107,7 @@ impl ConstraintTerms {
             a.fill(0.0);
         }
         l.clear();
-        l.extend_from_slice(&state.l[instance.first_multiplier..instance.first_multiplier + instance.num_constraints]);
+        l.extend_from_slice(&state.l[instance.multipliers()]);
     }
 
     /// Evaluates the residual with `chunk` seeded, the variables from number `first` on.

@@ -303,6 +303,8 @@ impl LinearizedElement {
             to.clear();
             to.extend(instance.coordinates.iter().map(|&i| DualVec::constant(from[i])));
         }
+        workspace.l.clear();
+        workspace.l.extend(state.l[instance.multipliers()].iter().map(|&l| DualVec::constant(l)));
         for (k, variable) in chunk.iter().enumerate() {
             let values = match variable.kind {
                 VariableKind::Position => &mut workspace.q,

@@ -1,0 +1,135 @@
+//! Mode shapes against closed forms, and their derivatives against differences.
+
+use autodiff::Scalar;
+use linkwright_mechanics::derivatives::modal::About;
+use linkwright_mechanics::derivatives::mode_shapes::{differentiate_mode_shapes, mode_shapes};
+use linkwright_mechanics::{Error, Mechanism, ParametricMechanism, Pose, Result, Statics};
+
+/// Two masses in a row on two springs: mass, stiffness of the first spring, stiffness of the second one.
+struct Chain;
+
+impl ParametricMechanism for Chain {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let [one, two] = ["one", "two"].map(|name| m.coordinate(name, zero, zero));
+        let ground = m.ground().x;
+        for (k, (a, b_)) in [(ground, one), (one, two)].into_iter().enumerate() {
+            m.inertia(&format!("mass {k}"), b_, b[0]);
+            let spring = m.coordinate_spring(&format!("spring {k}"), a, b_, [b[1 + k], zero, zero, zero]);
+            let term = m.measure(spring, "generalized_force")?;
+            m.output(format!("force {k}"), &[term]);
+            let sensor = m.coordinate_sensor(&format!("sensor {k}"), ground, b_);
+            for name in ["position", "acceleration"] {
+                let term = m.measure(sensor, name)?;
+                m.output(format!("{name} {k}"), &[term]);
+            }
+        }
+        Ok(m)
+    }
+}
+
+fn close(a: f64, b: f64, tolerance: f64) {
+    assert!((a - b).abs() <= tolerance * (1.0 + b.abs()), "{a} instead of {b}");
+}
+
+#[test]
+fn shapes_of_a_chain_in_closed_form() {
+    let (mass, stiffness) = (2.0, 500.0);
+    let golden = (1.0 + 5f64.sqrt()) / 2.0;
+    let found =
+        differentiate_mode_shapes(&Chain, &[mass, stiffness, stiffness], About::Assembled, 0.0, &[0, 1]).unwrap();
+    // ω² m/k = 2 − golden, shape (1, golden); ω² m/k = 1 + golden, shape (golden, −1).
+    let unit = 1.0 / (mass * (1.0 + golden * golden)).sqrt();
+    for (k, (shape, factor)) in [([1.0, golden], 2.0 - golden), ([golden, -1.0], 1.0 + golden)].into_iter().enumerate()
+    {
+        let [values, gradients] = [&found.values[k], &found.gradients[k].iter().map(|g| g[0]).collect::<Vec<_>>()];
+        let square = factor * stiffness / mass;
+        for c in 0..2 {
+            close(values[3 * c + 1], shape[c] * unit, 1e-13);
+            close(values[3 * c + 2], -square * shape[c] * unit, 1e-12);
+            // The shape does not depend on the mass, its unit is m^(-1/2); that of accelerations is m^(-3/2).
+            close(gradients[3 * c + 1], -0.5 * shape[c] * unit / mass, 1e-12);
+            close(gradients[3 * c + 2], 1.5 * square * shape[c] * unit / mass, 1e-11);
+        }
+        let force = stiffness * shape[0] * unit;
+        close(values[0].abs(), force.abs(), 1e-12);
+    }
+}
+
+/// A double pendulum with a torsion spring, hanging in equilibrium beside a force: mass, length, stiffness, lever.
+struct Hanging;
+
+impl ParametricMechanism for Hanging {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let (zero, number) = (S::from(0.0), S::from);
+        let mut m = Mechanism::with_gravity(zero, number(-9.81));
+        let ground = m.ground();
+        let half = b[1] * 0.5;
+        let upper = m.body("upper", b[0], number(0.1), Pose { x: half, y: zero, theta: zero });
+        let lower = m.body("lower", number(0.7), number(0.05), Pose { x: b[1], y: -b[3], theta: zero });
+        let pin = m.revolute("pin", ground.origin(), upper.at(-half, zero));
+        m.revolute("knee", upper.at(half, zero), lower.at(zero, b[3]));
+        m.coordinate_spring("spring", ground.theta, upper.theta, [b[2], zero, zero, zero]);
+        m.coordinate_spring("second spring", upper.theta, lower.theta, [b[2] * 0.2, zero, number(0.3), zero]);
+        let sensor = m.sensor("tip", lower.at(number(0.1), -b[3]));
+        for name in ["x", "y", "theta", "vx", "ay"] {
+            let term = m.measure(sensor, name)?;
+            m.output(name, &[term]);
+        }
+        let reaction = m.measure(pin, "force_y")?;
+        m.output("reaction", &[reaction]);
+        Ok(m)
+    }
+}
+
+#[test]
+fn derivatives_of_shapes_with_joints_about_an_equilibrium() {
+    let (b, about) = ([1.3, 0.8, 25.0, 0.4], About::Equilibrium(Statics::default()));
+    let which = [0, 1];
+    let found = differentiate_mode_shapes(&Hanging, &b, about, 0.0, &which).unwrap();
+    let plain = mode_shapes(&Hanging, &b, about, 0.0, &which).unwrap();
+    let of = |b: &[f64]| mode_shapes(&Hanging, b, about, 0.0, &which).unwrap();
+    for variable in 0..b.len() {
+        let h = 1e-4 * b[variable];
+        let moved = |h: f64| {
+            let mut moved = b;
+            moved[variable] += h;
+            of(&moved)
+        };
+        let runs = [h, -h, 2.0 * h, -2.0 * h].map(moved);
+        for mode in which {
+            for output in 0..plain[mode].len() {
+                assert_eq!(plain[mode][output].to_bits(), found.values[mode][output].to_bits());
+                let at = |k: usize| runs[k][mode][output];
+                let difference = (8.0 * (at(0) - at(1)) - (at(2) - at(3))) / (12.0 * h);
+                close(found.gradients[mode][output][variable], difference, 1e-7);
+            }
+        }
+    }
+    // Velocities are out of phase, and reactions are those of the mode.
+    assert!(plain.iter().all(|values| values[3] == 0.0 && values[5].abs() > 1e-3), "{plain:?}");
+}
+
+#[test]
+fn equal_frequencies_and_missing_modes_are_named() {
+    struct Equal;
+    impl ParametricMechanism for Equal {
+        fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+            let zero = S::from(0.0);
+            let mut m = Mechanism::new();
+            let ground = m.ground().x;
+            for k in 0..2 {
+                let own = m.coordinate(format!("q{k}"), zero, zero);
+                m.inertia(&format!("mass {k}"), own, b[0]);
+                m.coordinate_spring(&format!("spring {k}"), ground, own, [S::from(3.0), zero, zero, zero]);
+            }
+            Ok(m)
+        }
+    }
+    let error = differentiate_mode_shapes(&Equal, &[2.0], About::Assembled, 0.0, &[1]).unwrap_err();
+    assert!(matches!(error, Error::Unsupported { .. }) && error.to_string().contains("frequencies 1 to 2"), "{error}");
+    assert!(mode_shapes(&Equal, &[2.0], About::Assembled, 0.0, &[1]).is_ok());
+    let error = mode_shapes(&Equal, &[2.0], About::Assembled, 0.0, &[2]).unwrap_err().to_string();
+    assert!(error.contains("there are only 2"), "{error}");
+}
