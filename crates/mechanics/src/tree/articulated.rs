@@ -124,6 +124,7 @@ impl Articulated {
     }
 
     /// Solves A x = b in place, where row i of `b` belongs to the joint coordinate i. `work` is a workspace.
+    #[inline(always)]
     pub fn solve<const W: usize>(&self, tree: &Tree, b: &mut [[f64; W]], work: &mut Vec<[[f64; W]; 3]>) {
         let zero = [0.0; W];
         work.clear();

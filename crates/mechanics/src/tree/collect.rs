@@ -9,6 +9,7 @@ impl Tree {
     ///
     /// `rows` are inertia − force by coordinate. On return those of a body are the wrench of the part of the tree from this body
     /// on, about its reference point.
+    #[inline(always)]
     pub fn collect<T: StateScalar>(&self, levers: &[Levers<T>], rows: &mut [T], out: &mut [T]) {
         for (node, levers) in self.nodes.iter().zip(levers).rev() {
             let [x, y, turn] = node.coordinates;

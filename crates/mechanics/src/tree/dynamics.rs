@@ -27,6 +27,9 @@ impl Tree {
 pub(crate) struct TreeResidual<T> {
     parameters: Vec<JointParameters<T>>,
     levers: Vec<Levers<T>>,
+    /// Mass or moment of inertia of the bodies by coordinate, and their weights.
+    masses: Vec<T>,
+    weights: Vec<T>,
     /// Inertia − force by coordinate.
     rows: Vec<T>,
     workspace: ElementWorkspace<T>,
@@ -35,21 +38,37 @@ pub(crate) struct TreeResidual<T> {
 impl<T: StateScalar> TreeResidual<T> {
     /// Residual of `mechanism`.
     pub fn new(tree: &Tree, mechanism: &Mechanism<T>) -> Self {
+        let (n, mut workspace) = (mechanism.coordinates.len(), ElementWorkspace::default());
+        let mut rows_of = |acceleration: f64| {
+            let mut state = State::built(mechanism, 0.0);
+            state.v.fill(T::from(0.0));
+            state.a.fill(T::from(acceleration));
+            let mut rows = vec![T::from(0.0); n];
+            for &k in &tree.bodies {
+                add_rows(mechanism, k, &state, &mut workspace, &mut rows);
+            }
+            rows
+        };
+        let (weights, moving) = (rows_of(0.0), rows_of(1.0));
         Self {
             parameters: tree.parameters(mechanism),
             levers: vec![Levers::zero(); tree.nodes.len()],
-            rows: vec![T::from(0.0); mechanism.coordinates.len()],
-            workspace: ElementWorkspace::default(),
+            masses: moving.iter().zip(&weights).map(|(all, weight)| *all - *weight).collect(),
+            weights,
+            rows: vec![T::from(0.0); n],
+            workspace,
         }
     }
 
     /// Writes the state of all coordinates at the time of `state` for the joint coordinates and their velocities, `y`.
+    #[inline(always)]
     pub fn place(&mut self, tree: &Tree, mechanism: &Mechanism<T>, y: &[T], state: &mut State<T>) {
         tree.prescribe(mechanism, state);
         tree.place(&self.parameters, y, state, &mut self.levers);
     }
 
     /// Writes the rows of the joint coordinates for their accelerations `a`, in the position of the last [`Self::place`].
+    #[inline(always)]
     pub fn evaluate(
         &mut self,
         tree: &Tree,
@@ -59,11 +78,10 @@ impl<T: StateScalar> TreeResidual<T> {
         out: &mut [T],
     ) {
         tree.place_accelerations(y, a, state, &self.levers);
-        self.rows.fill(T::from(0.0));
-        for &k in tree.bodies.iter().chain(&tree.forces) {
-            let instance = &mechanism.elements[k];
-            evaluate(instance, state, &mut self.workspace);
-            instance.coordinates.iter().zip(&self.workspace.dynamics).for_each(|(&i, row)| self.rows[i] += *row);
+        let bodies = self.weights.iter().zip(&self.masses).zip(&state.a);
+        self.rows.iter_mut().zip(bodies).for_each(|(row, ((weight, mass), a))| *row = *mass * *a + *weight);
+        for &k in &tree.forces {
+            add_rows(mechanism, k, state, &mut self.workspace, &mut self.rows);
         }
         tree.collect(&self.levers, &mut self.rows, out);
     }
@@ -72,6 +90,19 @@ impl<T: StateScalar> TreeResidual<T> {
     pub fn reactions(&self, tree: &Tree, y: &[T], state: &mut State<T>) {
         tree.reactions(y, &self.levers, &self.rows, &mut state.l);
     }
+}
+
+/// Adds the rows of element number `k`.
+fn add_rows<T: StateScalar>(
+    mechanism: &Mechanism<T>,
+    k: usize,
+    state: &State<T>,
+    workspace: &mut ElementWorkspace<T>,
+    rows: &mut [T],
+) {
+    let instance = &mechanism.elements[k];
+    evaluate(instance, state, workspace);
+    instance.coordinates.iter().zip(&workspace.dynamics).for_each(|(&i, row)| rows[i] += *row);
 }
 
 /// Accelerations of the joint coordinates of a tree.
@@ -125,9 +156,7 @@ impl TreeDynamics {
             }
         }
         for &k in &tree.bodies {
-            let instance = &mechanism.elements[k];
-            evaluate(instance, &rest, &mut workspace);
-            instance.coordinates.iter().zip(&workspace.dynamics).for_each(|(&i, row)| weights[i] += row);
+            add_rows(mechanism, k, &rest, &mut workspace, &mut weights);
         }
         let singles: Vec<f64> = tree.singles.iter().map(|&i| masses[i]).collect();
         Self {
@@ -202,9 +231,7 @@ impl TreeDynamics {
             let accelerations = std::mem::take(&mut state.a);
             state.a.resize(accelerations.len(), 0.0);
             for &k in &self.tree.forces {
-                let instance = &mechanism.elements[k];
-                evaluate(instance, state, &mut self.workspace);
-                instance.coordinates.iter().zip(&self.workspace.dynamics).for_each(|(&i, row)| self.rows[i] += row);
+                add_rows(mechanism, k, state, &mut self.workspace, &mut self.rows);
             }
             state.a = accelerations;
         }

@@ -41,6 +41,7 @@ impl Tree {
 
     /// Writes positions and velocities of all bodies to `state`, in which prescribed coordinates have theirs; `y` are the joint
     /// coordinates, followed by their velocities.
+    #[inline(always)]
     pub fn place<T: StateScalar>(
         &self,
         parameters: &[JointParameters<T>],
@@ -92,6 +93,7 @@ impl Tree {
     }
 
     /// Writes accelerations of all bodies to `state`, for the accelerations `a` of the joint coordinates.
+    #[inline(always)]
     pub fn place_accelerations<T: StateScalar>(&self, y: &[T], a: &[T], state: &mut State<T>, levers: &[Levers<T>]) {
         let v = &y[self.count..];
         for (node, levers) in self.nodes.iter().zip(levers) {

@@ -1,6 +1,8 @@
 //! Relative coordinates: the motions, reactions and derivatives of absolute coordinates, chains with known energy, and errors that
 //! name what is not supported.
 
+mod chains;
+mod rejected;
 mod zoo;
 
 use linkwright_mechanics::analyses::dynamics::{History, simulate_explicitly};

@@ -101,8 +101,8 @@ impl<'m> ReverseRelativeSteps<'m> {
     /// Computes the stage in `slot`.
     fn load_stage(&mut self, slot: usize) -> Result<()> {
         let relative = self.driver.stepper.rhs.relative.as_ref().expect("the coordinates are relative");
-        let (t, y) = &relative.stages.as_ref().expect("the stages are recorded")[slot];
-        self.stage.load(*t, y)
+        let stage = &relative.stages.as_ref().expect("the stages are recorded")[slot];
+        self.stage.load(stage.t, &stage.y)
     }
 
     /// Propagates from the rates at the stage in `slot` to the beginning of the step and to the rates of earlier stages.

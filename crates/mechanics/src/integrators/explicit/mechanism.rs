@@ -18,6 +18,7 @@ use crate::mechanism::scalars::{Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
+use crate::tree::articulated::Articulated;
 use crate::tree::{Tree, TreeDynamics};
 use crate::{Error, Result};
 
@@ -67,8 +68,21 @@ pub struct MechanismRhs<'m> {
 /// A mechanism in relative coordinates as a system of first-order equations.
 pub(crate) struct RelativeRhs {
     pub dynamics: TreeDynamics,
-    /// Time and components at each slot of the current step, if they are recorded.
-    pub stages: Option<Vec<(f64, Vec<f64>)>>,
+    /// Evaluations at each slot of the current step, if they are recorded; the last one is for outputs.
+    pub stages: Option<Vec<RelativeStageRecord>>,
+}
+
+/// One evaluation of accelerations in relative coordinates.
+#[derive(Clone)]
+pub(crate) struct RelativeStageRecord {
+    /// Time in s.
+    pub t: f64,
+    /// Joint coordinates, followed by their velocities.
+    pub y: Vec<f64>,
+    /// Accelerations of the joint coordinates.
+    pub a: Vec<f64>,
+    /// The factorized mass matrix.
+    pub factor: Articulated,
 }
 
 impl RelativeRhs {
@@ -89,8 +103,11 @@ impl RelativeRhs {
             self.dynamics.complete(mechanism, (y, accelerations), state);
         }
         if let Some(stages) = &mut self.stages {
-            stages[slot].0 = t;
-            stages[slot].1.copy_from_slice(y);
+            let stage = &mut stages[slot];
+            stage.t = t;
+            stage.y.copy_from_slice(y);
+            stage.a.copy_from_slice(accelerations);
+            std::mem::swap(&mut stage.factor, &mut self.dynamics.factor);
         }
         Ok(())
     }
@@ -394,8 +411,10 @@ pub(crate) fn start<'m>(
     state.l.fill(0.0);
     if let Some(tree) = relative_tree(mechanism, &system, settings)? {
         let y = tree.joint_state(mechanism, &state);
-        let stages = recorded.then(|| vec![(settings.start, y.clone()); SAMPLE + 1]);
         let dynamics = TreeDynamics::new(tree, mechanism, &system);
+        let a = vec![0.0; dynamics.tree.count];
+        let stage = || RelativeStageRecord { t: settings.start, y: y.clone(), a, factor: dynamics.factor.clone() };
+        let stages = recorded.then(|| vec![stage(); SAMPLE + 1]);
         let mut rhs = MechanismRhs::new(mechanism, system, state.clone());
         rhs.relative = Some(Box::new(RelativeRhs { dynamics, stages }));
         return Ok((OdeDriver::new(rhs, settings, y, times)?, ConsistentState { state, projection }));

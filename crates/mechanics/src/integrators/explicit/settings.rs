@@ -49,6 +49,7 @@ impl Tolerance {
 /// displacements as unknowns in relative coordinates: fewer of them, no constraints that drift, and a cost per step that is
 /// proportional to the number of bodies. Outputs and their derivatives are the same up to the tolerance of the steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Coordinates {
     /// Relative coordinates where they are possible and replace constraints, otherwise absolute ones.
     #[default]

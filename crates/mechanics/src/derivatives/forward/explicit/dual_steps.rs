@@ -47,9 +47,9 @@ where
     Jet2<T>: ElementScalar,
 {
     let (mut driver, begin) = start(plain, settings, times, true)?;
-    let relative = driver.stepper.rhs.relative.as_ref().map(|relative| relative.dynamics.clone());
-    if let Some(dynamics) = relative {
-        return propagate_relative(mechanisms, &dynamics, driver, &begin, times);
+    let relative = driver.stepper.rhs.relative.as_ref().map(|relative| relative.dynamics.tree.clone());
+    if let Some(tree) = relative {
+        return propagate_relative(mechanisms, &tree, driver, &begin, times);
     }
     let (method, rhs) = (driver.stepper.method, &mut driver.stepper.rhs);
     let offset = rhs.locator.as_ref().map_or(0.0, |locator| locator.switch_offset());

@@ -62,9 +62,9 @@ fn differentiate_seeded(
         return Ok(SensitiveHistory::new(mechanism, times, recorder, (&gradients, variables), work));
     }
     let (driver, begin) = start(mechanism, settings, times, true)?;
-    let relative = driver.stepper.rhs.relative.as_ref().map(|relative| relative.dynamics.clone());
-    if let Some(dynamics) = relative {
-        let (recorder, work, gradients) = propagate_relative(chunks, &dynamics, driver, &begin, times)?;
+    let relative = driver.stepper.rhs.relative.as_ref().map(|relative| relative.dynamics.tree.clone());
+    if let Some(tree) = relative {
+        let (recorder, work, gradients) = propagate_relative(chunks, &tree, driver, &begin, times)?;
         return Ok(SensitiveHistory::new(mechanism, times, recorder, (&gradients, variables), work));
     }
     let propagate_blocks = if chunks.len() > 1 { propagate_blocks::<{ 2 * WIDTH }> } else { propagate_blocks::<WIDTH> };

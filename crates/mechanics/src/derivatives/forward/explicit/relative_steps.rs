@@ -11,25 +11,26 @@ use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::history::OutputGradients;
 use crate::derivatives::propagation::{Schedule, StepConsumer, StepSource, propagate};
 use crate::diagnostics::check_finite;
-use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs, sample};
+use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs, RelativeStageRecord, SAMPLE, sample};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::tableau::Tableau;
 use crate::integrators::settings::Work;
+use crate::linalg::simd::{Kernel, dispatch};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::System;
 use crate::system::state::State;
-use crate::tree::TreeDynamics;
+use crate::tree::Tree;
 use crate::tree::dynamics::TreeResidual;
 
 /// Smallest product of joint coordinates, mechanisms and derivatives of each for which threads are faster.
 const WORTH_THREADS: usize = 400;
 
-/// Propagates the `L` derivatives of each of the `mechanisms` along the steps of `driver`, whose unknowns are those of
-/// `dynamics`, to the last of `times`.
+/// Propagates the `L` derivatives of each of the `mechanisms` along the steps of `driver`, whose unknowns are the joint coordinates
+/// of `tree`, to the last of `times`. The stages of the steps are recorded.
 pub(crate) fn propagate_relative<T: DerivativeScalar<L>, const L: usize>(
     mechanisms: &[Mechanism<T>],
-    dynamics: &TreeDynamics,
+    tree: &Tree,
     mut driver: OdeDriver<MechanismRhs<'_>>,
     begin: &ConsistentState,
     times: &[f64],
@@ -39,12 +40,11 @@ where
 {
     let (method, rhs) = (driver.stepper.method, &mut driver.stepper.rhs);
     let plain = rhs.mechanism;
-    let steps =
-        |mechanism| RelativeSteps::new((plain, mechanism), dynamics, &mut rhs.system, method, begin, times.len());
+    let steps = |mechanism| RelativeSteps::new((plain, mechanism), tree, &mut rhs.system, method, begin, times.len());
     let mut consumers = mechanisms.iter().map(steps).collect::<Result<Vec<_>>>()?;
     let recorder = OutputRecorder::new(plain, times.len());
     let mut source = RecordedSteps { mechanism: plain, steps: ExplicitSteps::new(driver, times), recorder };
-    let is_parallel = dynamics.tree.count * mechanisms.len() * L >= WORTH_THREADS && mechanisms.len() > 1;
+    let is_parallel = tree.count * mechanisms.len() * L >= WORTH_THREADS && mechanisms.len() > 1;
     propagate(&mut source, &mut consumers, if is_parallel { Schedule::Parallel } else { Schedule::Sequential })?;
     let derivatives = consumers.into_iter().map(|steps| steps.derivatives).collect();
     let gradients = OutputGradients::new(plain.outputs.len(), L, derivatives);
@@ -58,30 +58,47 @@ struct RecordedSteps<'m> {
     recorder: OutputRecorder,
 }
 
-impl StepSource for RecordedSteps<'_> {
-    type Block = StepEvent;
+impl RecordedSteps<'_> {
+    /// The recorded stages of the step.
+    fn stages(&mut self) -> &mut Option<Vec<RelativeStageRecord>> {
+        &mut self.steps.driver.stepper.rhs.relative.as_mut().expect("the coordinates are relative").stages
+    }
+}
 
-    fn block(&mut self) -> StepEvent {
-        StepEvent::Start
+impl StepSource for RecordedSteps<'_> {
+    type Block = RecordedStep;
+
+    fn block(&mut self) -> RecordedStep {
+        RecordedStep { event: StepEvent::Start, stages: None }
     }
 
     /// Fills the block with one step, or with the state at one output time.
-    fn fill(&mut self, event: &mut StepEvent) -> Result<bool> {
-        let Some(next) = self.steps.advance(sample)? else { return Ok(false) };
-        if let StepEvent::Output { .. } = next {
+    fn fill(&mut self, step: &mut RecordedStep) -> Result<bool> {
+        if step.stages.is_some() {
+            *self.stages() = step.stages.take();
+        }
+        let Some(event) = self.steps.advance(sample)? else { return Ok(false) };
+        if let StepEvent::Output { .. } = event {
             self.recorder.record(self.mechanism, &self.steps.driver.stepper.rhs.state)?;
         }
-        *event = next;
+        step.event = event;
+        step.stages = self.stages().take();
         Ok(true)
     }
 }
 
+/// The stages of a step.
+struct RecordedStep {
+    event: StepEvent,
+    /// Evaluations of the accelerations, moved here from the equations while derivatives are computed.
+    stages: Option<Vec<RelativeStageRecord>>,
+}
+
 /// Joint coordinates and velocities with `L` derivatives, which are propagated along explicit steps.
 struct RelativeSteps<'m, T, const L: usize> {
-    plain: &'m Mechanism<f64>,
     mechanism: &'m Mechanism<T>,
     method: &'static Tableau,
-    dynamics: TreeDynamics,
+    tree: &'m Tree,
     residual: TreeResidual<T>,
     /// Beginning and end of the step in s.
     t: [f64; 2],
@@ -94,11 +111,8 @@ struct RelativeSteps<'m, T, const L: usize> {
     is_started: bool,
     /// True after the evaluation of the slots for dense output.
     is_dense: bool,
-    /// The state of all coordinates at a stage, and its values.
+    /// The state of all coordinates at a stage.
     state: State<T>,
-    values: State<f64>,
-    stage_values: Vec<f64>,
-    acceleration_values: Vec<f64>,
     accelerations: Vec<T>,
     rows: Vec<T>,
     changes: Vec<[f64; L]>,
@@ -109,39 +123,59 @@ struct RelativeSteps<'m, T, const L: usize> {
     derivatives: Vec<f64>,
 }
 
+/// Accelerations of the joint coordinates at the stage of `steps`, whose values are in the `record`.
+struct StageAccelerations<'a, 'm, T, const L: usize> {
+    steps: &'a mut RelativeSteps<'m, T, L>,
+    record: &'a RelativeStageRecord,
+}
+
+impl<T: DerivativeScalar<L>, const L: usize> Kernel for StageAccelerations<'_, '_, T, L> {
+    #[inline(always)]
+    fn run(self) {
+        let RelativeStageRecord { t, y, a, factor } = self.record;
+        let RelativeSteps { mechanism, tree, residual, stage, state, accelerations, rows, changes, work, .. } =
+            self.steps;
+        stage.iter_mut().zip(y).for_each(|(stage, &value)| *stage = T::with(value, stage.derivatives()));
+        accelerations.iter_mut().zip(a).for_each(|(a, &value)| *a = T::from(value));
+        state.t = T::from(*t);
+        residual.place(tree, mechanism, stage, state);
+        for _ in 0..T::ORDER {
+            residual.evaluate(tree, mechanism, (stage, accelerations), state, rows);
+            changes.iter_mut().zip(&*rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
+            factor.solve(tree, changes, work);
+            accelerations.iter_mut().zip(&*changes).for_each(|(a, change)| *a += T::with(0.0, *change));
+        }
+    }
+}
+
 impl<'m, T: DerivativeScalar<L>, const L: usize> RelativeSteps<'m, T, L>
 where
     Jet2<T>: ElementScalar,
 {
     /// Derivatives at the start of a motion with a number of output `times`.
     fn new(
-        (plain, mechanism): (&'m Mechanism<f64>, &'m Mechanism<T>),
-        dynamics: &TreeDynamics,
+        (plain, mechanism): (&Mechanism<f64>, &'m Mechanism<T>),
+        tree: &'m Tree,
         system: &mut System,
         method: &'static Tableau,
         begin: &ConsistentState,
         times: usize,
     ) -> Result<Self> {
         let state = InitialDerivatives::new(plain, mechanism, system).consistent(&begin.state, &begin.projection)?;
-        let (y, zero) = (dynamics.tree.joint_state(mechanism, &state), T::from(0.0));
-        let count = dynamics.tree.count;
+        let (y, zero, count) = (tree.joint_state(mechanism, &state), T::from(0.0), tree.count);
         Ok(Self {
-            plain,
             mechanism,
             method,
-            dynamics: dynamics.clone(),
-            residual: TreeResidual::new(&dynamics.tree, mechanism),
+            tree,
+            residual: TreeResidual::new(tree, mechanism),
             t: [begin.state.t; 2],
             rates: vec![vec![zero; y.len()]; method.slots()],
-            stage_values: vec![0.0; y.len()],
             begin: y.clone(),
             end: y.clone(),
             stage: y,
             is_started: false,
             is_dense: false,
-            values: begin.state.clone(),
             state,
-            acceleration_values: vec![0.0; count],
             accelerations: vec![zero; count],
             rows: vec![zero; count],
             changes: vec![[0.0; L]; count],
@@ -153,29 +187,27 @@ where
     }
 
     /// Propagates the derivatives to the end of the step between `t[0]` and `t[1]`.
-    fn advance(&mut self, t: [f64; 2]) -> Result<()> {
+    fn advance(&mut self, stages: &[RelativeStageRecord], t: [f64; 2]) {
         let end = self.method.end;
         if self.is_started {
             self.rates.swap(0, end);
             std::mem::swap(&mut self.begin, &mut self.end);
         }
         (self.t, self.is_started, self.is_dense) = (t, true, false);
-        for slot in 1..end {
-            self.evaluate(slot)?;
-        }
-        self.combine(end);
+        (1..end + 1).for_each(|slot| self.evaluate(stages, slot));
         self.end.copy_from_slice(&self.stage);
-        self.accelerate(t[1])?;
-        self.store_rates(end);
-        Ok(())
     }
 
     /// The rates of a slot.
-    fn evaluate(&mut self, slot: usize) -> Result<()> {
+    fn evaluate(&mut self, stages: &[RelativeStageRecord], slot: usize) {
         self.combine(slot);
-        self.accelerate(self.t[0] + self.method.nodes[slot] * (self.t[1] - self.t[0]))?;
+        self.accelerate(&stages[slot]);
         self.store_rates(slot);
-        Ok(())
+    }
+
+    /// Solves for the accelerations of the joint coordinates at the stage, whose values are in the `record`.
+    fn accelerate(&mut self, record: &RelativeStageRecord) {
+        dispatch(StageAccelerations { steps: self, record });
     }
 
     /// Writes the components at which a slot is evaluated to the stage: y = y₀ + h Σ a k.
@@ -188,30 +220,6 @@ where
         }
     }
 
-    /// Solves for the accelerations of the joint coordinates at the stage, at the time `t` (s).
-    fn accelerate(&mut self, t: f64) -> Result<()> {
-        let Self { dynamics, stage_values, stage, acceleration_values, values, plain, .. } = self;
-        stage_values.iter_mut().zip(&*stage).for_each(|(value, y)| *value = y.value());
-        dynamics.place(plain, t, stage_values, values);
-        dynamics.accelerations(plain, stage_values, values, acceleration_values)?;
-        self.accelerations.iter_mut().zip(&*acceleration_values).for_each(|(a, &value)| *a = T::from(value));
-        self.state.t = T::from(t);
-        self.residual.place(&dynamics.tree, self.mechanism, stage, &mut self.state);
-        for _ in 0..T::ORDER {
-            self.residual.evaluate(
-                &dynamics.tree,
-                self.mechanism,
-                (stage, &self.accelerations),
-                &mut self.state,
-                &mut self.rows,
-            );
-            self.changes.iter_mut().zip(&self.rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
-            dynamics.factor.solve(&dynamics.tree, &mut self.changes, &mut self.work);
-            self.accelerations.iter_mut().zip(&self.changes).for_each(|(a, change)| *a += T::with(0.0, *change));
-        }
-        Ok(())
-    }
-
     /// Stores the rates at the stage in a slot.
     fn store_rates(&mut self, slot: usize) {
         let n = self.accelerations.len();
@@ -221,16 +229,16 @@ where
     }
 
     /// Records the derivatives of the outputs at `t` (s), inside the step (`is_dense`) or at its end.
-    fn record_outputs(&mut self, t: f64, is_dense: bool) -> Result<()> {
+    fn record_outputs(&mut self, stages: &[RelativeStageRecord], t: f64, is_dense: bool) -> Result<()> {
         if is_dense {
-            self.interpolate(t)?;
+            self.interpolate(stages, t);
         } else {
             self.stage.copy_from_slice(&self.end);
         }
-        self.accelerate(t)?;
-        let Self { residual, dynamics, mechanism, stage, accelerations, state, rows, .. } = self;
-        residual.evaluate(&dynamics.tree, mechanism, (stage, accelerations), state, rows);
-        residual.reactions(&dynamics.tree, stage, state);
+        self.accelerate(&stages[SAMPLE]);
+        let Self { residual, tree, mechanism, stage, accelerations, state, rows, .. } = self;
+        residual.evaluate(tree, mechanism, (stage, accelerations), state, rows);
+        residual.reactions(tree, stage, state);
         self.sampler.outputs(mechanism, state, &mut self.outputs);
         check_finite(mechanism, &self.outputs, t)?;
         self.derivatives.extend(self.outputs.iter().flat_map(|output| output.derivatives()));
@@ -238,11 +246,9 @@ where
     }
 
     /// Writes the components at `t` (s) to the stage, by dense output.
-    fn interpolate(&mut self, t: f64) -> Result<()> {
+    fn interpolate(&mut self, stages: &[RelativeStageRecord], t: f64) {
         if !std::mem::replace(&mut self.is_dense, true) {
-            for slot in self.method.end + 1..self.method.slots() {
-                self.evaluate(slot)?;
-            }
+            (self.method.end + 1..self.method.slots()).for_each(|slot| self.evaluate(stages, slot));
         }
         let Self { method, begin, end, stage, rates, t: [from, to], .. } = self;
         let h = *to - *from;
@@ -252,23 +258,23 @@ where
             let change = (end[i] - begin[i]) * weights.change;
             *y = slots.fold(begin[i] + change, |sum, (slot, weight)| sum + slot[i] * (h * weight));
         }
-        Ok(())
     }
 }
 
-impl<T: DerivativeScalar<L>, const L: usize> StepConsumer<StepEvent> for RelativeSteps<'_, T, L>
+impl<T: DerivativeScalar<L>, const L: usize> StepConsumer<RecordedStep> for RelativeSteps<'_, T, L>
 where
     Jet2<T>: ElementScalar,
 {
-    fn propagate(&mut self, event: &StepEvent) -> Result<()> {
-        match *event {
+    fn propagate(&mut self, step: &RecordedStep) -> Result<()> {
+        let stages = step.stages.as_ref().expect("the stages are here while derivatives are computed");
+        match step.event {
             StepEvent::Start => {
-                self.accelerate(self.t[0])?;
+                self.accelerate(&stages[0]);
                 self.store_rates(0);
-                Ok(())
             }
-            StepEvent::Step(t) => self.advance(t),
-            StepEvent::Output { t, is_dense } => self.record_outputs(t, is_dense),
+            StepEvent::Step(t) => self.advance(stages, t),
+            StepEvent::Output { t, is_dense } => self.record_outputs(stages, t, is_dense)?,
         }
+        Ok(())
     }
 }
