@@ -130,6 +130,8 @@ struct Plan<'m> {
     bodies: Vec<[usize; 3]>,
     /// Element, kind and bodies of each joint.
     joints: Vec<(usize, Joint, [usize; 2])>,
+    /// Joints of each body.
+    joints_of: Vec<Vec<usize>>,
     /// Body that each unknown coordinate belongs to.
     owner: Vec<Option<usize>>,
     nodes: Vec<Node>,
@@ -176,8 +178,12 @@ impl<'m> Plan<'m> {
                 }
             }
         }
+        let mut joints_of = vec![Vec::new(); bodies.len()];
+        for (k, (_, _, pair)) in joints.iter().enumerate() {
+            pair.iter().for_each(|&body: &usize| joints_of[body].push(k));
+        }
         let reached = vec![None; bodies.len()];
-        Ok(Self { mechanism, bodies, joints, owner, nodes: Vec::new(), reached })
+        Ok(Self { mechanism, bodies, joints, joints_of, owner, nodes: Vec::new(), reached })
     }
 
     fn is_free(&self, body: usize) -> [bool; 3] {
@@ -212,12 +218,11 @@ impl<'m> Plan<'m> {
     /// Attaches all bodies that hang on those in the queue.
     fn attach_from(&mut self, queue: &mut VecDeque<usize>, used: &mut [bool]) -> Result<()> {
         while let Some(parent) = queue.pop_front() {
-            for k in 0..self.joints.len() {
+            for k in self.joints_of[parent].clone() {
                 let (element, _, bodies) = self.joints[k];
-                if used[k] || !bodies.contains(&parent) {
+                if std::mem::replace(&mut used[k], true) {
                     continue;
                 }
-                used[k] = true;
                 let child = if bodies[0] == parent { bodies[1] } else { bodies[0] };
                 if self.reached[child].is_some() {
                     let why = "it closes a loop of bodies, and relative coordinates are for open chains and trees";

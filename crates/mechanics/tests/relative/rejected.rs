@@ -31,16 +31,17 @@ fn is_named(m: &Mechanism<f64>, what: &str, why: &str) {
 #[test]
 fn what_is_not_a_tree_is_named() {
     let loops = pendulum(|m, [_, second]| {
-        let ground = m.ground();
-        m.prismatic("guide", ground.origin(), 0.0, second.at(0.5, 0.0), 0.0);
+        let (ground, third) = (m.ground(), m.body("third", 1.0, 0.1, Pose { x: 2.0, y: -0.5, theta: -1.6 }));
+        m.revolute("base", ground.at(2.0, -1.0), third.at(0.5, 0.0));
+        m.revolute("knee", second.at(0.5, 0.0), third.at(-0.5, 0.0));
     });
-    is_named(&loops, "elbow", "closes a loop");
+    is_named(&loops, "knee", "closes a loop");
     let distance = pendulum(|m, [_, second]| {
         let ground = m.ground();
         m.distance_constraint("strut", ground.at(2.0, 1.0), second.at(0.5, 0.0), 1.0);
     });
     is_named(&distance, "strut", "no other constraint");
-    let guided = pendulum(|m, [_, second]| m.drive(second.x, Harmonic, &[1.5, 0.1, 2.0, 0.0]));
+    let guided = pendulum(|m, [_, second]| m.drive(second.y, Harmonic, &[0.0, 0.1, 2.0, 0.0]));
     is_named(&guided, "elbow", "prescribed coordinate");
     let contact = pendulum(|m, [_, second]| {
         let ground = m.ground();
