@@ -85,7 +85,7 @@ impl Tree {
         let names = names(mechanism, &nodes, &singles);
         let acts = |k: &usize| {
             let ElementInstance { coordinates, num_constraints, element, .. } = &mechanism.elements[*k];
-            *num_constraints == 0 && !element.is_sensor() && coordinates.iter().any(|i| is_unknown(i))
+            *num_constraints == 0 && !element.is_sensor() && coordinates.iter().any(is_unknown)
         };
         let (bodies, forces) =
             (0..mechanism.elements.len()).filter(acts).partition(|&k| is_body(&mechanism.elements[k]));
