@@ -5,7 +5,9 @@
 //! derivatives with respect to the 2N lengths and masses. CPU times of all threads are the smallest of several
 //! batches, alternating with and without derivatives. The tolerance is the largest power of ten with this accuracy, compared with 1e-13.
 //!
-//! `-- N…` measures chains of N links instead of 8 and 32, `-- scaling` only the cost per step of long chains.
+//! With an error of 1e-5 m after 1 s, the simulated seconds per CPU second are measured in absolute and in relative coordinates.
+//!
+//! `-- speed` measures only that. `-- N…` measures chains of N links instead of 8 and 32, `-- scaling` only the cost per step of long chains.
 
 mod cpu;
 
@@ -14,7 +16,7 @@ use linkwright::cases::Chain;
 use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
-use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
+use linkwright::mechanics::integrators::explicit::{Coordinates, Explicit, StepControl};
 use linkwright::mechanics::integrators::time_stepper::TimeStepper;
 use linkwright::mechanics::mechanism::ParametricMechanism;
 
@@ -66,6 +68,39 @@ fn chain(links: usize, runs: usize) {
             work.steps,
             work.failed_steps,
             work.iterations
+        );
+    }
+}
+
+/// Simulated seconds per CPU second with an error of the tip after 1 s of at most 1e-5 m, in absolute and in relative coordinates.
+fn speed(links: usize) {
+    let model = tip(links);
+    let mechanism = model.build(&model.equal_links()).unwrap();
+    let end = |run: &History| [run.values[0][0], run.values[1][0]];
+    let exact = end(&simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-13), &[1.0]).unwrap());
+    for coordinates in [Coordinates::Absolute, Coordinates::Relative] {
+        let settings = |tolerance| Explicit::eighth_order(tolerance).with_coordinates(coordinates);
+        let error = |tolerance: f64| {
+            let [x, y] = end(&simulate_explicitly(&mechanism, &settings(tolerance), &[1.0]).unwrap());
+            (x - exact[0]).hypot(y - exact[1])
+        };
+        let tolerances = (4..24).map(|k| 10f64.powf(-0.5 * f64::from(k)));
+        let Some((tolerance, error)) = tolerances.map(|t| (t, error(t))).find(|(_, error)| *error <= 1e-5) else {
+            println!("chain of {links:>2}, {}: does not reach 1e-5", coordinates.name());
+            continue;
+        };
+        let settings = settings(tolerance);
+        let work = simulate_explicitly(&mechanism, &settings, &[1.0]).unwrap().work;
+        let run = || (0..20).for_each(|_| drop(simulate_explicitly(&mechanism, &settings, &[1.0]).unwrap()));
+        let spent = least(5, run) / 20.0;
+        println!(
+            "chain of {links:>2}, {} coordinates: {:.0} simulated seconds per CPU second, error {error:.1e} m, {} steps, {} \
+             evaluations of {:.2} µs",
+            coordinates.name(),
+            1.0 / spent,
+            work.steps,
+            work.iterations,
+            spent / work.iterations as f64 * 1e6
         );
     }
 }
@@ -138,10 +173,13 @@ fn allocations() {
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let links: Vec<usize> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
-    match (links.is_empty(), arguments.iter().any(|a| a == "scaling")) {
-        (false, _) => links.iter().for_each(|&n| chain(n, 8)),
-        (true, true) => scaling(),
-        (true, false) => {
+    let asks = |what: &str| arguments.iter().any(|a| a == what);
+    match (links.is_empty(), asks("scaling"), asks("speed")) {
+        (false, ..) => links.iter().for_each(|&n| chain(n, 8)),
+        (true, true, _) => scaling(),
+        (true, false, true) => [8, 32].into_iter().for_each(speed),
+        (true, false, false) => {
+            [8, 32].into_iter().for_each(speed);
             chain(8, 8);
             chain(32, 6);
             implicit(8);

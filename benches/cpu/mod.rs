@@ -7,9 +7,10 @@ pub fn cpu() -> f64 {
         let text = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
         text.split_whitespace().next()?.parse::<f64>().ok()
     });
-    let spent: f64 = spent.sum::<f64>() * 1e-9;
+    let spent: Vec<f64> = spent.collect();
     let wall = || std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
-    if spent > 0.0 { spent } else { wall() }
+    // A process that has just begun has spent nothing.
+    if spent.is_empty() { wall() } else { spent.iter().sum::<f64>() * 1e-9 }
 }
 
 /// Minimum over several batches of the mean CPU time of a run, in s; a batch takes 0.2 s because the clock is coarse.

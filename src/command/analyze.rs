@@ -103,6 +103,11 @@ impl DesignArguments {
         if self.quiet || self.json { Ok(()) } else { say(text) }
     }
 
+    /// Choices that the analysis has made itself.
+    fn say_notes(&self, notes: &[String]) -> anyhow::Result<()> {
+        notes.iter().try_for_each(|note| self.say(&format!("Note: {note}")))
+    }
+
     /// Title, design and objective.
     fn head(&self, analysed: &AnalysedDesign) -> anyhow::Result<()> {
         let (digits, objective) = (self.digits.count(), analysed.objective());
@@ -255,10 +260,12 @@ impl Analyze {
                 outputs,
                 constraints,
                 warnings,
+                notes: responses.notes.clone(),
             };
             say(&serde_json::to_string(&record)?)?;
         } else {
             self.given.say(model.title())?;
+            self.given.say_notes(&responses.notes)?;
             self.given.say(ranges("", &outputs, time, self.given.digits.count())?.text().trim_end())?;
         }
         let mut table = Table::new("Responses", std::iter::once(time).chain(model.output_names().map(|o| o.0)));
@@ -298,6 +305,9 @@ struct AnalysisRecord {
     constraints: Vec<Nearest>,
     /// Reasons to doubt the numbers.
     warnings: Vec<String>,
+    /// Choices that the analysis has made itself.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    notes: Vec<String>,
 }
 
 impl Analyze {
@@ -321,10 +331,12 @@ impl Analyze {
                 outputs,
                 constraints,
                 warnings: responses.warnings.clone(),
+                notes: responses.notes.clone(),
             };
             say(&serde_json::to_string(&record)?)?;
         } else {
             self.given.head(&analysed)?;
+            self.given.say_notes(&responses.notes)?;
             for constraint in constraints {
                 self.given.say(&constraint.text(self.given.digits.count()))?;
             }

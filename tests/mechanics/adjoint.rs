@@ -15,7 +15,7 @@ use linkwright::mechanics::derivatives::forward::instants::{differentiate_equili
 use linkwright::mechanics::derivatives::history::SensitiveHistory;
 use linkwright::mechanics::derivatives::method::Differentiation;
 use linkwright::mechanics::initial_conditions::Assembly;
-use linkwright::mechanics::integrators::explicit::{DOPRI5, Explicit, StepControl};
+use linkwright::mechanics::integrators::explicit::{Coordinates, DOPRI5, Explicit, StepControl};
 use linkwright::mechanics::integrators::generalized_alpha::Prescribed;
 use linkwright::mechanics::mechanism::ParametricMechanism;
 use linkwright::problem::{Analysis, Differentiated, ResponseAt, ResponseSum};
@@ -189,14 +189,17 @@ fn checkpoints_instead_of_all_steps() {
     let error = differentiate_backwards_within(1000, &chain, &b, &Dynamics::fixed(0.001), &times, &[]).unwrap_err();
     assert!(error.to_string().contains("1000 bytes"), "{error}");
     let wanted = [AdjointFunctional::at(0, 3), AdjointFunctional::at(1, 4)];
-    for settings in [Explicit::eighth_order(1e-9), Explicit::adaptive(1.0).with_step_control(StepControl::Fixed(0.002))]
-    {
-        let all_steps = differentiate_explicitly_backwards(&chain, &b, &settings, &times, &wanted).unwrap();
-        let (rows, statistics) =
-            differentiate_explicitly_backwards_within(8_000, &chain, &b, &settings, &times, &wanted).unwrap();
-        println!("{statistics:?}");
-        assert_eq!(rows, all_steps);
-        assert!(statistics.memory <= 8_000 && statistics.repeated > 0, "{statistics:?}");
+    let explicit = [Explicit::eighth_order(1e-9), Explicit::adaptive(1.0).with_step_control(StepControl::Fixed(0.002))];
+    // Steps in relative coordinates have a quarter of the numbers.
+    for (coordinates, memory) in [(Coordinates::Absolute, 8_000), (Coordinates::Relative, 3_000)] {
+        for settings in explicit.clone().map(|settings| settings.with_coordinates(coordinates)) {
+            let all_steps = differentiate_explicitly_backwards(&chain, &b, &settings, &times, &wanted).unwrap();
+            let (rows, statistics) =
+                differentiate_explicitly_backwards_within(memory, &chain, &b, &settings, &times, &wanted).unwrap();
+            println!("{statistics:?}");
+            assert_eq!(rows, all_steps);
+            assert!(statistics.memory <= memory && statistics.repeated > 0, "{statistics:?}");
+        }
     }
 }
 

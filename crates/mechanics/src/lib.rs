@@ -3,7 +3,7 @@
 //!
 //! Every element is one residual, generic over the scalar type. Mass, stiffness and constraint matrices, consistent
 //! velocities and accelerations, and design derivatives follow from it by automatic differentiation. Units are SI and
-//! radians. Coordinates are absolute: every body and every beam node has x, y and θ, or x, y, z and four Euler parameters in
+//! radians. Coordinates of elements are absolute: every body and every beam node has x, y and θ, or x, y, z and four Euler parameters in
 //! space ([`elements::spatial`]).
 //!
 //! Write a mechanism as a [`ParametricMechanism`], a function of the design variables. [`ParametricMechanism::build`] in `f64`
@@ -20,6 +20,7 @@
 //! | [`constraint_rank`] | redundant constraints, indeterminate reactions, coordinates that no drive moves |
 //! | [`equilibrium`] | static equilibrium by Newton's iteration and by load paths |
 //! | [`initial_conditions`] | assembly, consistent velocities and accelerations |
+//! | `tree` | relative coordinates of open chains and trees: joint angles and displacements as unknowns |
 //! | [`events`] | impacts of rigid contacts and switches of forces |
 //! | [`integrators`] | generalized-α and HHT on the index-3 equations, explicit Runge–Kutta methods of orders 5 and 8 |
 //! | [`checkpointing`] | recorded steps within a memory limit, played back in reverse |
@@ -55,6 +56,7 @@ pub mod mechanism;
 pub mod motion;
 mod reaction_loads;
 pub mod system;
+pub(crate) mod tree;
 
 pub use analyses::dynamics::{History, simulate, simulate_explicitly};
 pub use analyses::kinematics::kinematics;

@@ -17,7 +17,7 @@ use crate::responses::mechanism::{Integration, KinematicResponses, ModalResponse
 use mechanics::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration, StepSize};
 use mechanics::analyses::statics::Statics;
 use mechanics::initial_conditions::Assembly;
-use mechanics::integrators::explicit::{Explicit, StepControl};
+use mechanics::integrators::explicit::{Coordinates, Explicit, StepControl};
 use mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed};
 
 const TIME: &[Key] = &[
@@ -72,6 +72,13 @@ const DYNAMICS: &[Key] = &[
         "tolerance",
         Accepts::Number,
         "tolerated local error, in place of a fixed step; 1e-9 by default for rk5 and rk8",
+    ),
+    default(
+        "coordinates",
+        Accepts::Choice(&["automatic", "absolute", "relative"]),
+        "automatic",
+        "unknowns of rk5 and rk8: position and rotation of every body, or joint angles and displacements of open chains and trees; \
+         automatic takes these where they are possible",
     ),
     default(
         "spectral_radius",
@@ -316,7 +323,15 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
 fn explicit(section: &Section<'_>, start: f64, step: Option<f64>, tolerance: Option<f64>) -> Read<Integration> {
     let make: fn(f64) -> Explicit =
         section.choice("scheme", &[("rk5", Explicit::adaptive as fn(f64) -> _), ("rk8", Explicit::eighth_order)])?;
-    let settings = Explicit { start, ..make(tolerance.unwrap_or(1e-9)) };
+    let coordinates = section.choice(
+        "coordinates",
+        &[
+            ("automatic", Coordinates::Automatic),
+            ("absolute", Coordinates::Absolute),
+            ("relative", Coordinates::Relative),
+        ],
+    )?;
+    let settings = Explicit { start, coordinates, ..make(tolerance.unwrap_or(1e-9)) };
     Ok(Integration::Explicit(match step {
         Some(h) => settings.with_step_control(StepControl::Fixed(h)),
         None => settings,
@@ -330,6 +345,10 @@ fn implicit(
     step: Option<f64>,
     tolerance: Option<f64>,
 ) -> Read<Integration> {
+    if section.choice("coordinates", &[("automatic", false), ("absolute", false), ("relative", true)])? {
+        let message = "implicit schemes have absolute coordinates";
+        return Err(section.error_at("coordinates", message).help("use scheme = \"rk8\", or leave the key out"));
+    }
     let number = |key| Ok(section.number(key, names)?.unwrap_or(0.0));
     let is_hht = section.choice("scheme", &[("generalized-alpha", false), ("hht", true)])?;
     let (key, made) = if is_hht {

@@ -12,7 +12,7 @@ use crate::events::when::not_happened;
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
 use crate::integrators::explicit::mechanism::{MechanismRhs, has_switching_functions, sample, start};
-use crate::integrators::explicit::{Explicit, OdeDriver, OdeRhs};
+use crate::integrators::explicit::{Coordinates, Explicit, OdeDriver, OdeRhs};
 use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::Mechanism;
 use crate::mechanism::element::{ElementDescriptor, Family};
@@ -41,6 +41,8 @@ pub struct History {
     pub energy_drift: Option<EnergyDrift>,
     /// Violation of the constraints, along explicit steps; otherwise `None`.
     pub constraint_drift: Option<ConstraintDrift>,
+    /// Unknowns of the steps, absolute or relative coordinates. Implicit steps have absolute ones.
+    pub coordinates: Coordinates,
     /// Reasons to doubt the results of a simulation that has succeeded: the part, the time and the remedy.
     pub warnings: Vec<String>,
 }
@@ -236,7 +238,8 @@ fn finished_explicitly(mut history: History, driver: &OdeDriver<MechanismRhs<'_>
         add_events(&mut history, rhs.mechanism, locator, &ends.states[1], (driver.end(), rhs.has_ended()))?;
     }
     history.warnings.extend(rhs.drift.warning());
-    Ok(History { work: driver.work(), constraint_drift: Some(rhs.drift), ..history })
+    let coordinates = rhs.coordinates();
+    Ok(History { work: driver.work(), constraint_drift: Some(rhs.drift), coordinates, ..history })
 }
 
 /// A simulation in progress whose state can be sampled between steps.
@@ -295,11 +298,7 @@ impl Simulation for OdeDriver<MechanismRhs<'_>> {
 
     fn start(&self) -> State<f64> {
         // The choice of the first step has left its trial in the state of the right-hand side.
-        let (rhs, y) = (&self.stepper.rhs, &self.stepper.old);
-        let (q, v) = y.split_at(rhs.state.q.len());
-        let mut state = State { t: self.stepper.t[0], q: q.to_vec(), v: v.to_vec(), ..rhs.state.clone() };
-        state.prescribe(rhs.mechanism);
-        state
+        self.stepper.rhs.state_of(self.stepper.t[0], &self.stepper.old)
     }
 }
 
@@ -329,7 +328,18 @@ fn record_outputs<S: Simulation>(
     warnings.extend(energy_drift.and_then(|drift| drift.warning()));
     let (values, impacts, work) = (recorder.series, Vec::new(), Work::default());
     Ok((
-        History { names, times, values, last: at, impacts, work, energy_drift, constraint_drift: None, warnings },
+        History {
+            names,
+            times,
+            values,
+            last: at,
+            impacts,
+            work,
+            energy_drift,
+            constraint_drift: None,
+            coordinates: Coordinates::Absolute,
+            warnings,
+        },
         simulation,
     ))
 }

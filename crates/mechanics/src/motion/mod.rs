@@ -9,6 +9,7 @@ pub use start_up::StartUp;
 pub use table::TabulatedMotion;
 
 use autodiff::{Dual4, Dual8, HyperDual4, Jet2, Scalar};
+use std::any::TypeId;
 
 /// A position as a function of time, written once over the scalar type.
 ///
@@ -49,11 +50,18 @@ pub trait AnyMotion:
 {
     /// See [`Motion::validate_parameters`].
     fn validate_parameters(&self, p: &[f64]) -> Option<String>;
+
+    /// Returns whether it is [`Fixed`].
+    fn is_fixed(&self) -> bool;
 }
 
 impl<M: Motion> AnyMotion for M {
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         Motion::validate_parameters(self, p)
+    }
+
+    fn is_fixed(&self) -> bool {
+        TypeId::of::<M>() == TypeId::of::<Fixed>()
     }
 }
 

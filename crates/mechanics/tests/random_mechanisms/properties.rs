@@ -20,9 +20,9 @@ use linkwright_mechanics::derivatives::second_order::{
 use linkwright_mechanics::derivatives::semi_analytical::{
     STEP, difference_equilibria, difference_kinematics, differentiate_semi_analytically,
 };
-use linkwright_mechanics::integrators::explicit::{Explicit, StepControl};
+use linkwright_mechanics::integrators::explicit::{Coordinates, Explicit, StepControl};
 use linkwright_mechanics::mechanism::ParametricMechanism;
-use linkwright_mechanics::{Assembly, Dynamics, GeneralizedAlpha, Mechanism, Newton, Result, Statics};
+use linkwright_mechanics::{Assembly, Dynamics, Error, GeneralizedAlpha, Mechanism, Newton, Result, Statics};
 use nalgebra::DMatrix;
 use std::fmt;
 
@@ -39,6 +39,8 @@ pub struct Findings {
     pub unclear: usize,
     /// Comparisons of motions, energies and momenta.
     pub laws: usize,
+    /// Trees, simulated in relative coordinates as well.
+    pub trees: usize,
 }
 
 impl Findings {
@@ -50,6 +52,7 @@ impl Findings {
         self.compared += other.compared;
         self.unclear += other.unclear;
         self.laws += other.laws;
+        self.trees += other.trees;
         self
     }
 
@@ -73,10 +76,11 @@ impl fmt::Display for Findings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} mechanisms ({} not made, {} cannot be analysed): {} derivatives compared, {} unclear, {} laws, {} wrong",
+            "{} mechanisms ({} not made, {} cannot be analysed, {} trees): {} derivatives compared, {} unclear, {} laws, {} wrong",
             self.mechanisms,
             self.not_made,
             self.not_analysed,
+            self.trees,
             self.compared,
             self.unclear,
             self.laws,
@@ -219,8 +223,13 @@ fn moves(plain: &Mechanism<f64>) -> bool {
 }
 
 fn check_explicit(model: &RandomMechanism, b: &[f64], label: &str, findings: &mut Findings) {
-    for method in [Explicit::adaptive(1.0), Explicit::eighth_order(1.0)] {
-        let settings = method.with_step_control(StepControl::Fixed(0.02));
+    let plain = model.build(b).expect("it was built before");
+    let is_tree = check_relative(&plain, label, findings);
+    let methods = [Explicit::adaptive(1.0), Explicit::eighth_order(1.0)];
+    let choices = [Coordinates::Absolute, Coordinates::Relative];
+    let all = methods.iter().flat_map(|method| choices.map(|choice| method.clone().with_coordinates(choice)));
+    for settings in all.filter(|settings| is_tree || settings.coordinates == Coordinates::Absolute) {
+        let settings = settings.with_step_control(StepControl::Fixed(0.02));
         let Ok(direct) = differentiate_explicitly(model, b, &settings, &TIMES) else {
             findings.not_analysed += 1;
             return;
@@ -233,13 +242,40 @@ fn check_explicit(model: &RandomMechanism, b: &[f64], label: &str, findings: &mu
         };
         let tolerance = if model.class == Class::Contact { KINKED } else { EXACT };
         let methods = [("direct", tolerance, rows_of(&direct)), ("adjoint", tolerance, rows_of_matrix(&adjoint))];
-        let label = format!("{label}, {}", settings.method.name);
+        let label = format!("{label}, {}, {} coordinates", settings.method.name, settings.coordinates.name());
         Comparison { label, b, findings }.compare(
             &methods,
             |i| i / TIMES.len(),
             |b| Some(simulate_explicitly(&model.build(b).ok()?, &settings, &TIMES).ok()?.values.concat()),
         );
     }
+}
+
+/// Compares the motions in absolute and relative coordinates. Returns whether the mechanism is a tree.
+fn check_relative(plain: &Mechanism<f64>, label: &str, findings: &mut Findings) -> bool {
+    let run = |coordinates| {
+        let settings = Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(2e-3));
+        simulate_explicitly(plain, &settings.with_coordinates(coordinates), &TIMES)
+    };
+    let relative = match run(Coordinates::Relative) {
+        Ok(relative) => relative,
+        Err(Error::Unsupported { .. }) => return false,
+        Err(error) => {
+            findings.wrong.extend(run(Coordinates::Absolute).is_ok().then(|| format!("{label}, relative: {error}")));
+            return false;
+        }
+    };
+    let Ok(absolute) = run(Coordinates::Absolute) else { return true };
+    findings.trees += 1;
+    for (name, [a, r]) in absolute.names.iter().zip(absolute.values.iter().zip(&relative.values).map(|(a, r)| [a, r])) {
+        findings.laws += 1;
+        let size = a.iter().fold(1.0, |size: f64, x| size.max(x.abs()));
+        let error = a.iter().zip(r).fold(0.0, |error: f64, (a, r)| error.max((a - r).abs()));
+        if !(error <= 1e-6 * size) {
+            findings.wrong.push(format!("{label}, {name}: relative coordinates differ by {error:.1e} of {size:.1e}"));
+        }
+    }
+    true
 }
 
 fn check_implicit(model: &RandomMechanism, b: &[f64], label: &str, findings: &mut Findings) {

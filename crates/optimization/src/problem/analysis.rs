@@ -74,6 +74,9 @@ pub struct Responses {
     /// energy, too long steps.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
+    /// Choices that the analysis has made where its settings leave them open.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// Data that the analysis reuses for sensitivities at the same design.
     ///
     /// It is never stored in a file: after a restart the analysis works without it.

@@ -72,8 +72,7 @@ impl Reduction {
     /// The responses of the analysis alone.
     fn without(&self, responses: &Responses) -> Responses {
         let count = self.first.min(responses.values.len());
-        let Responses { values, warnings, trace } = responses;
-        Responses { values: values[..count].to_vec(), warnings: warnings.clone(), trace: trace.clone() }
+        Responses { values: responses.values[..count].to_vec(), ..responses.clone() }
     }
 
     /// Partial derivatives of functional number `k` with respect to the responses, as weights, and to the design.

@@ -12,6 +12,7 @@ use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
 use crate::derivatives::adjoint::problem::{
     AdjointFunctional, AdjointProblem, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
 };
+use crate::derivatives::adjoint::relative::solve_relative;
 use crate::derivatives::forward::explicit::dual_steps::propagate_repeated;
 use crate::derivatives::forward::explicit::explicit_steps::LinearizedStages;
 use crate::derivatives::forward::explicit::linearize::Linearizer;
@@ -111,6 +112,10 @@ fn solve(
     times: &[f64],
     recording: &ExplicitRecording,
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
+    let relative = start(&problem.mechanism, settings, times, false)?.0.stepper.rhs.relative;
+    if let Some(relative) = relative {
+        return solve_relative(problem, settings, times, recording, relative.dynamics);
+    }
     check_outputs(&recording.system, &problem.mechanism, &recording.start.state)?;
     let mut steps = ReverseExplicitSteps::new(problem, settings, times, recording)?;
     propagate_backwards(problem, &mut steps)?;

@@ -17,6 +17,7 @@
 //! | `dynamics` | motions by implicit steps |
 //! | `event_window` | steps around an event |
 //! | `explicit` | motions by explicit steps |
+//! | `relative` | motions by explicit steps in relative coordinates |
 //! | `instants` | equilibria, and kinematics with inverse dynamics |
 //! | `initial_conditions` | transposes of assembly, consistent velocities and accelerations, initial equilibrium |
 //! | `problem` | responses, the loop over recorded steps, and the gradients with respect to the design |
@@ -35,6 +36,7 @@ pub(crate) mod initial_conditions;
 pub(crate) mod instants;
 pub(crate) mod output_vjp;
 pub(crate) mod problem;
+pub(crate) mod relative;
 
 pub use dynamics::differentiate_backwards;
 pub use dynamics::differentiate_backwards_within;

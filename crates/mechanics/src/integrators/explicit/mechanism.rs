@@ -7,7 +7,7 @@ use crate::initial_conditions::{Projection, assemble, make_velocities_consistent
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
 use crate::integrators::explicit::ode_driver::OdeDriver;
-use crate::integrators::explicit::settings::{Explicit, StepControl};
+use crate::integrators::explicit::settings::{Coordinates, Explicit, StepControl};
 use crate::integrators::explicit::step_ends::{self, StepEnds};
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
 use crate::integrators::explicit::tableau::SLOTS;
@@ -18,6 +18,8 @@ use crate::mechanism::scalars::{Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
+use crate::tree::articulated::Articulated;
+use crate::tree::{Tree, TreeDynamics};
 use crate::{Error, Result, reaction_loads};
 
 /// Slot of the evaluations for outputs.
@@ -32,6 +34,9 @@ pub const SAMPLE: usize = SLOTS;
 ///
 /// whose pattern is analysed once, by Newton's method if forces depend on multipliers (friction in joints). At the end of a step, positions and velocities are projected onto Φ = 0 and Φ̇ = 0 by one
 /// least-squares step each, with one factorization. Components of prescribed coordinates are not used.
+///
+/// In [relative coordinates](crate::integrators::explicit::Coordinates) the components are the joint coordinates, followed by
+/// their velocities. The state has accelerations and multipliers only after evaluations for outputs.
 ///
 /// # Sources
 ///
@@ -51,11 +56,75 @@ pub struct MechanismRhs<'m> {
     pub(crate) locator: Option<EventLocator>,
     /// Ends of the current step, for a mechanism with events.
     pub(crate) step_ends: Option<StepEnds>,
+    /// Equations of motion in relative coordinates, if these are the unknowns.
+    pub(crate) relative: Option<Box<RelativeRhs>>,
     rows: Vec<[f64; 1]>,
     jets: ElementWorkspace<Jet2<f64>>,
     /// Elements with switching functions.
     switching: Vec<usize>,
     workspace: ElementWorkspace<f64>,
+}
+
+/// A mechanism in relative coordinates as a system of first-order equations.
+pub(crate) struct RelativeRhs {
+    pub dynamics: TreeDynamics,
+    /// Evaluations at each slot of the current step, if they are recorded; the last one is for outputs.
+    pub stages: Option<Vec<RelativeStageRecord>>,
+}
+
+/// One evaluation of accelerations in relative coordinates.
+#[derive(Clone)]
+pub(crate) struct RelativeStageRecord {
+    /// Time in s.
+    pub t: f64,
+    /// Joint coordinates, followed by their velocities.
+    pub y: Vec<f64>,
+    /// Accelerations of the joint coordinates.
+    pub a: Vec<f64>,
+    /// The factorized mass matrix.
+    pub factor: Articulated,
+}
+
+impl RelativeRhs {
+    /// Writes the rates of the components `y` at the time `t` (s) to `k`, and the state of all coordinates to `state`.
+    fn rates(
+        &mut self,
+        mechanism: &Mechanism<f64>,
+        slot: usize,
+        (t, y): (f64, &[f64]),
+        state: &mut State<f64>,
+        k: &mut [f64],
+    ) -> Result<()> {
+        let (velocities, accelerations) = k.split_at_mut(self.dynamics.tree.count);
+        velocities.copy_from_slice(&y[velocities.len()..]);
+        self.dynamics.place(mechanism, t, y, state);
+        self.dynamics.accelerations(mechanism, y, state, accelerations)?;
+        if slot == SAMPLE {
+            self.dynamics.complete(mechanism, (y, accelerations), state);
+        }
+        if let Some(stages) = &mut self.stages {
+            let stage = &mut stages[slot];
+            stage.t = t;
+            stage.y.copy_from_slice(y);
+            stage.a.copy_from_slice(accelerations);
+            std::mem::swap(&mut stage.factor, &mut self.dynamics.factor);
+        }
+        Ok(())
+    }
+}
+
+/// The tree of `mechanism` with the equations `system`, if relative coordinates are its unknowns.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] naming the part that relative coordinates do not support, if they are asked for.
+fn relative_tree(mechanism: &Mechanism<f64>, system: &System, settings: &Explicit) -> Result<Option<Tree>> {
+    match settings.coordinates {
+        Coordinates::Absolute => Ok(None),
+        Coordinates::Relative => Tree::new(mechanism, system).map(Some),
+        Coordinates::Automatic if settings.has_tolerance_vectors() => Ok(None),
+        Coordinates::Automatic => Ok(Tree::new(mechanism, system).ok().filter(Tree::has_joints)),
+    }
 }
 
 /// States and factorizations of one step, for its derivatives.
@@ -110,6 +179,7 @@ impl<'m> MechanismRhs<'m> {
             drift,
             locator: None,
             step_ends: None,
+            relative: None,
             rows,
             jets,
             switching,
@@ -139,8 +209,31 @@ impl<'m> MechanismRhs<'m> {
         state.q.iter().chain(&state.v).copied().collect()
     }
 
+    /// The unknowns: absolute or relative coordinates.
+    pub fn coordinates(&self) -> Coordinates {
+        if self.relative.is_some() { Coordinates::Relative } else { Coordinates::Absolute }
+    }
+
+    /// The state of all coordinates at the time `t` (s) with the components `y`, without accelerations and multipliers.
+    pub(crate) fn state_of(&self, t: f64, y: &[f64]) -> State<f64> {
+        let mut state = State { t, ..self.state.clone() };
+        match &self.relative {
+            Some(relative) => relative.dynamics.clone().place(self.mechanism, t, y, &mut state),
+            None => {
+                let (q, v) = y.split_at(state.q.len());
+                state.q.copy_from_slice(q);
+                state.v.copy_from_slice(v);
+                state.prescribe(self.mechanism);
+            }
+        }
+        state
+    }
+
     /// Sets time, positions and velocities.
     fn set_state(&mut self, t: f64, y: &[f64]) {
+        if let Some(relative) = &mut self.relative {
+            return relative.dynamics.place(self.mechanism, t, y, &mut self.state);
+        }
         let n = self.state.q.len();
         self.state.t = t;
         self.state.q.copy_from_slice(&y[..n]);
@@ -209,10 +302,13 @@ impl MechanismRhs<'_> {
 
 impl OdeRhs for MechanismRhs<'_> {
     fn size(&self) -> usize {
-        2 * self.state.q.len()
+        2 * self.relative.as_ref().map_or(self.state.q.len(), |relative| relative.dynamics.tree.count)
     }
 
     fn rates(&mut self, slot: usize, t: f64, y: &[f64], k: &mut [f64]) -> Result<()> {
+        if let Some(relative) = &mut self.relative {
+            return relative.rates(self.mechanism, slot, (t, y), &mut self.state, k);
+        }
         self.set_state(t, y);
         self.solve_accelerations()?;
         let n = self.state.q.len();
@@ -235,7 +331,7 @@ impl OdeRhs for MechanismRhs<'_> {
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<()> {
         self.mechanism.tick(t);
-        if self.mechanism.multipliers == 0 {
+        if self.mechanism.multipliers == 0 || self.relative.is_some() {
             return Ok(());
         }
         self.set_state(t, y);
@@ -284,12 +380,19 @@ impl OdeRhs for MechanismRhs<'_> {
     }
 
     fn name(&self, component: usize) -> String {
-        let n = self.state.q.len();
+        let n = self.size() / 2;
         let what = if component < n { "position" } else { "velocity" };
-        format!("{} ({what})", self.mechanism.coordinates[component % n].name)
+        let name = match &self.relative {
+            Some(relative) => &relative.dynamics.tree.names[component % n],
+            None => &self.mechanism.coordinates[component % n].name,
+        };
+        format!("{name} ({what})")
     }
 
     fn diagnose(&mut self, t: f64, y: &[f64]) -> Option<Error> {
+        if self.relative.is_some() {
+            return None; // there are no constraints
+        }
         self.set_state(t, y);
         singular_position(&self.system, self.mechanism, &self.state)
     }
@@ -309,6 +412,16 @@ pub(crate) fn start<'m>(
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
     projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
     state.l.fill(0.0);
+    if let Some(tree) = relative_tree(mechanism, &system, settings)? {
+        let y = tree.joint_state(mechanism, &state);
+        let dynamics = TreeDynamics::new(tree, mechanism, &system);
+        let a = vec![0.0; dynamics.tree.count];
+        let stage = || RelativeStageRecord { t: settings.start, y: y.clone(), a, factor: dynamics.factor.clone() };
+        let stages = recorded.then(|| vec![stage(); SAMPLE + 1]);
+        let mut rhs = MechanismRhs::new(mechanism, system, state.clone());
+        rhs.relative = Some(Box::new(RelativeRhs { dynamics, stages }));
+        return Ok((OdeDriver::new(rhs, settings, y, times)?, ConsistentState { state, projection }));
+    }
     let y = MechanismRhs::vector(&state);
     let record = recorded.then(|| StepRecord::new(&mut system, &state));
     let mut rhs = MechanismRhs { record, ..MechanismRhs::new(mechanism, system, state.clone()) };

@@ -31,6 +31,6 @@ pub use dop853::DOP853;
 pub use mechanism::MechanismRhs;
 pub use ode::{Ode, OdeHistory, integrate};
 pub use ode_driver::OdeDriver;
-pub use settings::{Explicit, StepControl, Tolerance};
+pub use settings::{Coordinates, Explicit, StepControl, Tolerance};
 pub use stepper::{OdeRhs, Stepper};
 pub use tableau::{DOPRI5, Tableau};

@@ -9,7 +9,7 @@ use crate::{Error, Result};
 /// Tolerances of the local error of component i: absoluteᵢ + relativeᵢ |yᵢ|.
 ///
 /// A vector of length one applies to all components. The components of a mechanism are the positions of its coordinates in
-/// m or rad, followed by their velocities.
+/// m or rad, followed by their velocities; in relative coordinates, the joint coordinates and their velocities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tolerance {
     /// Relative tolerances.
@@ -43,6 +43,35 @@ impl Tolerance {
     }
 }
 
+/// Choice of the unknowns of a mechanism in explicit steps.
+///
+/// Open chains and trees of rigid bodies in the plane with revolute, prismatic and fixed joints have joint angles and
+/// displacements as unknowns in relative coordinates: fewer of them, no constraints that drift, and a cost per step that is
+/// proportional to the number of bodies. Outputs and their derivatives are the same up to the tolerance of the steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Coordinates {
+    /// Relative coordinates where they are possible and replace constraints, otherwise absolute ones.
+    #[default]
+    Automatic,
+    /// Position and rotation of every body, with constraints.
+    Absolute,
+    /// Joint angles and displacements. An error names the part of a mechanism that they do not support: loops, beams, contacts,
+    /// events, other constraints.
+    Relative,
+}
+
+impl Coordinates {
+    /// The name of the choice.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Automatic => "automatic",
+            Self::Absolute => "absolute",
+            Self::Relative => "relative",
+        }
+    }
+}
+
 /// Choice of the step lengths.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -71,13 +100,21 @@ pub struct Explicit {
     pub step_control: StepControl,
     /// Assembly of a mechanism's initial positions.
     pub assembly: Assembly,
+    /// Choice of a mechanism's unknowns.
+    pub coordinates: Coordinates,
 }
 
 impl Explicit {
     /// Adaptive steps by the method of Dormand and Prince of order 5, for `tolerance` above about 1e-7.
     pub fn adaptive(tolerance: f64) -> Self {
         let step_control = StepControl::Adaptive { tolerance: Tolerance::same(tolerance), longest: f64::INFINITY };
-        Self { start: 0.0, method: &DOPRI5, step_control, assembly: Assembly::default() }
+        Self {
+            start: 0.0,
+            method: &DOPRI5,
+            step_control,
+            assembly: Assembly::default(),
+            coordinates: Coordinates::Automatic,
+        }
     }
 
     /// Adaptive steps by the method of order 8, which is cheaper for `tolerance` below about 1e-7.
@@ -85,9 +122,25 @@ impl Explicit {
         Self { method: &DOP853, ..Self::adaptive(tolerance) }
     }
 
-    /// Replaces the choice of the step lengths.
+    /// Replaces the choice of the unknowns.
+    pub fn with_coordinates(self, coordinates: Coordinates) -> Self {
+        Self { coordinates, ..self }
+    }
+
+    /// Returns whether each component has a tolerance of its own.
+    pub(crate) fn has_tolerance_vectors(&self) -> bool {
+        match &self.step_control {
+            StepControl::Adaptive { tolerance, .. } => tolerance.relative.len() != 1 || tolerance.absolute.len() != 1,
+            _ => false,
+        }
+    }
+
+    /// Replaces the choice of the step lengths. Where each component had a tolerance of its own, those of absolute coordinates, the
+    /// unknowns stay absolute.
     pub fn with_step_control(self, step_control: StepControl) -> Self {
-        Self { step_control, ..self }
+        let is_absolute = self.coordinates == Coordinates::Automatic && self.has_tolerance_vectors();
+        let coordinates = if is_absolute { Coordinates::Absolute } else { self.coordinates };
+        Self { step_control, coordinates, ..self }
     }
 
     /// Checks the settings, and that the output `times` (s) increase.

@@ -22,7 +22,7 @@ use mechanics::derivatives::second_order::{
     HessianPart, differentiate_explicitly_twice, differentiate_recorded_twice, differentiate_twice,
 };
 use mechanics::derivatives::semi_analytical::{self, differentiate_semi_analytically};
-use mechanics::integrators::explicit::{Explicit, StepControl};
+use mechanics::integrators::explicit::{Coordinates, Explicit, StepControl};
 use mechanics::mechanism::ParametricMechanism;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -368,7 +368,8 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
             series.drain(..self.times.len() - 1);
             debug_assert_eq!(series.len(), 1, "output {h} is a number");
         }
-        Ok(Responses { values, warnings: history.warnings, trace: Some(Arc::new(trace)) })
+        let notes = notes(history.coordinates);
+        Ok(Responses { values, warnings: history.warnings, notes, trace: Some(Arc::new(trace)) })
     }
 
     fn analyze_around(&self, b: &[f64], designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
@@ -382,7 +383,8 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
                     simulate_explicitly(&mechanism, &settings, &self.times)?
                 }
             };
-            Ok(Responses { values: history.values, warnings: history.warnings, trace: None })
+            let notes = notes(history.coordinates);
+            Ok(Responses { values: history.values, warnings: history.warnings, notes, trace: None })
         };
         designs.par_iter().map(one).collect()
     }
@@ -452,6 +454,12 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         };
         Ok(wanted.iter().zip(at).map(|(wanted, at)| history.hessian(wanted.response, at)).collect())
     }
+}
+
+/// The note about unknowns that the analysis has chosen itself.
+fn notes(coordinates: Coordinates) -> Vec<String> {
+    let note = "relative coordinates: the unknowns of the steps are joint angles and displacements";
+    if coordinates == Coordinates::Relative { vec![note.to_owned()] } else { Vec::new() }
 }
 
 /// The error of semi-analytical derivatives of explicit steps.

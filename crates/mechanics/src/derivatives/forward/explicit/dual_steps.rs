@@ -8,6 +8,7 @@
 use crate::analyses::sampling::{OutputRecorder, Sampler};
 use crate::derivatives::forward::dynamics::separated;
 use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, StepEvent};
+use crate::derivatives::forward::explicit::relative_steps::propagate_relative;
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::forward::saltation::{self, ClosedContact};
 use crate::derivatives::history::OutputGradients;
@@ -46,6 +47,10 @@ where
     Jet2<T>: ElementScalar,
 {
     let (mut driver, begin) = start(plain, settings, times, true)?;
+    let relative = driver.stepper.rhs.relative.as_ref().map(|relative| relative.dynamics.tree.clone());
+    if let Some(tree) = relative {
+        return propagate_relative(mechanisms, &tree, driver, &begin, times);
+    }
     let (method, rhs) = (driver.stepper.method, &mut driver.stepper.rhs);
     let offset = rhs.locator.as_ref().map_or(0.0, |locator| locator.switch_offset());
     check_outputs(&rhs.system, plain, &begin.state)?;

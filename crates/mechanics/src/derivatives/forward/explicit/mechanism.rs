@@ -5,13 +5,15 @@ use crate::analyses::sampling::OutputRecorder;
 use crate::derivatives::forward::explicit::dual_steps::propagate_repeated;
 use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, LinearizedStages, StepEvent};
 use crate::derivatives::forward::explicit::linearize::Linearizer;
+use crate::derivatives::forward::explicit::relative_steps::propagate_relative;
 use crate::derivatives::forward::explicit::sensitivity_block::{SensitivityBlock, SensitivityPlan};
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepSource, propagate};
 use crate::derivatives::seeding::{Activity, build_chunks};
-use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
+use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs, SAMPLE, sample, start};
+use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
 use crate::mechanism::scalars::Dual8;
 use crate::mechanism::{Mechanism, ParametricMechanism};
@@ -28,7 +30,7 @@ use autodiff::WIDTH;
 /// few variables, which are used for all design variables. The projections at the ends of steps are differentiated in the same way.
 /// Initial positions and velocities may depend on the design. Steps are frozen: the derivatives are those of the discrete
 /// solution, with the same bits for any number of threads. Where a step ends at an event, its length and that of the next step
-/// carry derivatives, and the steps are repeated in dual numbers.
+/// carry derivatives, and the steps are repeated in dual numbers. So are steps in relative coordinates.
 ///
 /// # Errors
 /// As [`simulate_explicitly`](crate::analyses::dynamics::simulate_explicitly), and
@@ -59,20 +61,26 @@ fn differentiate_seeded(
         let (recorder, work, gradients) = propagate_repeated(mechanism, chunks, settings, times)?;
         return Ok(SensitiveHistory::new(mechanism, times, recorder, (&gradients, variables), work));
     }
+    let (driver, begin) = start(mechanism, settings, times, true)?;
+    let relative = driver.stepper.rhs.relative.as_ref().map(|relative| relative.dynamics.tree.clone());
+    if let Some(tree) = relative {
+        let (recorder, work, gradients) = propagate_relative(chunks, &tree, driver, &begin, times)?;
+        return Ok(SensitiveHistory::new(mechanism, times, recorder, (&gradients, variables), work));
+    }
     let propagate_blocks = if chunks.len() > 1 { propagate_blocks::<{ 2 * WIDTH }> } else { propagate_blocks::<WIDTH> };
-    let (steps, gradients) = propagate_blocks(mechanism, chunks, settings, times)?;
+    let (steps, gradients) = propagate_blocks(mechanism, chunks, (driver, begin), times)?;
     let work = steps.steps.driver.work();
     Ok(SensitiveHistory::new(mechanism, times, steps.recorder, (&gradients, variables), work))
 }
 
-/// Propagates the derivatives with respect to all design variables to the last of `times`, in blocks of `W` variables.
+/// Propagates the derivatives with respect to all design variables along the steps of `driver` to the last of `times`, in blocks
+/// of `W` variables.
 fn propagate_blocks<'m, const W: usize>(
     mechanism: &'m Mechanism<f64>,
     chunks: &[Mechanism<Dual8>],
-    settings: &Explicit,
+    (mut driver, begin): (OdeDriver<MechanismRhs<'m>>, ConsistentState),
     times: &'m [f64],
 ) -> Result<(MechanismSteps<'m>, OutputGradients)> {
-    let (mut driver, begin) = start(mechanism, settings, times, true)?;
     let (method, system) = (driver.stepper.method, &mut driver.stepper.rhs.system);
     check_outputs(system, mechanism, &begin.state)?;
     let linearizer = Linearizer::new(mechanism, &Activity::of(chunks, mechanism), system);

@@ -1,0 +1,255 @@
+//! Equations of motion of a tree: accelerations of the joint coordinates, and residuals in any number type.
+
+use crate::diagnostics::not_finite;
+use crate::elements::element::ElementWorkspace;
+use crate::mechanism::Mechanism;
+use crate::mechanism::scalars::StateScalar;
+use crate::system::System;
+use crate::system::state::{State, evaluate};
+use crate::tree::articulated::{Articulated, Inertia};
+use crate::tree::joint::{JointParameters, Levers};
+use crate::tree::plan::Tree;
+use crate::{Error, Result};
+
+impl Tree {
+    /// Sets position, velocity and acceleration of the prescribed coordinates that move, at the time of `state`.
+    pub fn prescribe<T: StateScalar>(&self, mechanism: &Mechanism<T>, state: &mut State<T>) {
+        for &i in &self.moving {
+            if let Some((motion, parameters)) = &mechanism.coordinates[i].motion {
+                [state.q[i], state.v[i], state.a[i]] = T::motion(motion.as_ref(), parameters, state.t);
+            }
+        }
+    }
+}
+
+/// Residual of a tree in any number type: positions of all bodies from joint coordinates, and the rows of the joints.
+#[derive(Clone)]
+pub(crate) struct TreeResidual<T> {
+    parameters: Vec<JointParameters<T>>,
+    levers: Vec<Levers<T>>,
+    /// Mass or moment of inertia of the bodies by coordinate, and their weights.
+    masses: Vec<T>,
+    weights: Vec<T>,
+    /// Inertia − force by coordinate.
+    rows: Vec<T>,
+    workspace: ElementWorkspace<T>,
+}
+
+impl<T: StateScalar> TreeResidual<T> {
+    /// Residual of `mechanism`.
+    pub fn new(tree: &Tree, mechanism: &Mechanism<T>) -> Self {
+        let (n, mut workspace) = (mechanism.coordinates.len(), ElementWorkspace::default());
+        let mut rows_of = |acceleration: f64| {
+            let mut state = State::built(mechanism, 0.0);
+            state.v.fill(T::from(0.0));
+            state.a.fill(T::from(acceleration));
+            let mut rows = vec![T::from(0.0); n];
+            for &k in &tree.bodies {
+                add_rows(mechanism, k, &state, &mut workspace, &mut rows);
+            }
+            rows
+        };
+        let (weights, moving) = (rows_of(0.0), rows_of(1.0));
+        Self {
+            parameters: tree.parameters(mechanism),
+            levers: vec![Levers::zero(); tree.nodes.len()],
+            masses: moving.iter().zip(&weights).map(|(all, weight)| *all - *weight).collect(),
+            weights,
+            rows: vec![T::from(0.0); n],
+            workspace,
+        }
+    }
+
+    /// Writes the state of all coordinates at the time of `state` for the joint coordinates and their velocities, `y`.
+    #[inline(always)]
+    pub fn place(&mut self, tree: &Tree, mechanism: &Mechanism<T>, y: &[T], state: &mut State<T>) {
+        tree.prescribe(mechanism, state);
+        tree.place(&self.parameters, y, state, &mut self.levers);
+    }
+
+    /// Writes the rows of the joint coordinates for their accelerations `a`, in the position of the last [`Self::place`].
+    #[inline(always)]
+    pub fn evaluate(
+        &mut self,
+        tree: &Tree,
+        mechanism: &Mechanism<T>,
+        (y, a): (&[T], &[T]),
+        state: &mut State<T>,
+        out: &mut [T],
+    ) {
+        tree.place_accelerations(y, a, state, &self.levers);
+        let bodies = self.weights.iter().zip(&self.masses).zip(&state.a);
+        self.rows.iter_mut().zip(bodies).for_each(|(row, ((weight, mass), a))| *row = *mass * *a + *weight);
+        for &k in &tree.forces {
+            add_rows(mechanism, k, state, &mut self.workspace, &mut self.rows);
+        }
+        tree.collect(&self.levers, &mut self.rows, out);
+    }
+
+    /// Writes the reactions of the joints to `state`, after [`Self::evaluate`] with the accelerations of the motion.
+    pub fn reactions(&self, tree: &Tree, y: &[T], state: &mut State<T>) {
+        tree.reactions(y, &self.levers, &self.rows, &mut state.l);
+    }
+}
+
+/// Adds the rows of element number `k`.
+fn add_rows<T: StateScalar>(
+    mechanism: &Mechanism<T>,
+    k: usize,
+    state: &State<T>,
+    workspace: &mut ElementWorkspace<T>,
+    rows: &mut [T],
+) {
+    let instance = &mechanism.elements[k];
+    evaluate(instance, state, workspace);
+    instance.coordinates.iter().zip(&workspace.dynamics).for_each(|(&i, row)| rows[i] += *row);
+}
+
+/// Accelerations of the joint coordinates of a tree.
+#[derive(Clone)]
+pub(crate) struct TreeDynamics {
+    /// The bodies.
+    pub tree: Tree,
+    /// Vectors of the joints in the current position.
+    pub levers: Vec<Levers<f64>>,
+    /// Mass matrix, factorized at the last evaluation of accelerations.
+    pub factor: Articulated,
+    parameters: Vec<JointParameters<f64>>,
+    /// Inertia of each body.
+    inertias: Vec<Inertia>,
+    /// Rows of the bodies' weights, by coordinate.
+    weights: Vec<f64>,
+    /// Inertia − force by coordinate; after an evaluation, wrenches of the parts of the tree.
+    pub rows: Vec<f64>,
+    joint_rows: Vec<[f64; 1]>,
+    values: Vec<f64>,
+    zeros: Vec<f64>,
+    work: Vec<[[f64; 1]; 3]>,
+    workspace: ElementWorkspace<f64>,
+}
+
+impl TreeDynamics {
+    /// Accelerations of `mechanism` with the equations `system`.
+    pub fn new(tree: Tree, mechanism: &Mechanism<f64>, system: &System) -> Self {
+        let n = mechanism.coordinates.len();
+        let mut place_of = vec![None; n];
+        for (k, node) in tree.nodes.iter().enumerate() {
+            for (slot, &i) in node.coordinates.iter().enumerate() {
+                if mechanism.coordinates[i].motion.is_none() {
+                    place_of[i] = Some((k, slot));
+                }
+            }
+        }
+        let (mut inertias, mut masses) = (vec![[0.0; 6]; tree.nodes.len()], vec![0.0; n]);
+        let mut weights = vec![0.0; n];
+        let rest = State { v: vec![0.0; n], a: vec![0.0; n], ..State::built(mechanism, 0.0) };
+        let mut workspace = ElementWorkspace::default();
+        for &k in tree.bodies.iter().chain(&tree.forces) {
+            let instance = &mechanism.elements[k];
+            for entry in system.coefficients(k) {
+                let [i, j] = [entry.row, entry.coordinate].map(|local| instance.coordinates[local]);
+                match (place_of[i], place_of[j]) {
+                    (Some((node, a)), Some((_, b))) if a <= b => inertias[node][PLACES[a][b]] += entry.values[2],
+                    (None, None) if i == j => masses[i] += entry.values[2],
+                    _ => {}
+                }
+            }
+        }
+        for &k in &tree.bodies {
+            add_rows(mechanism, k, &rest, &mut workspace, &mut weights);
+        }
+        let singles: Vec<f64> = tree.singles.iter().map(|&i| masses[i]).collect();
+        Self {
+            parameters: tree.parameters(mechanism),
+            levers: vec![Levers::zero(); tree.nodes.len()],
+            factor: Articulated::new(&tree, &singles),
+            inertias,
+            weights,
+            rows: vec![0.0; n],
+            joint_rows: vec![[0.0]; tree.count],
+            values: vec![0.0; tree.count],
+            zeros: vec![0.0; tree.count],
+            work: Vec::new(),
+            workspace,
+            tree,
+        }
+    }
+
+    /// Writes the state of all coordinates at the time `t` (s) for the joint coordinates and their velocities, `y`.
+    pub fn place(&mut self, mechanism: &Mechanism<f64>, t: f64, y: &[f64], state: &mut State<f64>) {
+        state.t = t;
+        self.tree.prescribe(mechanism, state);
+        self.tree.place(&self.parameters, y, state, &mut self.levers);
+    }
+
+    /// Writes the accelerations of the joint coordinates to `out`, in the position of the last [`Self::place`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] naming an element that is not finite, or a joint that moves no mass.
+    pub fn accelerations(
+        &mut self,
+        mechanism: &Mechanism<f64>,
+        y: &[f64],
+        state: &mut State<f64>,
+        out: &mut [f64],
+    ) -> Result<()> {
+        self.tree.place_accelerations(y, &self.zeros, state, &self.levers);
+        self.add_rows(mechanism, state);
+        self.tree.collect(&self.levers, &mut self.rows, &mut self.values);
+        if self.values.iter().any(|row| !row.is_finite()) {
+            return Err(self.non_finite_error(mechanism, state));
+        }
+        self.factor.factorize(&self.tree, &self.inertias, &self.levers, state.t)?;
+        self.joint_rows.iter_mut().zip(&self.values).for_each(|(row, value)| *row = [-value]);
+        self.factor.solve(&self.tree, &mut self.joint_rows, &mut self.work);
+        out.iter_mut().zip(&self.joint_rows).for_each(|(out, row)| *out = row[0]);
+        Ok(())
+    }
+
+    /// Writes accelerations of all bodies and the reactions of the joints to `state`, for the accelerations `a` of the joint
+    /// coordinates.
+    pub fn complete(&mut self, mechanism: &Mechanism<f64>, (y, a): (&[f64], &[f64]), state: &mut State<f64>) {
+        self.tree.place_accelerations(y, a, state, &self.levers);
+        self.add_rows(mechanism, state);
+        self.tree.collect(&self.levers, &mut self.rows, &mut self.values);
+        self.tree.reactions(y, &self.levers, &self.rows, &mut state.l);
+    }
+
+    /// Inertia times the accelerations of a body, by coordinate.
+    pub fn inertia_times(&self, node: usize, [x, y, t]: [f64; 3]) -> [f64; 3] {
+        let [xx, xy, yy, xt, yt, tt] = self.inertias[node];
+        [xx * x + xy * y + xt * t, xy * x + yy * y + yt * t, xt * x + yt * y + tt * t]
+    }
+
+    /// Writes inertia − force of all bodies and forces.
+    fn add_rows(&mut self, mechanism: &Mechanism<f64>, state: &mut State<f64>) {
+        self.rows.copy_from_slice(&self.weights);
+        // Elements with constant masses are in the inertias of the bodies: their rows are those without accelerations.
+        let has_forces = !self.tree.forces.is_empty();
+        if has_forces {
+            let accelerations = std::mem::take(&mut state.a);
+            state.a.resize(accelerations.len(), 0.0);
+            for &k in &self.tree.forces {
+                add_rows(mechanism, k, state, &mut self.workspace, &mut self.rows);
+            }
+            state.a = accelerations;
+        }
+        for (k, node) in self.tree.nodes.iter().enumerate() {
+            let forces = self.inertia_times(k, node.coordinates.map(|i| state.a[i]));
+            node.coordinates.iter().zip(forces).for_each(|(&i, force)| self.rows[i] += force);
+        }
+    }
+
+    /// The error of rows that are not finite.
+    fn non_finite_error(&self, mechanism: &Mechanism<f64>, state: &State<f64>) -> Error {
+        not_finite(mechanism, state).unwrap_or_else(|| {
+            let worst = self.values.iter().position(|row| !row.is_finite()).unwrap_or(0);
+            let why = format!("its rates are not finite at t = {:.6e} s", state.t);
+            Error::analysis(&self.tree.names[worst], why, "take a smaller tolerance")
+        })
+    }
+}
+
+/// Place of the entry (i, j) of a symmetric inertia.
+const PLACES: [[usize; 3]; 3] = [[0, 1, 3], [1, 2, 4], [3, 4, 5]];

@@ -1,0 +1,31 @@
+//! Relative (joint) coordinates of open chains and trees in the plane.
+//!
+//! Bodies hang on each other by joints: a revolute joint adds an angle, a prismatic joint a displacement. The joint coordinates q
+//! are the unknowns. Positions, velocities and accelerations of the bodies in the plane are computed from them, so that
+//! elements, outputs and derivatives of elements are those of absolute coordinates:
+//!
+//! $$ \mathbf r(q, v, \dot v) = J^T\,\mathbf r_{abs}\big(\mathbf x(q),\ \dot{\mathbf x},\ \ddot{\mathbf x}\big) = 0 ,\qquad
+//!    J = \partial\dot{\mathbf x} / \partial v $$
+//!
+//! $r_{abs}$ are the rows of all bodies and forces, inertia − force. There are no constraints, and nothing drifts.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `plan` | the tree: bodies in the order from the ground to the tips, and what relative coordinates do not support |
+//! | `joint` | parameters and levers of one joint; joint coordinates of given positions |
+//! | `place` | from the ground to the tips: positions, velocities and accelerations of the bodies, any scalar |
+//! | `collect` | from the tips to the ground: rows of the joints, wrenches and reactions, any scalar |
+//! | `articulated` | from the tips to the ground and back: factorization of the mass matrix, and its solutions |
+//! | `transpose` | from the tips to the ground: derivatives with respect to bodies become those of joints |
+//! | `dynamics` | accelerations of the joint coordinates |
+
+pub(crate) mod articulated;
+pub(crate) mod collect;
+pub(crate) mod dynamics;
+pub(crate) mod joint;
+pub(crate) mod place;
+pub(crate) mod plan;
+pub(crate) mod transpose;
+
+pub(crate) use dynamics::TreeDynamics;
+pub(crate) use plan::Tree;

@@ -1,0 +1,337 @@
+//! The tree of a mechanism: its bodies in the order from the ground to the tips.
+
+use crate::elements::bodies::{inertia, point_mass, rigid_body};
+use crate::elements::element::{ElementDescriptor, ElementState, ElementWorkspace, JacobianWorkspace, TangentWeights};
+use crate::elements::joints::{fixed_joint, prismatic, revolute};
+use crate::mechanism::scalars::StateScalar;
+use crate::mechanism::{CoordinateData, ElementInstance, Mechanism};
+use crate::system::System;
+use crate::system::state::{State, gather};
+use crate::tree::joint::Joint;
+use crate::{Error, Result};
+use std::collections::{BTreeMap, VecDeque};
+
+/// A body of a tree, and the joint by which it hangs on its parent.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    /// Coordinates x, y and θ of the body.
+    pub coordinates: [usize; 3],
+    /// Coordinates of the parent: a body of the tree or one whose motion is prescribed. Those of the body itself if it is free.
+    pub parent: [usize; 3],
+    /// Number of the parent in the tree, unless its motion is prescribed.
+    pub parent_node: Option<usize>,
+    /// Kind of the joint.
+    pub joint: Joint,
+    /// Number of the joint's element.
+    pub element: Option<usize>,
+    /// True if the body is that of the first point of the element, and the parent that of the second.
+    pub is_reversed: bool,
+    /// First joint coordinate.
+    pub first: usize,
+    /// First multiplier of the element.
+    pub first_multiplier: usize,
+}
+
+impl Node {
+    /// The coordinates of a free body that are not prescribed.
+    pub fn free_coordinates(&self) -> impl Iterator<Item = usize> + use<> {
+        let is_free = if let Joint::Free { is_free } = self.joint { is_free } else { [false; 3] };
+        self.coordinates.into_iter().zip(is_free).filter(|(_, free)| *free).map(|(i, _)| i)
+    }
+}
+
+/// The bodies of a mechanism in relative coordinates, the same for all designs.
+#[derive(Clone, Debug)]
+pub(crate) struct Tree {
+    /// Bodies, each after its parent.
+    pub nodes: Vec<Node>,
+    /// Unknown coordinates that belong to no body, such as those of flywheels; they are joint coordinates as well.
+    pub singles: Vec<usize>,
+    /// Joint coordinate of the first of the singles.
+    pub first_single: usize,
+    /// Number of joint coordinates.
+    pub count: usize,
+    /// Elements that are bodies: masses under gravity.
+    pub bodies: Vec<usize>,
+    /// Other elements that act on coordinates.
+    pub forces: Vec<usize>,
+    /// Prescribed coordinates that move.
+    pub moving: Vec<usize>,
+    /// Names of the joint coordinates.
+    pub names: Vec<String>,
+}
+
+/// The remedy for everything that relative coordinates do not support.
+const REMEDY: &str = "take absolute coordinates, or leave the choice automatic";
+
+impl Tree {
+    /// The tree of `mechanism` with the equations `system`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsupported`] naming the part that relative coordinates do not support.
+    pub fn new(mechanism: &Mechanism<f64>, system: &System) -> Result<Self> {
+        if let Some(event) = mechanism.events.first() {
+            return Err(unsupported(&event.gap.name, "events need absolute coordinates"));
+        }
+        let mut plan = Plan::new(mechanism)?;
+        plan.attach_all()?;
+        let Plan { nodes, owner, .. } = plan;
+        check_forces(mechanism, system, &owner)?;
+        let is_unknown = |&i: &usize| mechanism.coordinates[i].motion.is_none();
+        let singles: Vec<usize> =
+            (0..mechanism.coordinates.len()).filter(|i| is_unknown(i) && owner[*i].is_none()).collect();
+        let first_single = nodes.iter().map(|node| node.joint.count()).sum();
+        let names = names(mechanism, &nodes, &singles);
+        let acts = |k: &usize| {
+            let ElementInstance { coordinates, num_constraints, element, .. } = &mechanism.elements[*k];
+            *num_constraints == 0 && !element.is_sensor() && coordinates.iter().any(is_unknown)
+        };
+        let (bodies, forces) =
+            (0..mechanism.elements.len()).filter(acts).partition(|&k| is_body(&mechanism.elements[k]));
+        let moves =
+            |coordinate: &CoordinateData<f64>| coordinate.motion.as_ref().is_some_and(|(motion, _)| !motion.is_fixed());
+        let moving = (0..mechanism.coordinates.len()).filter(|&i| moves(&mechanism.coordinates[i])).collect();
+        let count = first_single + singles.len();
+        Ok(Self { nodes, singles, first_single, count, bodies, forces, moving, names })
+    }
+
+    /// Returns whether it has joints, in place of constraints.
+    pub fn has_joints(&self) -> bool {
+        self.nodes.iter().any(|node| node.element.is_some())
+    }
+
+    /// The parameters of the element of a joint.
+    pub fn element_parameters<'m, T>(&self, mechanism: &'m Mechanism<T>, node: &Node) -> &'m [T] {
+        node.element.map_or(&[], |k| &mechanism.elements[k].parameters)
+    }
+}
+
+fn unsupported(what: &str, why: &str) -> Error {
+    Error::unsupported(what, why, REMEDY)
+}
+
+/// Returns whether `instance` has this declaration.
+fn is_kind(instance: &ElementInstance<f64>, descriptor: &'static ElementDescriptor) -> bool {
+    instance.element.descriptor().is_some_and(|own| std::ptr::eq(own, descriptor))
+}
+
+/// Returns whether the element is a mass under gravity, with rows M q̈ − constant.
+fn is_body(instance: &ElementInstance<f64>) -> bool {
+    [&rigid_body::DESCRIPTOR, &point_mass::DESCRIPTOR, &inertia::DESCRIPTOR]
+        .into_iter()
+        .any(|descriptor| is_kind(instance, descriptor))
+}
+
+/// A tree that grows from the ground.
+struct Plan<'m> {
+    mechanism: &'m Mechanism<f64>,
+    /// Coordinates of each body.
+    bodies: Vec<[usize; 3]>,
+    /// Element, kind and bodies of each joint.
+    joints: Vec<(usize, Joint, [usize; 2])>,
+    /// Joints of each body.
+    joints_of: Vec<Vec<usize>>,
+    /// Body that each unknown coordinate belongs to.
+    owner: Vec<Option<usize>>,
+    nodes: Vec<Node>,
+    /// Node of each body that is reached; `None` inside for a body whose motion is prescribed.
+    reached: Vec<Option<Option<usize>>>,
+}
+
+impl<'m> Plan<'m> {
+    fn new(mechanism: &'m Mechanism<f64>) -> Result<Self> {
+        let mut numbers = BTreeMap::new();
+        let mut bodies = Vec::new();
+        let mut body_of = |coordinates: &[usize]| {
+            let body = [coordinates[0], coordinates[1], coordinates[2]];
+            *numbers.entry(body).or_insert_with(|| {
+                bodies.push(body);
+                bodies.len() - 1
+            })
+        };
+        let mut joints = Vec::new();
+        for (k, instance) in mechanism.elements.iter().enumerate() {
+            if is_kind(instance, &rigid_body::DESCRIPTOR) {
+                body_of(&instance.coordinates);
+            }
+            if instance.num_constraints == 0 {
+                continue;
+            }
+            let joint = match () {
+                () if is_kind(instance, &revolute::DESCRIPTOR) => Joint::Revolute,
+                () if is_kind(instance, &prismatic::DESCRIPTOR) => Joint::Prismatic,
+                () if is_kind(instance, &fixed_joint::DESCRIPTOR) => Joint::Fixed,
+                () => {
+                    let why =
+                        "a tree has revolute, prismatic and fixed joints of bodies in the plane, no other constraint";
+                    return Err(unsupported(&instance.name, why));
+                }
+            };
+            joints.push((k, joint, [body_of(&instance.coordinates[..3]), body_of(&instance.coordinates[3..])]));
+        }
+        let mut owner = vec![None; mechanism.coordinates.len()];
+        for (body, coordinates) in bodies.iter().enumerate() {
+            for &i in coordinates.iter().filter(|&&i| mechanism.coordinates[i].motion.is_none()) {
+                if owner[i].replace(body).is_some() {
+                    return Err(unsupported(&mechanism.coordinates[i].name, "two bodies share this coordinate"));
+                }
+            }
+        }
+        let mut joints_of = vec![Vec::new(); bodies.len()];
+        for (k, (_, _, pair)) in joints.iter().enumerate() {
+            pair.iter().for_each(|&body: &usize| joints_of[body].push(k));
+        }
+        let reached = vec![None; bodies.len()];
+        Ok(Self { mechanism, bodies, joints, joints_of, owner, nodes: Vec::new(), reached })
+    }
+
+    fn is_free(&self, body: usize) -> [bool; 3] {
+        self.bodies[body].map(|i| self.mechanism.coordinates[i].motion.is_none())
+    }
+
+    /// Attaches all bodies, breadth first: from those whose motion is prescribed, then from free ones.
+    fn attach_all(&mut self) -> Result<()> {
+        let all = 0..self.bodies.len();
+        let prescribed = all.clone().filter(|&body| self.is_free(body) == [false; 3]);
+        let mut queue: VecDeque<usize> = prescribed.collect();
+        for &body in &queue {
+            self.reached[body] = Some(None);
+        }
+        // Of the free bodies, those with prescribed translations cannot hang on others.
+        let (guided, others): (Vec<usize>, _) = all.partition(|&body| {
+            let [x, y, _] = self.is_free(body);
+            !(x && y)
+        });
+        let mut used = vec![false; self.joints.len()];
+        self.attach_from(&mut queue, &mut used)?;
+        for body in guided.into_iter().chain(others) {
+            if self.reached[body].is_none() {
+                self.push(body, None);
+                queue.push_back(body);
+                self.attach_from(&mut queue, &mut used)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Attaches all bodies that hang on those in the queue.
+    fn attach_from(&mut self, queue: &mut VecDeque<usize>, used: &mut [bool]) -> Result<()> {
+        while let Some(parent) = queue.pop_front() {
+            for k in self.joints_of[parent].clone() {
+                let (element, _, bodies) = self.joints[k];
+                if std::mem::replace(&mut used[k], true) {
+                    continue;
+                }
+                let child = if bodies[0] == parent { bodies[1] } else { bodies[0] };
+                if self.reached[child].is_some() {
+                    let why = "it closes a loop of bodies, and relative coordinates are for open chains and trees";
+                    return Err(unsupported(&self.mechanism.elements[element].name, why));
+                }
+                self.push_joint(parent, child, k)?;
+                queue.push_back(child);
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds `child`, which hangs on `parent` by joint number `k`.
+    fn push_joint(&mut self, parent: usize, child: usize, k: usize) -> Result<()> {
+        let (element, joint, bodies) = self.joints[k];
+        let joint = match (self.is_free(child), joint) {
+            ([true, true, true], joint) => joint,
+            ([true, true, false], Joint::Revolute) => Joint::Pin,
+            _ => {
+                let why = "it holds a body with a prescribed coordinate, which it would move";
+                return Err(unsupported(&self.mechanism.elements[element].name, why));
+            }
+        };
+        self.push(child, Some((parent, joint, element, bodies[0] == child)));
+        Ok(())
+    }
+
+    fn push(&mut self, body: usize, on: Option<(usize, Joint, usize, bool)>) {
+        let first = self.nodes.last().map_or(0, |node| node.first + node.joint.count());
+        let coordinates = self.bodies[body];
+        let free = Node {
+            coordinates,
+            parent: coordinates,
+            parent_node: None,
+            joint: Joint::Free { is_free: self.is_free(body) },
+            element: None,
+            is_reversed: false,
+            first,
+            first_multiplier: 0,
+        };
+        let node = on.map_or(free.clone(), |(parent, joint, element, is_reversed)| Node {
+            parent: self.bodies[parent],
+            parent_node: self.reached[parent].flatten(),
+            joint,
+            element: Some(element),
+            is_reversed,
+            first_multiplier: self.mechanism.elements[element].first_multiplier,
+            ..free
+        });
+        self.reached[body] = Some(Some(self.nodes.len()));
+        self.nodes.push(node);
+    }
+}
+
+/// Checks that accelerations enter the elements as constant masses of single bodies, and that forces are smooth.
+fn check_forces(mechanism: &Mechanism<f64>, system: &System, owner: &[Option<usize>]) -> Result<()> {
+    let mut state = State::built(mechanism, 0.0);
+    // A position without special angles; its components have no simple ratios.
+    state.q.iter_mut().enumerate().for_each(|(i, q)| *q += 0.1 * (1.0 + 2.3 * i as f64).sin());
+    let (mut workspace, mut jacobian_workspace) = (ElementWorkspace::default(), JacobianWorkspace::default());
+    let mut switching = Vec::new();
+    let is_unknown = |i: usize| mechanism.coordinates[i].motion.is_none();
+    for (k, instance) in mechanism.elements.iter().enumerate() {
+        if instance.num_constraints > 0 || instance.element.is_sensor() {
+            continue;
+        }
+        if instance.num_reactions > 0 {
+            return Err(unsupported(&instance.name, "its force depends on the reactions of a joint"));
+        }
+        let is_coupled = system.coefficients(k).iter().any(|entry| {
+            let [i, j] = [entry.row, entry.coordinate].map(|local| instance.coordinates[local]);
+            is_unknown(i) && entry.values[2] != 0.0 && i != j && (owner[i].is_none() || owner[i] != owner[j])
+        });
+        if is_coupled {
+            return Err(unsupported(&instance.name, "its mass couples several bodies"));
+        }
+        gather(instance, &state, &mut workspace);
+        let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
+        f64::switching_functions(instance.element.as_ref(), &local, &mut switching);
+        if !switching.is_empty() {
+            return Err(unsupported(&instance.name, "its force is not smooth where a contact closes or opens"));
+        }
+        let varying: Vec<usize> =
+            (0..instance.coordinates.len()).filter(|local| !instance.element.linear().contains(local)).collect();
+        if varying.is_empty() {
+            continue;
+        }
+        let width = varying.len() + 1;
+        let mut columns = vec![0.0; instance.coordinates.len() * width];
+        let weights = TangentWeights { position: 0.0, velocity: 0.0, acceleration: 1.0 };
+        instance.element.columns(&local, weights, &varying, &mut jacobian_workspace, &mut columns);
+        if columns.chunks_exact(width).any(|row| row[1..].iter().any(|mass| *mass != 0.0)) {
+            return Err(unsupported(&instance.name, "its mass changes with its position"));
+        }
+    }
+    Ok(())
+}
+
+/// Names of the joint coordinates.
+fn names(mechanism: &Mechanism<f64>, nodes: &[Node], singles: &[usize]) -> Vec<String> {
+    let mut names = Vec::new();
+    for node in nodes {
+        let joint = |what| node.element.map(|k| format!("{what} of {}", mechanism.elements[k].name));
+        match node.joint {
+            Joint::Revolute => names.extend(joint("angle")),
+            Joint::Prismatic => names.extend(joint("displacement")),
+            _ => names.extend(node.free_coordinates().map(|i| mechanism.coordinates[i].name.clone())),
+        }
+    }
+    names.extend(singles.iter().map(|&i| mechanism.coordinates[i].name.clone()));
+    names
+}

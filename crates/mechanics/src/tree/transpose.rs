@@ -1,0 +1,163 @@
+//! The transpose of [`Tree::place`] and [`Tree::place_virtual`]: from the tips to the ground, derivatives with respect to bodies
+//! become those with respect to joint coordinates and to parameters of joints.
+
+use crate::system::state::State;
+use crate::tree::collect::prismatic_opening;
+use crate::tree::joint::{Joint, Levers, dot, rotated, turned};
+use crate::tree::plan::{Node, Tree};
+
+/// A state of a tree in which its sweeps are transposed.
+pub(crate) struct TreePoint<'a> {
+    /// Positions, velocities and accelerations of all coordinates.
+    pub state: &'a State<f64>,
+    /// Joint coordinates, followed by their velocities.
+    pub y: &'a [f64],
+    /// Accelerations of the joint coordinates.
+    pub a: &'a [f64],
+    pub levers: &'a [Levers<f64>],
+    /// Wrenches of the parts of the tree, from [`Tree::collect`] at these accelerations.
+    pub wrenches: &'a [f64],
+}
+
+/// Virtual displacements of a tree.
+pub(crate) struct VirtualDisplacements<'a> {
+    /// Of the joint coordinates.
+    pub joints: &'a [f64],
+    /// Of all coordinates, as computed by [`Tree::place_virtual`].
+    pub bodies: &'a [f64],
+    /// Openings of the constraints.
+    pub gaps: &'a [f64],
+}
+
+/// Derivatives of one response with respect to positions, velocities and accelerations of all coordinates.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BodyAdjoint {
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    pub a: Vec<f64>,
+}
+
+impl Tree {
+    /// Moves the derivatives `bodies` to the joint coordinates and their velocities, `out`, and those of the power of `psi` as well.
+    ///
+    /// `add` receives the derivatives with respect to the parameters of joints: element, number of the parameter, derivative. On
+    /// return `bodies` has those with respect to prescribed coordinates.
+    pub fn transpose(
+        &self,
+        x: &TreePoint<'_>,
+        psi: &VirtualDisplacements<'_>,
+        bodies: &mut BodyAdjoint,
+        out: &mut [f64],
+        mut add: impl FnMut(usize, usize, f64),
+    ) {
+        let n = self.count;
+        for k in (0..self.nodes.len()).rev() {
+            let node = &self.nodes[k];
+            if let Joint::Free { .. } = node.joint {
+                for (k, i) in node.free_coordinates().enumerate() {
+                    (out[node.first + k], out[n + node.first + k]) = (bodies.q[i], bodies.v[i]);
+                }
+                continue;
+            }
+            let [coordinate, rate] = transpose_joint(node, k, x, psi, bodies, &mut add, n);
+            if node.joint.count() > 0 {
+                (out[node.first], out[n + node.first]) = (coordinate, rate);
+            }
+        }
+        for (k, &i) in self.singles.iter().enumerate() {
+            let at = self.first_single + k;
+            (out[at], out[n + at]) = (bodies.q[i], bodies.v[i]);
+        }
+    }
+}
+
+/// Transposes one joint. Returns the derivatives with respect to its coordinate and velocity.
+fn transpose_joint(
+    node: &Node,
+    k: usize,
+    x: &TreePoint<'_>,
+    psi: &VirtualDisplacements<'_>,
+    bodies: &mut BodyAdjoint,
+    add: &mut impl FnMut(usize, usize, f64),
+    n: usize,
+) -> [f64; 2] {
+    let ([px, py, pt], [cx, cy, ct]) = (node.parent, node.coordinates);
+    let State { q, v, a, .. } = x.state;
+    let Levers { base, parent, child, axis } = x.levers[k];
+    // Derivatives with respect to position, velocity and acceleration of the body, and to its virtual displacement.
+    let [by_q, by_v, by_a] = [&bodies.q, &bodies.v, &bodies.a].map(|bar| [bar[cx], bar[cy]]);
+    let by_psi = [x.wrenches[cx], x.wrenches[cy]];
+    let sum = |terms: [(f64, [f64; 2]); 5]| {
+        terms.iter().fold([0.0; 2], |s, (factor, r)| [s[0] + factor * r[0], s[1] + factor * r[1]])
+    };
+    let (spin, turn, child_spin, child_turn) = (v[pt], a[pt], v[ct], a[ct]);
+    let by_parent = sum([
+        (1.0, by_q),
+        (-spin, turned(by_v)),
+        (-turn, turned(by_a)),
+        (-spin * spin, by_a),
+        (-psi.bodies[pt], turned(by_psi)),
+    ]);
+    let psi_turn = if node.joint == Joint::Pin { 0.0 } else { psi.bodies[ct] };
+    let by_child = sum([
+        (-1.0, by_q),
+        (child_spin, turned(by_v)),
+        (child_turn, turned(by_a)),
+        (child_spin * child_spin, by_a),
+        (psi_turn, turned(by_psi)),
+    ]);
+    bodies.v[pt] += dot(by_v, turned(parent)) - 2.0 * spin * dot(by_a, parent);
+    bodies.v[ct] += -dot(by_v, turned(child)) + 2.0 * child_spin * dot(by_a, child);
+    bodies.a[pt] += dot(by_a, turned(parent));
+    bodies.a[ct] -= dot(by_a, turned(child));
+    let [mut coordinate, mut rate] = [0.0; 2];
+    let numbers = node.parameter_numbers().zip(node.element);
+    if node.joint == Joint::Prismatic {
+        let (displacement, speed, acceleration) = (x.y[node.first], x.y[n + node.first], x.a[node.first]);
+        let (along, _) = prismatic_opening(node, displacement, &psi.gaps[node.first_multiplier..]);
+        let sideways = turned(axis);
+        let by_axis = sum([
+            (speed, by_v),
+            (acceleration, by_a),
+            (-2.0 * spin * speed, turned(by_a)),
+            (displacement, by_parent),
+            (1.0, [0, 1].map(|i| psi.joints[node.first] * by_psi[i] - along * turned(by_psi)[i])),
+        ]);
+        coordinate += dot(by_parent, axis);
+        if node.is_reversed {
+            coordinate += psi.gaps[node.first_multiplier + 1] * dot(by_psi, sideways);
+        }
+        rate += dot(by_v, axis) + 2.0 * spin * dot(by_a, sideways);
+        bodies.v[pt] += 2.0 * speed * dot(by_a, sideways);
+        let by_direction = dot(by_axis, sideways);
+        bodies.q[node.first_body()[2]] += by_direction;
+        if let Some((numbers, element)) = numbers {
+            numbers.line.into_iter().for_each(|line| add(element, line, by_direction));
+        }
+    }
+    bodies.q[pt] += dot(by_parent, turned(base));
+    bodies.q[ct] += dot(by_child, turned(child));
+    if let Some((numbers, element)) = numbers {
+        for (angle, by, points) in [(q[pt], by_parent, numbers.parent), (q[ct], by_child, numbers.child)] {
+            let (sin, cos) = angle.sin_cos();
+            let own = rotated((-sin, cos), by);
+            points.into_iter().zip(own).for_each(|(number, derivative)| add(element, number, derivative));
+        }
+        numbers.angle.into_iter().for_each(|angle| add(element, angle, node.sign() * bodies.q[ct]));
+    }
+    for (bar, by) in [(&mut bodies.q, by_q), (&mut bodies.v, by_v), (&mut bodies.a, by_a)] {
+        bar[px] += by[0];
+        bar[py] += by[1];
+        (bar[cx], bar[cy]) = (0.0, 0.0);
+    }
+    if node.joint != Joint::Pin {
+        if node.joint == Joint::Revolute {
+            coordinate += bodies.q[ct];
+            rate += bodies.v[ct];
+        }
+        for bar in [&mut bodies.q, &mut bodies.v, &mut bodies.a] {
+            bar[pt] += std::mem::take(&mut bar[ct]);
+        }
+    }
+    [coordinate, rate]
+}

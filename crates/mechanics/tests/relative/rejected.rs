@@ -1,0 +1,82 @@
+//! Mechanisms that relative coordinates do not support: an error that names the part, and absolute coordinates by default.
+
+use crate::settings;
+use linkwright_mechanics::analyses::dynamics::simulate_explicitly;
+use linkwright_mechanics::integrators::explicit::{Coordinates, StepControl, Tolerance};
+use linkwright_mechanics::mechanism::{Body, Mechanism, Pose};
+use linkwright_mechanics::motion::Harmonic;
+use linkwright_mechanics::{Error, Explicit};
+
+/// Two rods on the ground, with an addition.
+fn pendulum(add: impl Fn(&mut Mechanism<f64>, [Body; 2])) -> Mechanism<f64> {
+    let mut m = Mechanism::with_gravity(0.0, -9.81);
+    let first = m.body("first", 1.0, 0.1, Pose { x: 0.5, y: 0.0, theta: 0.0 });
+    let second = m.body("second", 1.0, 0.1, Pose { x: 1.5, y: 0.0, theta: 0.0 });
+    let ground = m.ground();
+    m.revolute("pin", ground.origin(), first.at(-0.5, 0.0));
+    m.revolute("elbow", first.at(0.5, 0.0), second.at(-0.5, 0.0));
+    add(&mut m, [first, second]);
+    m
+}
+
+fn is_named(m: &Mechanism<f64>, what: &str, why: &str) {
+    let run = |coordinates| simulate_explicitly(m, &settings(coordinates), &[0.0, 0.02]);
+    let error = run(Coordinates::Relative).unwrap_err();
+    let text = error.to_string();
+    assert!(matches!(error, Error::Unsupported { .. }), "{text}");
+    assert!(text.contains(what) && text.contains(why) && text.contains("absolute coordinates"), "{text}");
+    assert_eq!(run(Coordinates::Automatic).unwrap().coordinates, Coordinates::Absolute);
+}
+
+#[test]
+fn what_is_not_a_tree_is_named() {
+    let loops = pendulum(|m, [_, second]| {
+        let (ground, third) = (m.ground(), m.body("third", 1.0, 0.1, Pose { x: 2.0, y: -0.5, theta: -1.6 }));
+        m.revolute("base", ground.at(2.0, -1.0), third.at(0.5, 0.0));
+        m.revolute("knee", second.at(0.5, 0.0), third.at(-0.5, 0.0));
+    });
+    is_named(&loops, "knee", "closes a loop");
+    let distance = pendulum(|m, [_, second]| {
+        let ground = m.ground();
+        m.distance_constraint("strut", ground.at(2.0, 1.0), second.at(0.5, 0.0), 1.0);
+    });
+    is_named(&distance, "strut", "no other constraint");
+    let guided = pendulum(|m, [_, second]| m.drive(second.y, Harmonic, &[0.0, 0.1, 2.0, 0.0]));
+    is_named(&guided, "elbow", "prescribed coordinate");
+    let contact = pendulum(|m, [_, second]| {
+        let ground = m.ground();
+        m.rope("rope", ground.origin(), second.at(0.5, 0.0), [10.0, 0.0, 1.0]);
+    });
+    is_named(&contact, "rope", "not smooth");
+    let mut rubbing = Mechanism::with_gravity(0.0, -9.81);
+    let rod = rubbing.body("rod", 1.0, 0.1, Pose { x: 0.5, y: 0.0, theta: 0.0 });
+    let pin = rubbing.revolute("pin", rubbing.ground().origin(), rod.at(-0.5, 0.0));
+    rubbing.revolute_friction("friction", pin, [0.2, 0.01, 0.1, 1e-6]).unwrap();
+    is_named(&rubbing, "friction", "reactions of a joint");
+}
+
+#[test]
+fn a_joint_that_moves_no_mass_is_named() {
+    let mut m = Mechanism::<f64>::with_gravity(0.0, -9.81);
+    let node = m.massless_node("node", Pose { x: 0.5, y: 0.0, theta: 0.0 });
+    let ground = m.ground();
+    m.revolute("pin", ground.origin(), node.at(-0.5, 0.0));
+    let error = simulate_explicitly(&m, &settings(Coordinates::Relative), &[0.0, 0.1]).unwrap_err().to_string();
+    assert!(error.contains("angle of pin") && error.contains("moves no mass"), "{error}");
+}
+
+#[test]
+fn tolerances_by_component_are_those_of_absolute_coordinates() {
+    let m = pendulum(|_, _| {});
+    let count = 2 * m.coordinates().len();
+    let tolerance = Tolerance { relative: vec![1e-8], absolute: vec![1e-8; count] };
+    let control = StepControl::Adaptive { tolerance, longest: 0.1 };
+    let by_component = Explicit::eighth_order(1.0).with_step_control(control);
+    let run = simulate_explicitly(&m, &by_component, &[0.0, 0.1]).unwrap();
+    assert_eq!(run.coordinates, Coordinates::Absolute);
+    let given = by_component.clone().with_step_control(StepControl::Given(vec![0.1]));
+    assert_eq!(simulate_explicitly(&m, &given, &[0.1]).unwrap().coordinates, Coordinates::Absolute);
+    let relative = by_component.with_coordinates(Coordinates::Relative);
+    let error = simulate_explicitly(&m, &relative, &[0.1]).unwrap_err().to_string();
+    assert!(error.contains("absolute tolerances") && error.contains('4'), "{error}");
+}
