@@ -19,13 +19,7 @@ impl System {
         workspace: &mut ElementWorkspace<T>,
         rows: &mut [T],
     ) {
-        rows.fill(T::from(0.0));
-        for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
-            if !map.active.is_empty() {
-                evaluate(instance, state, workspace);
-                scatter(instance, map, workspace, constraint, rows);
-            }
-        }
+        self.add_up(mechanism, state, workspace, constraint, rows, |_| true);
     }
 
     /// Writes the residual of the equations of motion without the forces that depend on reactions, by equation.
@@ -36,13 +30,7 @@ impl System {
         workspace: &mut ElementWorkspace<T>,
         rows: &mut [T],
     ) {
-        rows.fill(T::from(0.0));
-        for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
-            if !map.active.is_empty() && instance.num_reactions == 0 {
-                evaluate(instance, state, workspace);
-                scatter(instance, map, workspace, 1.0, rows);
-            }
-        }
+        self.add_up(mechanism, state, workspace, 1.0, rows, |instance| instance.num_reactions == 0);
     }
 
     /// Writes the residual of the projection onto the constraints: Φ_qᵀ λ in the rows of coordinates, Φ in the rows of
@@ -54,11 +42,24 @@ impl System {
         workspace: &mut ElementWorkspace<T>,
         rows: &mut [T],
     ) {
+        self.add_up(mechanism, state, workspace, 1.0, rows, |instance| instance.num_constraints > 0);
+    }
+
+    /// Sums the rows of the elements that are wanted, those of constraints times `constraint`.
+    fn add_up<T: StateScalar>(
+        &self,
+        mechanism: &Mechanism<T>,
+        state: &State<T>,
+        workspace: &mut ElementWorkspace<T>,
+        constraint: f64,
+        rows: &mut [T],
+        is_wanted: impl Fn(&ElementInstance<T>) -> bool,
+    ) {
         rows.fill(T::from(0.0));
         for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
-            if instance.num_constraints > 0 {
+            if !map.active.is_empty() && is_wanted(instance) {
                 evaluate(instance, state, workspace);
-                scatter(instance, map, workspace, 1.0, rows);
+                scatter(instance, map, workspace, constraint, rows);
             }
         }
     }

@@ -2,8 +2,10 @@
 
 use crate::Result;
 use crate::analyses::dynamics::InitialConfiguration;
+use crate::checkpointing::recording::ExplicitRecording;
 use crate::derivatives::adjoint::adjoint_state::{AdjointState, BATCH, BatchValues};
 use crate::derivatives::adjoint::batch::{AdjointBatch, SystemVjp};
+use crate::derivatives::adjoint::problem::AdjointProblem;
 use crate::derivatives::forward::explicit::constraint::ConstraintDerivative;
 use crate::derivatives::forward::explicit::entries::Entries;
 use crate::derivatives::forward::explicit::linearize::{ElementWorkspaces, Linearizer};
@@ -15,6 +17,24 @@ use crate::initial_conditions::Projection;
 use crate::mechanism::Mechanism;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
+use nalgebra::DMatrix;
+
+/// Gradients from the adjoint states at the start of explicit steps, through the initial conditions.
+pub(super) fn gradients_from_start(
+    problem: &AdjointProblem<'_>,
+    recording: &ExplicitRecording,
+    mut batches: Vec<&mut AdjointBatch>,
+) -> Result<DMatrix<f64>> {
+    let (mut system, begin) = (recording.system.clone(), &recording.start);
+    InitialConditionAdjoint::new(&problem.mechanism, &problem.activity, &system).start(
+        &mut system,
+        &begin.state,
+        &begin.projection,
+        InitialConfiguration::Built,
+        &mut batches,
+    )?;
+    Ok(problem.gradients(batches.iter().map(|batch| &**batch)))
+}
 
 /// Propagates derivatives from a consistent state back to the configuration in which the mechanism was built.
 ///

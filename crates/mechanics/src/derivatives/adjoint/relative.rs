@@ -5,14 +5,13 @@
 //! elements, and one transposed sweep of the tree. A reaction λ is a power as well, of a virtual displacement that opens its joint.
 
 use crate::Result;
-use crate::analyses::dynamics::InitialConfiguration;
 use crate::checkpointing::recording::ExplicitRecording;
 use crate::checkpointing::reverse_playback::ReversePlayback;
 use crate::checkpointing::trajectory_store::Checkpointable;
 use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues, add};
 use crate::derivatives::adjoint::batch::AdjointBatch;
 use crate::derivatives::adjoint::element_vjp::{ElementRows, ElementVariable, ElementVjp};
-use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
+use crate::derivatives::adjoint::initial_conditions::gradients_from_start;
 use crate::derivatives::adjoint::problem::{
     AdjointProblem, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
 };
@@ -45,16 +44,8 @@ pub(crate) fn solve_relative(
     steps.finish()?;
     let ReverseRelativeSteps { mut adjoints, playback, .. } = steps;
     let statistics = ReplayStatistics::of(recording.store.steps(), &playback);
-    let (mut system, begin) = (recording.system.clone(), &recording.start);
-    let mut all: Vec<&mut AdjointBatch> = adjoints.iter_mut().map(|adjoint| &mut adjoint.batch).collect();
-    InitialConditionAdjoint::new(&problem.mechanism, &problem.activity, &system).start(
-        &mut system,
-        &begin.state,
-        &begin.projection,
-        InitialConfiguration::Built,
-        &mut all,
-    )?;
-    Ok((problem.gradients(adjoints.iter().map(|adjoint| &adjoint.batch)), statistics))
+    let batches = adjoints.iter_mut().map(|adjoint| &mut adjoint.batch).collect();
+    Ok((gradients_from_start(problem, recording, batches)?, statistics))
 }
 
 /// The explicit steps of a motion, repeated for their stages, with the adjoint states of all responses.

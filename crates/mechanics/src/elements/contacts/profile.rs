@@ -1,6 +1,9 @@
 //! A closed curve through points, and its point nearest to another point or farthest in a direction.
 
+use crate::mechanism::element::AnyElement;
+use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use autodiff::Scalar;
+use std::sync::Arc;
 
 /// Smallest number of points of a profile.
 pub(crate) const FEWEST: usize = 4;
@@ -20,7 +23,8 @@ const CORRECTIONS: usize = 3;
 /// A closed curve: the periodic cubic spline through `points` (x and y in turn, in m) with one unit of the parameter s from
 /// point to point.
 ///
-/// Material is on the left of the curve. Its curvature is continuous. Points should be about evenly spaced, and closer where the curve bends.
+/// Material is on the left of the curve. Its curvature is continuous. Points should be about evenly spaced, and closer where the
+/// curve bends.
 ///
 /// # Sources
 /// de Boor, *A Practical Guide to Splines* (1978), Chapter IV.
@@ -242,6 +246,22 @@ pub(crate) fn validate(points: &[f64]) -> Option<String> {
     }
     let size = points.iter().fold(0.0f64, |a, x| a.max(x.abs()));
     (profile.double_area().abs() <= 1e-9 * size * size).then(|| "its profile encloses no area".to_owned())
+}
+
+impl<S: Scalar> Mechanism<S> {
+    /// Adds a contact of the profile through `points` on the body of `a` with the body of `b`.
+    pub(super) fn add_profile(
+        &mut self,
+        name: &str,
+        contact: Arc<dyn AnyElement>,
+        [a, b]: [Marker<S>; 2],
+        law: [S; 3],
+        points: &[[S; 2]],
+    ) -> ElementIndex {
+        let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
+        let parameters = [&[a.x, a.y, b.x, b.y], &law[..], points.as_flattened()].concat();
+        self.add_object(name.into(), contact, &coordinates, &parameters)
+    }
 }
 
 #[cfg(test)]

@@ -115,7 +115,7 @@ impl Element for ProfileContact {
 
 impl<S: Scalar> Mechanism<S> {
     /// Lets a roller with the centre `b` touch the profile through `points` (m) on the body of `a`: `law` is radius of the roller
-    /// (m), stiffness and damping.
+    /// (m), stiffness (N/m^1.5) and damping (s/m). At least four points.
     pub fn profile_contact(
         &mut self,
         name: &str,
@@ -124,9 +124,7 @@ impl<S: Scalar> Mechanism<S> {
         law: [S; 3],
         points: &[[S; 2]],
     ) -> ElementIndex {
-        let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        let parameters = [&[a.x, a.y, b.x, b.y], &law[..], points.as_flattened()].concat();
-        self.add_object(name.into(), ProfileContact::object(), &coordinates, &parameters)
+        self.add_profile(name, ProfileContact::object(), [a, b], law, points)
     }
 }
 

@@ -110,7 +110,7 @@ impl Element for ProfileFace {
 
 impl<S: Scalar> Mechanism<S> {
     /// Lets the profile through `points` (m) on the body of `a` touch the face through `b`: `law` is the direction of the face in
-    /// the body of `b` (rad), stiffness and damping.
+    /// the body of `b` (rad), stiffness (N/m^1.5) and damping (s/m). At least four points.
     pub fn profile_face(
         &mut self,
         name: &str,
@@ -119,9 +119,7 @@ impl<S: Scalar> Mechanism<S> {
         law: [S; 3],
         points: &[[S; 2]],
     ) -> ElementIndex {
-        let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
-        let parameters = [&[a.x, a.y, b.x, b.y], &law[..], points.as_flattened()].concat();
-        self.add_object(name.into(), ProfileFace::object(), &coordinates, &parameters)
+        self.add_profile(name, ProfileFace::object(), [a, b], law, points)
     }
 }
 

@@ -32,8 +32,9 @@ pub const SAMPLE: usize = SLOTS;
 /// $$ \begin{bmatrix} M & \Phi_q^T \\ \Phi_q & 0 \end{bmatrix} \begin{bmatrix} \ddot q \\ \lambda \end{bmatrix} =
 ///    \begin{bmatrix} f \\ -\dot\Phi_q \dot q - \dots \end{bmatrix} $$
 ///
-/// whose pattern is analysed once, by Newton's method if forces depend on multipliers (friction in joints). At the end of a step, positions and velocities are projected onto Φ = 0 and Φ̇ = 0 by one
-/// least-squares step each, with one factorization. Components of prescribed coordinates are not used.
+/// whose pattern is analysed once, by Newton's method if forces depend on multipliers (friction in joints). At the end of a step,
+/// positions and velocities are projected onto Φ = 0 and Φ̇ = 0 by one least-squares step each, with one factorization.
+/// Components of prescribed coordinates are not used.
 ///
 /// In [relative coordinates](crate::integrators::explicit::Coordinates) the components are the joint coordinates, followed by
 /// their velocities. The state has accelerations and multipliers only after evaluations for outputs.

@@ -18,8 +18,8 @@ const LEAST_OF_OBJECTIVE: f64 = 1e-3;
 /// Start lengths d: |b|, at least 2 % of the range of a bounded variable and at most its range.
 ///
 /// A variable without range that starts at zero has the median of |cᵢ| / |∂cᵢ/∂bⱼ| over the rows; failing that, |F| / |∂F/∂bⱼ|;
-/// failing that, the median of the other variables; failing that, 1. It is a guess: move limits grow by up to ten a cycle, and [`Units`] shortens
-/// guesses that steps have shown to be too long. The second result says which lengths are guesses.
+/// failing that, the median of the other variables; failing that, 1. It is a guess: move limits grow by up to ten a cycle, and
+/// [`Units`] shortens guesses that steps have shown to be too long. The second result says which lengths are guesses.
 pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: &Linearized) -> (Vec<f64>, Vec<bool>) {
     let n = b.len();
     let steepest = |row: &mut dyn Iterator<Item = f64>| row.fold(0.0f64, |a, g| a.max(g.abs()));

@@ -24,6 +24,8 @@ const STEADY: f64 = 0.5;
 /// Largest number of steps of a run that show a curvature, and of those in directions that no step had.
 const MOST_EXPLORATIONS: usize = 3;
 const MOST_UNKNOWN: usize = 2;
+/// Largest part of a direction of unit length that no step had, if the steps are to tell about it.
+const MOSTLY: f64 = 0.5;
 /// Number of explorations from a design. A second design is explored if a flat direction led to it.
 const ROUND: usize = MOST_EXPLORATIONS + 2;
 /// Distance from a bound in lengths within which a variable that its slope pushes to the bound is not free.
@@ -103,7 +105,7 @@ impl<'a> Tangent<'a> {
     /// True if steps along a direction have hardly changed the slope along it. The lengths are then no measure of how far it leads.
     fn is_steady(&self, direction: &DVector<f64>, slope: f64) -> bool {
         let mut change = 0.0;
-        let is_known = without(direction, &self.steps(&self.binding)).norm() < STEADY;
+        let is_known = without(direction, &self.steps(&self.binding)).norm() < MOSTLY;
         is_known
             && self.pairs().iter().rev().all(|[_, of_slope]| {
                 change += of_slope.dot(direction);
