@@ -28,6 +28,9 @@ const LEAST: f64 = 1e-4;
 const CLEARLY: f64 = 0.01;
 /// Least step of a variable, relative to itself, by which a run still moves.
 const NO_STEP: f64 = 1e-12;
+/// Gain by which the automatic method may end better than a run, as a fraction of the accuracy of that run. The unit of the
+/// objective can be larger than the one in which a user judges, if a constant hides the size of the objective.
+const UNSEEN: f64 = 0.1;
 
 /// The end of the automatic method from the design of a run that had settled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -78,7 +81,7 @@ impl Confirmation {
     fn verdict(&self, accuracy: f64) -> Option<Status> {
         // An end at another design that is worse says nothing about this one.
         let gain = (self.from - self.objective) / self.unit;
-        let is_best = self.begun_at.is_none() && !(gain > accuracy || gain < -CLEARLY);
+        let is_best = self.begun_at.is_none() && !(gain > UNSEEN * accuracy || gain < -CLEARLY);
         let is_confirmed = match self.status {
             Status::Converged => self.is_feasible && is_best,
             Status::Infeasible => self.violation_before <= LARGER * self.violation,
@@ -194,7 +197,7 @@ fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<Confir
     let objectives: Vec<f64> = run.history.iter().map(|cycle| cycle.objective).collect();
     let unit = unit(&objectives, largest_change);
     if let Some(memory) = &mut run.automatic {
-        memory.tolerance = accuracy * unit;
+        memory.tolerance = UNSEEN * accuracy * unit;
     }
     while run.status == Status::Running {
         run = method.step(problem, run)?;

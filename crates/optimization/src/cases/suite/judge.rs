@@ -88,10 +88,10 @@ pub struct Judgement {
 
 /// Judges the claim of a run about its last design.
 ///
-/// Terms of a row: Σⱼ |∂ĝ/∂xⱼ| max(|xⱼ|, |xⱼ − x⁰ⱼ|), the larger one of start and end. A design is at an optimum if its objective is
-/// within 1e-5 of it and no row is violated by more than 1e-5 of its terms. A local optimum is a design of which sequential quadratic
-/// programming in boxes of 1 % and 10 % of the lengths of the variables finds no improvement by 1e-5. Infeasibility is
-/// false if such a search reduces all violations at once.
+/// Terms of a row: Σⱼ |∂ĝ/∂xⱼ| max(|xⱼ|, |xⱼ − x⁰ⱼ|, |xᴾⱼ|), the larger one of start and end; xᴾ is the published start. A design
+/// is at an optimum if its objective is within 1e-5 of it and no row is violated by more than 1e-5 of its terms. A local optimum is
+/// a design of which sequential quadratic programming in boxes of 1 % and 10 % of the lengths of the variables finds no improvement
+/// by 1e-5. Infeasibility is false if such a search reduces all violations at once.
 ///
 /// # Errors
 /// If the problem cannot be evaluated at its start or at the design.
@@ -154,12 +154,16 @@ impl<'a> Place<'a> {
         design: &'a [f64],
     ) -> Result<Self> {
         let published = (entry.build)()?;
-        let at_start = published.analyze_design(&published.start()).map(|d| d.evaluation.objective);
+        // A start that is made zero or small says nothing about the sizes of the terms.
+        let at_published = published.start();
+        let at_start = published.analyze_design(&at_published).map(|d| d.evaluation.objective);
         let coupling = DirectCoupling::new(problem);
         let start = problem.start();
         let optimum = entry.optima().first().and_then(|o| o.design);
         let optimum_length = |j: usize| optimum.map_or(0.0, |o| o[j].abs() * transformation.variables);
-        let reach: Vec<f64> = (0..design.len()).map(|j| design[j].abs().max((design[j] - start[j]).abs())).collect();
+        let published_length = |j: usize| at_published[j].abs() * transformation.variables;
+        let reach = |j: usize| design[j].abs().max((design[j] - start[j]).abs()).max(published_length(j));
+        let reach: Vec<f64> = (0..design.len()).map(reach).collect();
         let length = |j: usize| reach[j].max(optimum_length(j)).max(start[j].abs());
         let positive = |length: f64| if length > 0.0 { length } else { transformation.variables };
         let lengths = (0..design.len()).map(|j| positive(length(j))).collect();
