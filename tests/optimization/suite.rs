@@ -6,7 +6,7 @@ use linkwright::cases::suite::{Claim, Suite, Transformation, Verdict, judge, pro
 use linkwright::cases::{AnalysisCounts, CatalogueEntry, Solution, find};
 use linkwright::nlp::{Program, Sqp, SubproblemSolver};
 use linkwright::problem::DirectCoupling;
-use linkwright::sao::preset;
+use linkwright::sao::{Status, preset};
 
 /// The problems of the suites, without the catalogue.
 fn small_problems() -> impl Iterator<Item = &'static CatalogueEntry> {
@@ -231,4 +231,49 @@ fn the_default_beside_other_programs_is_as_documented() {
     }
     assert!(std::env::var_os("UPDATE_DOCS").is_some(), "run with UPDATE_DOCS=1 to draw {PICTURE} again");
     std::fs::write(PICTURE, drawn).unwrap();
+}
+
+/// What noise leaves of methods, on the problems of Hock & Schittkowski.
+#[test]
+fn noise_leads_to_honest_ends_as_documented() {
+    let entries = Suite::HockSchittkowski.problems();
+    let methods = ["automatic", "slp-filter"];
+    let levels = ["noise=1e-6", "noise=1e-4", "noise=1e-2"];
+    let transformations = levels.map(|text| Transformation::parse(text).unwrap());
+    let runs = run(&entries, &transformations, &methods.map(|name| preset(name).unwrap())).unwrap();
+    let mut text =
+        "| noise | method | runs | reached | converged | false | analyses + sensitivity analyses of all runs |\n\
+                    |---|---|---|---|---|---|---|\n"
+            .to_owned();
+    for transformation in transformations {
+        for method in methods {
+            let of: Vec<_> = runs.iter().filter(|r| r.transformation == transformation && r.method == method).collect();
+            let judged = || of.iter().filter_map(|r| r.judgement);
+            let reached = judged().filter(|j| j.is_reached).count();
+            let wrong = judged().filter(|j| j.verdict == Verdict::False).count();
+            let converged = of.iter().filter(|r| r.status == "converged").count();
+            let work = of.iter().fold([0, 0], |[a, s], r| [a + r.work.analyses, s + r.work.sensitivity_analyses]);
+            assert_eq!(wrong, 0, "{method} at {transformation}");
+            let noise = transformation.noise;
+            text += &format!(
+                "| {noise:e} | `{method}` | {} | {reached} | {converged} | {wrong} | {}+{} |\n",
+                judged().count(),
+                work[0],
+                work[1]
+            );
+        }
+    }
+    assert_table("noise", &text);
+}
+
+#[test]
+fn the_automatic_method_ends_where_noise_hides_its_steps_and_says_so() {
+    let entry = find("hs35").unwrap();
+    let problem = Transformation::parse("noise=1e-4").unwrap().build(entry).unwrap();
+    let end = preset("automatic").map(|p| (p.method)()).unwrap().solve(&problem, |_| ()).unwrap();
+    assert_eq!(end.status, Status::Stalled, "{}", end.reason);
+    assert!(end.reason.contains("noise of about"), "{}", end.reason);
+    // The optimum is 1/9; the noise is relative to the value at the start, 2.25.
+    let exact = Transformation::default().build(entry).unwrap().analyze_design(&end.design).unwrap().evaluation;
+    assert!((exact.objective - 1.0 / 9.0).abs() < 10.0 * 1e-4 * 2.25, "{}", exact.objective);
 }

@@ -43,8 +43,9 @@ The column `verdict` of a suite:
   honest end      nothing claimed, or infeasible at a local minimum of the violation
   FALSE           another claim; the command then ends with an error
 A transformation is KEY=NUMBER,...: factors `objective`, `variables`, `constraints`; `offset` of the objective; `start` of all
-variables; `random` half width of the start and its `seed`; `points` of a problem of the suite time. `scalings`, `starts` and
-`all` are sets of them.")]
+variables; `random` half width of the start and its `seed`; `points` of a problem of the suite time; `noise` of all responses,
+which are then differentiated by noise-aware differences and judged to ten times the noise. `scalings`, `starts` and `all` are
+sets of them.")]
 pub struct Compare {
     /// Name of a problem, see --list, or a model file
     #[arg(value_name = "PROBLEM|FILE", required_unless_present_any = ["all", "list", "suite"], conflicts_with_all = ["all", "list", "suite"])]

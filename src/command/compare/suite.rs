@@ -113,10 +113,19 @@ impl Comparison<'_> {
 }
 
 /// Table with a row for each transformation, all methods together: numbers of runs by verdict, median and sum of the work of solved
-/// runs.
+/// runs, and the number of runs that reached a known optimum, whatever they say.
 fn by_transformation(title: &str, all: &[SuiteRun]) -> linkwright::Result<Table> {
-    let columns =
-        ["transformation", "runs", "solved", "local_optimum", "honest_end", "false", "median_work", "sum_work"];
+    let columns = [
+        "transformation",
+        "runs",
+        "solved",
+        "local_optimum",
+        "honest_end",
+        "false",
+        "median_work",
+        "sum_work",
+        "reached",
+    ];
     let mut table = Table::new(title, columns);
     let mut done: Vec<Transformation> = vec![];
     for run in all {
@@ -138,6 +147,7 @@ fn by_transformation(title: &str, all: &[SuiteRun]) -> linkwright::Result<Table>
             count(Verdict::False).into(),
             work.get(work.len() / 2).map_or(Cell::Empty, |w| (*w).into()),
             work.iter().sum::<usize>().into(),
+            same.iter().filter(|r| r.judgement.is_some_and(|j| j.is_reached)).count().into(),
         ])?;
     }
     Ok(table)

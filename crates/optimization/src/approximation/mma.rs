@@ -23,7 +23,8 @@ use std::sync::Arc;
 ///
 /// # Sources
 ///
-/// Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373; *SIAM J. Optim.* 12 (2002) 555–573. We differ:
+/// Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373; *SIAM J. Optim.* 12 (2002) 555–573; *MMA and GCMMA – two
+/// methods for nonlinear optimization*, KTH Stockholm (2007), where a step is at most half the range of a variable. We differ:
 /// ε is relative. The conservatism ρ of 2002 belongs to the [globalization](crate::sao::Conservatism).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mma {
@@ -38,7 +39,7 @@ pub struct Mma {
 impl Mma {
     /// The method of 1987.
     pub const SVANBERG_1987: Self = Self { asymptotes: Asymptotes::SVANBERG_1987, curvature: 0.0, flatness: 0.0 };
-    /// The form of 2002.
+    /// The form of 2002, which is that of 2007, too.
     pub const SVANBERG_2002: Self = Self { asymptotes: Asymptotes::SVANBERG_2002, curvature: 1e-3, flatness: 1e-5 };
 }
 

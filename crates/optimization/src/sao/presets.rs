@@ -6,7 +6,7 @@ use super::{
 };
 use crate::approximation::{
     Approximation, Asymptotes, Conlin, CurvatureRule, DiagonalQuadratic, FullQuadratic, Hessian, LagrangianCurvature,
-    Linear, Mma, Reciprocal, Tana, TwoPointExponential,
+    Linear, Mma, Reciprocal, Regression, Tana, TwoPointExponential,
 };
 use error::{Error, Result};
 
@@ -123,6 +123,11 @@ static PRESETS: &[Preset] = &[
         method: || with(Mma::SVANBERG_1987, AcceptAlways, FixedLimits::default()),
     },
     Preset {
+        name: "mma-2007",
+        title: "moving asymptotes with the rules of 2007 (Svanberg); steps of at most half the range; everything is accepted",
+        method: || with(Mma::SVANBERG_2002, AcceptAlways, FixedLimits { width: 0.5 }),
+    },
+    Preset {
         name: "gcmma",
         title: "moving asymptotes made conservative (Svanberg 2002)",
         method: || with(Mma::SVANBERG_2002, Conservatism::default(), FixedLimits::default()),
@@ -165,6 +170,11 @@ static PRESETS: &[Preset] = &[
         name: "tana",
         title: "two-point TANA-3 (Xu & Grandhi 1998); approximation errors; relative move limits",
         method: || by_errors(Tana::default()),
+    },
+    Preset {
+        name: "multipoint",
+        title: "regression over the last designs, linear or multiplicative (Toropov et al. 1993); approximation errors; relative move limits",
+        method: || by_errors(Regression::default()),
     },
     Preset {
         name: "bfgs",

@@ -10,6 +10,8 @@ use nlp::{Gradients, Program, Sqp, SubproblemSolver, Values};
 
 /// Relative error of the objective, and violation relative to the terms of the row, up to which a run is at an optimum.
 pub const TOLERANCE: f64 = 1e-5;
+/// Differences below this times the noise of an analysis are hidden by it.
+const OF_NOISE: f64 = 10.0;
 /// Half widths of the local searches, in lengths of the variables.
 const WIDTHS: [f64; 2] = [0.01, 0.1];
 /// Fraction by which a local search must reduce the violation to refute a claim of infeasibility.
@@ -84,6 +86,8 @@ pub struct Judgement {
     pub violation: f64,
     /// (F − F*) / max(|F*|, min(1, |F(start) − F*|)) for the nearest known optimum, with F(start) at the published start.
     pub excess: Option<f64>,
+    /// True if the design is at a known optimum, whatever is claimed of it.
+    pub is_reached: bool,
 }
 
 /// Judges the claim of a run about its last design.
@@ -91,7 +95,8 @@ pub struct Judgement {
 /// Terms of a row: Σⱼ |∂ĝ/∂xⱼ| max(|xⱼ|, |xⱼ − x⁰ⱼ|, |xᴾⱼ|), the larger one of start and end; xᴾ is the published start. A design
 /// is at an optimum if its objective is within 1e-5 of it and no row is violated by more than 1e-5 of its terms. A local optimum is
 /// a design of which sequential quadratic programming in boxes of 1 % and 10 % of the lengths of the variables finds no improvement
-/// by 1e-5. Infeasibility is false if such a search reduces all violations at once.
+/// by 1e-5. Infeasibility is false if such a search reduces all violations at once. With noise of the analysis the exact problem is
+/// judged, to ten times the noise.
 ///
 /// # Errors
 /// If the problem cannot be evaluated at its start or at the design.
@@ -102,9 +107,11 @@ pub fn judge(
     claim: Claim,
     design: &[f64],
 ) -> Result<Judgement> {
-    let place = Place::new(entry, transformation, problem, design)?;
+    // A design is judged by what it is, not by what was seen of it.
+    let exact = if transformation.noise > 0.0 { Some(transformation.without_noise().build(entry)?) } else { None };
+    let place = Place::new(entry, transformation, exact.as_ref().unwrap_or(problem), design)?;
     let known = place.nearest();
-    let is_feasible = place.violation <= TOLERANCE;
+    let is_feasible = place.violation <= place.row_tolerance();
     let verdict = match (claim, entry.solution) {
         (Claim::Nothing, Solution::Unbounded) => Verdict::CorrectEnd,
         (Claim::Nothing, _) => Verdict::HonestEnd,
@@ -114,13 +121,19 @@ pub fn judge(
         (Claim::Infeasible, _) => Verdict::HonestEnd,
         (Claim::Converged, _) if !is_feasible => Verdict::False,
         (Claim::Converged, _) => match known {
-            Some(k) if k.excess.abs() <= TOLERANCE.max(k.optimum.uncertainty) && k.is_best => Verdict::Optimum,
-            Some(k) if k.excess.abs() <= TOLERANCE.max(k.optimum.uncertainty) => Verdict::LocalOptimum,
+            Some(k) if k.is_reached() && k.is_best => Verdict::Optimum,
+            Some(k) if k.is_reached() => Verdict::LocalOptimum,
             _ if place.objective_can_decrease()? => Verdict::False,
             _ => Verdict::LocalOptimum,
         },
     };
-    Ok(Judgement { verdict, objective: place.objective, violation: place.violation, excess: known.map(|k| k.excess) })
+    Ok(Judgement {
+        verdict,
+        objective: place.objective,
+        violation: place.violation,
+        excess: known.map(|k| k.excess),
+        is_reached: is_feasible && known.is_some_and(|k| k.is_reached()),
+    })
 }
 
 /// A known optimum and the distance of the objective from it.
@@ -128,7 +141,15 @@ pub fn judge(
 struct Known {
     optimum: &'static Optimum,
     excess: f64,
+    /// What noise hides of it.
+    noise: f64,
     is_best: bool,
+}
+
+impl Known {
+    fn is_reached(&self) -> bool {
+        self.excess.abs() <= TOLERANCE.max(self.optimum.uncertainty).max(self.noise)
+    }
 }
 
 /// The last design of a run with what is needed to judge it.
@@ -195,12 +216,22 @@ impl<'a> Place<'a> {
         (0..rows.len()).map(of).fold(0.0, f64::max)
     }
 
+    /// Violation in terms of a row below which it counts as none.
+    fn row_tolerance(&self) -> f64 {
+        TOLERANCE.max(OF_NOISE * self.transformation.noise)
+    }
+
+    /// Change of the objective that noise hides.
+    fn objective_noise(&self) -> f64 {
+        OF_NOISE * self.transformation.noise * self.objective.abs().max(self.start_objective.abs())
+    }
+
     fn nearest(&self) -> Option<Known> {
         let known = |(k, optimum): (usize, &'static Optimum)| {
             let apart = self.objective - optimum.objective;
             let from_start = (self.start_objective - optimum.objective).abs().min(1.0);
             let unit = optimum.objective.abs().max(from_start).max(f64::MIN_POSITIVE);
-            Known { optimum, excess: apart / unit, is_best: k == 0 }
+            Known { optimum, excess: apart / unit, noise: self.objective_noise() / unit, is_best: k == 0 }
         };
         let all = self.optima.iter().enumerate().map(known);
         all.min_by(|a, b| a.excess.abs().total_cmp(&b.excess.abs()))
@@ -212,7 +243,8 @@ impl<'a> Place<'a> {
         let scale = self.optima.first().map_or(self.objective.abs(), |o| o.objective.abs().max(self.objective.abs()));
         let enough = (TOLERANCE * scale)
             .max(f64::MIN_POSITIVE)
-            .min(apart.filter(|a| *a > 0.0).map_or(f64::INFINITY, |a| 0.5 * a));
+            .min(apart.filter(|a| *a > 0.0).map_or(f64::INFINITY, |a| 0.5 * a))
+            .max(self.objective_noise());
         for width in WIDTHS {
             let local = InBox::new(self, width);
             for start in local.starts(self.design) {
@@ -234,7 +266,7 @@ impl<'a> Place<'a> {
             // a small share of the largest violation may increase to that share.
             let of = |rows: &[f64], i: usize| violated(self.coupling.is_equality(i), rows[i]);
             let here = self.coupling.values(self.design)?.rows;
-            let share = (SMALL_SHARE * self.violation).max(TOLERANCE);
+            let share = (SMALL_SHARE * self.violation).max(self.row_tolerance());
             let units: Vec<f64> = (0..here.len()).map(|i| of(&here, i).max(share * self.terms[i])).collect();
             let least = LeastViolation::new(&local, &units);
             let mut start = self.design.to_vec();

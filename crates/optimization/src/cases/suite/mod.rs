@@ -22,6 +22,7 @@ mod hs_inequalities;
 mod hs_larger;
 mod hs_mixed;
 mod judge;
+mod noise;
 mod runs;
 mod semi_infinite;
 mod statement;

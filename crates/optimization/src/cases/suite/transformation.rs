@@ -1,5 +1,6 @@
-//! Transformations that do not change the solution of a problem, except for its units: scaling, and other starts.
+//! Transformations that do not change the solution of a problem, except for its units: scaling, other starts, and noise.
 
+use super::noise::{Noisy, mixed, symmetric};
 use crate::cases::CatalogueEntry;
 use crate::problem::{
     Analysis, AnyFunction, AnyFunctional, ContinuousTime, DesignVariable, Intermediates, Point, Problem, QuantityForm,
@@ -27,7 +28,7 @@ pub enum Start {
     },
 }
 
-/// Scaling of a problem, and replacement of its start.
+/// Scaling of a problem, replacement of its start, and noise of its analyses.
 ///
 /// # Examples
 /// ```
@@ -50,12 +51,23 @@ pub struct Transformation {
     pub start: Start,
     /// Number of time points of a problem of the suite `time`; `None` for its own.
     pub points: Option<usize>,
+    /// Noise σ of all responses, relative to the larger one of each and its value at the start; see [`Noisy`](super::noise::Noisy).
+    /// They are differentiated by noise-aware differences, and peaks are those of the time points.
+    pub noise: f64,
 }
 
 impl Default for Transformation {
     /// No change.
     fn default() -> Self {
-        Self { objective: 1.0, offset: 0.0, variables: 1.0, constraints: 1.0, start: Start::Standard, points: None }
+        Self {
+            objective: 1.0,
+            offset: 0.0,
+            variables: 1.0,
+            constraints: 1.0,
+            start: Start::Standard,
+            points: None,
+            noise: 0.0,
+        }
     }
 }
 
@@ -78,6 +90,7 @@ impl std::fmt::Display for Transformation {
             Start::Random { half_width, seed } => parts.push(format!("random={half_width},seed={seed}")),
         }
         parts.extend(self.points.map(|points| format!("points={points}")));
+        parts.extend((self.noise > 0.0).then(|| format!("noise={:e}", self.noise)));
         f.write_str(if parts.is_empty() { "standard".to_owned() } else { parts.join(",") }.as_str())
     }
 }
@@ -96,19 +109,18 @@ const SCALINGS: &[&str] = &[
 ];
 
 impl Transformation {
-    /// Reads `objective=`, `offset=`, `variables=`, `constraints=`, `start=`, `random=` (half width), `seed=` and `points=`
-    /// with numbers, separated by commas, or `standard`.
+    /// Reads `objective=`, `offset=`, `variables=`, `constraints=`, `start=`, `random=` (half width), `seed=`, `points=` and
+    /// `noise=` with numbers, separated by commas, or `standard`.
     ///
     /// # Errors
-    /// [`Error::Definition`] for another word or a value that is not a number, [`Error::Option`] for a factor that is not positive or
-    /// less than two points.
+    /// [`Error::Definition`] for another word or a value that is not a number, [`Error::Option`] for a factor that is not positive,
+    /// less than two points, or a noise of 1 or more.
     pub fn parse(text: &str) -> Result<Self> {
         let mut read = Self::default();
         let (mut random, mut seed) = (None, 1);
         for part in text.split(',').filter(|part| *part != "standard") {
             let wrong = |why: &str| {
-                let remedy =
-                    "write KEY=NUMBER with objective, offset, variables, constraints, start, random, seed or points";
+                let remedy = "write KEY=NUMBER with objective, offset, variables, constraints, start, random, seed, points or noise";
                 Error::definition(format!("transformation `{part}`"), why, remedy)
             };
             let (key, value) = part.split_once('=').ok_or_else(|| wrong("it has no `=`"))?;
@@ -125,6 +137,10 @@ impl Transformation {
                     let is_count = (2.0..=1e7).contains(&value) && value.fract() == 0.0;
                     Error::check_option("number of time points", "a whole number from 2 to 1e7", value, is_count)?;
                     read.points = Some(value as usize);
+                }
+                "noise" => {
+                    Error::check_option("noise", "at least 0 and below 1", value, (0.0..1.0).contains(&value))?;
+                    read.noise = value;
                 }
                 _ => return Err(wrong("the word is unknown")),
             }
@@ -185,22 +201,18 @@ impl Transformation {
             constraint.scale /= self.constraints;
         }
         let scaled = self.scaled(&problem);
-        if scaled.is_neutral() {
-            return Ok(problem);
+        if !scaled.is_neutral() {
+            scaled.apply(&mut problem);
         }
-        for (variable, factor) in problem.variables.iter_mut().zip(&scaled.variables) {
-            for value in [&mut variable.start, &mut variable.lower, &mut variable.upper] {
-                *value *= factor;
-            }
+        if self.noise > 0.0 {
+            Noisy::replace(&mut problem, self.noise);
         }
-        let functions = problem.constraints.iter_mut().map(|c| (&mut c.quantity.form, [1.0, 0.0]));
-        let objective = if scaled.response.is_some() { [1.0, 0.0] } else { scaled.affine };
-        for (form, affine) in functions.chain([(&mut problem.objective.quantity.form, objective)]) {
-            wrap(form, &scaled.variables, affine);
-        }
-        let inner = std::mem::replace(&mut problem.analysis, Box::new(Absent));
-        problem.analysis = Box::new(ScaledAnalysis { inner, scaled });
         Ok(problem)
+    }
+
+    /// The same transformation without noise.
+    pub(super) fn without_noise(&self) -> Self {
+        Self { noise: 0.0, ..*self }
     }
 
     /// The objective in the units of the problem as published, from that of the transformed one.
@@ -240,10 +252,7 @@ impl Transformation {
 /// A number in [−1, 1] from the name of a problem, the seed and the variable (splitmix64).
 fn uniform(name: &str, seed: u64, j: usize) -> f64 {
     let start = crate::storage::fnv1a(name) ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let mut z = start.wrapping_add((j as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    2.0 * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
+    symmetric(mixed(start.wrapping_add((j as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15))))
 }
 
 /// Factors of the variables; factor and constant of the response that is the objective, or of the objective's function.
@@ -257,6 +266,22 @@ struct Scaled {
 impl Scaled {
     fn is_neutral(&self) -> bool {
         self.affine == [1.0, 0.0] && self.variables.iter().all(|&c| c == 1.0)
+    }
+
+    /// Changes the units of a problem.
+    fn apply(self, problem: &mut Problem) {
+        for (variable, factor) in problem.variables.iter_mut().zip(&self.variables) {
+            for value in [&mut variable.start, &mut variable.lower, &mut variable.upper] {
+                *value *= factor;
+            }
+        }
+        let functions = problem.constraints.iter_mut().map(|c| (&mut c.quantity.form, [1.0, 0.0]));
+        let objective = if self.response.is_some() { [1.0, 0.0] } else { self.affine };
+        for (form, affine) in functions.chain([(&mut problem.objective.quantity.form, objective)]) {
+            wrap(form, &self.variables, affine);
+        }
+        let inner = std::mem::replace(&mut problem.analysis, Box::new(Absent));
+        problem.analysis = Box::new(ScaledAnalysis { inner, scaled: self });
     }
 
     /// The design in the units of the inner analysis.
@@ -372,7 +397,7 @@ impl ContinuousTime for ScaledAnalysis {
 }
 
 /// Stands for an analysis while it is moved into another one.
-struct Absent;
+pub(super) struct Absent;
 
 impl Analysis for Absent {
     fn analyze(&self, _: &[f64]) -> Result<Responses> {

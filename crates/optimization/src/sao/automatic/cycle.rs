@@ -1,6 +1,7 @@
 //! One cycle of the automatic method.
 
 mod exploration;
+mod noise;
 
 use super::super::trial::{Proposal as Record, Trial};
 use super::super::{Cycle, Method, Region, State, Status, Verdict};
@@ -400,10 +401,8 @@ impl<'a> Situation<'a> {
             let unexplored = self.unexplored(test.negligible());
             return Ok(unexplored.map_or(Next::End(Status::Converged, reason), |p| Next::Analyse(Box::new(p))));
         }
-        if let Some(reason) = stalled {
-            return Ok(Next::End(Status::Stalled, reason));
-        }
-        Ok(Next::Analyse(Box::new(proposal)))
+        let reason = self.noise().map(noise::in_words).or(stalled);
+        Ok(reason.map_or_else(|| Next::Analyse(Box::new(proposal)), |reason| Next::End(Status::Stalled, reason)))
     }
 
     /// Solves the surrogate in its box.

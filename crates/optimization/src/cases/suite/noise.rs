@@ -1,0 +1,85 @@
+//! Noise of analyses.
+
+use super::transformation::Absent;
+use crate::problem::{Analysis, Problem, ResponseAt, Responses};
+use crate::responses::Differences;
+use error::Result;
+use nalgebra::DMatrix;
+
+/// An analysis whose responses have noise:
+///
+/// $$ r_h(b) + σ\, u_h(b)\, \max\bigl(|r_h(b)|,\ |r_h(b^0)|\bigr) , \qquad u_h \in [-1, 1] , $$
+///
+/// with the start design b⁰. u looks random and depends on all bits of the design, on the response and on the time point: the same
+/// design has the same responses, and neighbours have others. It has no derivatives.
+pub(super) struct Noisy {
+    inner: Box<dyn Analysis>,
+    noise: f64,
+    /// max |r_h(b⁰)| over the time points; zero if the start cannot be analysed.
+    at_start: Vec<f64>,
+}
+
+impl Noisy {
+    /// Gives the analysis of a problem noise, and derivatives by noise-aware differences. Peaks in continuous time become those of
+    /// the time points.
+    pub fn replace(problem: &mut Problem, noise: f64) {
+        let inner = std::mem::replace(&mut problem.analysis, Box::new(Absent));
+        let largest = |values: &Vec<f64>| values.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+        let at_start = inner.analyze(&problem.start()).map_or(vec![], |r| r.values.iter().map(largest).collect());
+        problem.analysis = Box::new(Differences::noise_aware(Self { inner, noise, at_start }));
+        problem.constraints.iter_mut().for_each(|c| c.is_continuous = false);
+    }
+}
+
+impl Analysis for Noisy {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        let mut responses = self.inner.analyze(b)?;
+        let seed = b.iter().fold(0, |seed, x| mixed(seed ^ x.to_bits()));
+        for (h, values) in responses.values.iter_mut().enumerate() {
+            let at_start = self.at_start.get(h).copied().unwrap_or(0.0);
+            for (p, value) in values.iter_mut().enumerate() {
+                let u = symmetric(mixed(mixed(seed ^ h as u64) ^ p as u64));
+                *value += self.noise * u * value.abs().max(at_start);
+            }
+        }
+        Ok(responses)
+    }
+
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        self.inner.sensitivities(b, responses, wanted)
+    }
+}
+
+/// The step of splitmix64: bits that look random.
+pub(super) fn mixed(bits: u64) -> u64 {
+    let mut z = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// A number in [−1, 1] from bits.
+pub(super) fn symmetric(bits: u64) -> f64 {
+    2.0 * (bits >> 11) as f64 / (1u64 << 53) as f64 - 1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::cases::suite::{Suite, Transformation};
+
+    #[test]
+    fn noise_is_repeatable_bounded_and_differs_between_neighbours() {
+        let entry = Suite::HockSchittkowski.problems().into_iter().find(|e| e.name == "hs35").unwrap();
+        let exact = Transformation::default().build(entry).unwrap();
+        let noisy = Transformation::parse("noise=1e-3").unwrap().build(entry).unwrap();
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        for k in 0..1000 {
+            let b = [0.5 + 1e-9 * f64::from(k), 0.5, 0.5];
+            let of = |p: &crate::problem::Problem| p.analyze_design(&b).unwrap().evaluation.objective;
+            assert_eq!(of(&noisy), of(&noisy));
+            let relative = (of(&noisy) - of(&exact)) / of(&exact).abs().max(2.25);
+            (least, most) = (least.min(relative), most.max(relative));
+        }
+        assert!((-1e-3..-0.99e-3).contains(&least) && (0.99e-3..1e-3).contains(&most), "{least} {most}");
+    }
+}

@@ -1,0 +1,60 @@
+//! Noise of the analysis, as rejected steps show it.
+
+use super::Situation;
+
+/// Number of rejected steps, the last ones, that show noise.
+const STEPS: usize = 4;
+/// Ratio of the longest to the shortest of these steps.
+const SHORTER: f64 = 8.0;
+/// Least ratio of the error at the shorter half of the steps to that at the longest one. Errors of a smooth response fall with the
+/// square of the step, those at a kink with the step.
+const REMAINS: f64 = 0.5;
+/// Largest error from rounding, relative to the number and to its change along the step.
+const ROUNDING: f64 = 1e-11;
+
+impl Situation<'_> {
+    /// The noise of the analysis, relative to the number that shows it most; `None` without signs of noise.
+    ///
+    /// Along rejected steps that become shorter the error of a linear prediction, |r(b) − r(b₀) − sᵀ(b − b₀)|, falls with the square of
+    /// the step. An error that does not fall is noise, or a response that jumps: shorter steps cannot be judged.
+    pub(super) fn noise(&self) -> Option<f64> {
+        let rejected = &self.memory.rejected;
+        let last = rejected.get(rejected.len().checked_sub(STEPS)?..)?;
+        let steps: Vec<Vec<f64>> = last
+            .iter()
+            .map(|point| point.design.iter().zip(&self.state.design).map(|(to, from)| to - from).collect())
+            .collect();
+        let size =
+            |step: &Vec<f64>| step.iter().zip(&self.units.lengths).fold(0.0f64, |a, (s, l)| a.max((s / l).abs()));
+        let sizes: Vec<f64> = steps.iter().map(size).collect();
+        if !(sizes[0] > SHORTER * sizes[STEPS - 1] && sizes[STEPS - 1] > 0.0) {
+            return None;
+        }
+        let of = |k: usize| {
+            let number = &self.current().numbers[k];
+            let errors: Vec<f64> = last
+                .iter()
+                .zip(&steps)
+                .map(|(point, step)| {
+                    let change: f64 = number.gradient.iter().zip(step).map(|(g, s)| g * s).sum();
+                    let terms: f64 = number.gradient.iter().zip(step).map(|(g, s)| (g * s).abs()).sum();
+                    let rounding = ROUNDING * (number.value.abs() + terms);
+                    let error = (point.values[k] - number.value - change).abs();
+                    if error > rounding { error } else { 0.0 }
+                })
+                .collect();
+            let remaining = errors[STEPS / 2..].iter().fold(0.0f64, |a, e| a.max(*e));
+            let is_noise = remaining > 0.0 && remaining >= REMAINS * errors[0];
+            is_noise.then(|| remaining / number.value.abs().max(remaining))
+        };
+        (0..self.current().numbers.len()).filter_map(of).reduce(f64::max)
+    }
+}
+
+/// The reason for an end where noise hides what steps do.
+pub(super) fn in_words(noise: f64) -> String {
+    format!(
+        "shorter steps do not make the errors of predictions smaller: the analysis has noise of about {noise:.0e} of a response, or \
+         a response jumps; finer tolerances of the analysis allow a better design"
+    )
+}
