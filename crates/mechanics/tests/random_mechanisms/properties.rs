@@ -226,7 +226,8 @@ fn check_explicit(model: &impl RandomModel, b: &[f64], label: &str, findings: &m
     let is_tree = check_relative(&plain, label, findings);
     let methods = [Explicit::adaptive(1.0), Explicit::eighth_order(1.0)];
     let choices = [Coordinates::Absolute, Coordinates::Relative];
-    let all = methods.iter().flat_map(|method| choices.map(|choice| method.clone().with_coordinates(choice)));
+    let chosen = methods.iter().enumerate().filter(|(k, _)| model.is_for_scheme(*k)).map(|(_, method)| method);
+    let all = chosen.flat_map(|method| choices.map(|choice| method.clone().with_coordinates(choice)));
     for settings in all.filter(|settings| is_tree || settings.coordinates == Coordinates::Absolute) {
         let settings = settings.with_step_control(StepControl::Fixed(0.02));
         let Ok(direct) = differentiate_explicitly(model, b, &settings, &TIMES) else {
@@ -282,7 +283,7 @@ fn check_implicit(model: &impl RandomModel, b: &[f64], label: &str, findings: &m
         ("generalized-α", GeneralizedAlpha::chung_hulbert(0.8).unwrap()),
         ("HHT", GeneralizedAlpha::hht(0.1).unwrap()),
     ];
-    for (name, scheme) in schemes {
+    for (_, (name, scheme)) in schemes.into_iter().enumerate().filter(|(k, _)| model.is_for_scheme(*k)) {
         let settings = implicit(0.02, scheme);
         let Ok(direct) = differentiate(model, b, &settings, &TIMES) else {
             findings.not_analysed += 1;

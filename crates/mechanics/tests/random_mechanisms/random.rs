@@ -19,6 +19,12 @@ pub trait RandomModel: ParametricMechanism + Sized {
     fn is_for_explicit_steps(&self) -> bool {
         self.class() != Class::Flexible
     }
+
+    /// True if it is checked with the scheme of this number, of several that are alike: explicit steps of orders 5 and 8, or
+    /// implicit steps with two kinds of damping.
+    fn is_for_scheme(&self, _number: usize) -> bool {
+        true
+    }
 }
 
 /// A generator of pseudo-random numbers (splitmix64).

@@ -41,6 +41,8 @@ struct Builder<S> {
     m: Mechanism<S>,
     bodies: Vec<Body3>,
     masses: Vec<MassProperties3<S>>,
+    /// Initial velocities and angular velocities of the bodies.
+    velocities: Vec<[[S; 3]; 2]>,
     joints: Vec<ElementIndex>,
     coordinates: Vec<(Along, Coordinate)>,
     /// Elements and their measures that may become outputs.
@@ -116,9 +118,16 @@ impl<S: Scalar> Builder<S> {
             pose.point([p[0] + x, p[1] + x * x * p[4], p[2]])
         };
         let points: Vec<[S; 3]> = (0..=elements).map(along).collect();
-        let section = BeamSection3::rectangular([p[5], p[6]], 2e9, 0.3, 1500.0);
+        let section = BeamSection3::rectangular([p[5], p[6]], 1e6, 0.3, 300.0);
         let up = pose.orientation.rotate([zero, zero, S::from(1.0)]);
         let (nodes, _) = self.m.beam3(name, &points, up, [Some(self.bodies[body]), None], &section, Shear::Flexible);
+        // The nodes start with the motion of the body.
+        let [v, omega] = self.velocities[body];
+        for (node, point) in nodes.iter().zip(&points).skip(1) {
+            let r = [0, 1, 2].map(|k| point[k] - pose.position[k]);
+            let turn = [1, 2, 0].map(|i| omega[i] * r[(i + 1) % 3] - omega[(i + 1) % 3] * r[i]);
+            self.m.set_velocity3(*node, [0, 1, 2].map(|k| v[k] + turn[k]), omega);
+        }
         self.bodies.push(nodes[elements]);
     }
 
@@ -192,8 +201,15 @@ impl ParametricMechanism for RandomMechanism3 {
         let mut values: Vec<S> = self.numbers.iter().map(|&x| S::from(x)).collect();
         self.variables.iter().zip(b).for_each(|(&i, &x)| values[i] = x);
         let m = Mechanism::with_gravity3(triple(&values, 0));
-        let mut x =
-            Builder { m, bodies: vec![], masses: vec![], joints: vec![], coordinates: vec![], reactions: vec![] };
+        let mut x = Builder {
+            m,
+            bodies: vec![],
+            masses: vec![],
+            velocities: vec![],
+            joints: vec![],
+            coordinates: vec![],
+            reactions: vec![],
+        };
         let still = x.m.ground().theta;
         for (k, part) in self.parts.iter().enumerate() {
             let name = format!("part {k}");
@@ -208,6 +224,7 @@ impl ParametricMechanism for RandomMechanism3 {
                     };
                     let body = x.m.body3(&name, properties, Pose3::new(triple(p, 10), euler(p, 13)));
                     x.m.set_velocity3(body, triple(p, 16), triple(p, 19));
+                    x.velocities.push([triple(p, 16), triple(p, 19)]);
                     x.bodies.push(body);
                     x.masses.push(properties);
                 }
@@ -215,6 +232,7 @@ impl ParametricMechanism for RandomMechanism3 {
                     let p = &values[at..];
                     let body = x.m.point_mass3(&name, p[0], triple(p, 1));
                     x.m.set_velocity3(body, triple(p, 4), [S::from(0.0); 3]);
+                    x.velocities.push([triple(p, 4), [S::from(0.0); 3]]);
                     x.bodies.push(body);
                     x.masses.push(MassProperties3::principal(p[0], [S::from(0.0); 3]));
                 }

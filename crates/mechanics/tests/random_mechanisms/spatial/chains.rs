@@ -77,7 +77,7 @@ impl RandomMechanism3 {
         if self.class == Class::Flexible {
             let body = random.below(count);
             let at = self.add_numbers(&point(random).map(|x| 0.2 * x));
-            self.add_numbers(&[random.between(0.3, 0.6), random.between(-0.1, 0.1), 0.01, 0.006]);
+            self.add_numbers(&[random.between(0.3, 0.6), random.between(-0.1, 0.1), 0.03, 0.02]);
             self.parts.push(Part::Beam { body, elements: 2 + random.below(2), at });
         }
         for _ in 0..1 + random.below(3) {

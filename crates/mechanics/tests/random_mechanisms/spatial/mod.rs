@@ -95,6 +95,11 @@ impl RandomModel for RandomMechanism3 {
     fn design(&self) -> Vec<f64> {
         self.variables.iter().map(|&i| self.numbers[i]).collect()
     }
+
+    /// Every second mechanism: they are larger than those in the plane.
+    fn is_for_scheme(&self, number: usize) -> bool {
+        (self.numbers.len() + self.variables[0] + number).is_multiple_of(2)
+    }
 }
 
 impl RandomMechanism3 {
@@ -135,12 +140,12 @@ impl RandomMechanism3 {
         self.numbers.len() - values.len()
     }
 
-    /// Up to four numbers that are not zero.
+    /// Up to three numbers that are not zero.
     fn choose_variables(&self, random: &mut Random) -> Vec<usize> {
         let all =
             if self.class == Class::Redundant { self.harmless.clone() } else { (0..self.numbers.len()).collect() };
         let candidates: Vec<usize> = all.into_iter().filter(|&i| self.numbers[i].abs() > 1e-3).collect();
-        let mut chosen: Vec<usize> = (0..4).map(|_| candidates[random.below(candidates.len())]).collect();
+        let mut chosen: Vec<usize> = (0..3).map(|_| candidates[random.below(candidates.len())]).collect();
         chosen.sort_unstable();
         chosen.dedup();
         chosen
