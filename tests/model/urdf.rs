@@ -178,6 +178,24 @@ fn mimic_and_damping_follow_closed_forms() {
     near(found[2][2], -speed * (0.4 - time * (1.0 - f64::exp(-0.4 / time))), 1e-8);
 }
 
+#[test]
+fn what_follows_a_fixed_joint_is_fixed_and_a_bad_inertia_on_a_good_body_is_named() {
+    let robot = robot(
+        &(link("arm", 2.0, [0.3, 0.0, 0.0], [0.1; 3])
+            + &link("finger", 0.1, [0.0; 3], [0.001, 0.001, 0.01])
+            + &joint("j", "continuous", ["base", "arm"], "<axis xyz=\"0 1 0\"/>")
+            + "<link name=\"lock\"/>"
+            + &joint("k", "fixed", ["arm", "lock"], "")
+            + &joint("f", "prismatic", ["arm", "finger"], "<mimic joint=\"k\" offset=\"0.4\"/>")),
+    );
+    let made = import("r.urdf", &robot, Base::Fixed).unwrap();
+    assert_eq!(made.left_out.len(), 2, "{:?}", made.left_out);
+    assert!(made.left_out[0].contains("follows `k`") && made.left_out[1].contains("inertia of link `finger`"));
+    let found = outputs(&(made.text + &output("alpha", "j.alpha") + &output("x", "finger.x")));
+    near(found[1][0], 9.81 * (2.0 * 0.3 + 0.1 * 0.4) / (0.1 + 2.0 * 0.09 + 0.001 + 0.1 * 0.16), 1e-9);
+    near(found[2][0], 0.4, 1e-12);
+}
+
 /// A free body falls; with a free base, everything does.
 #[test]
 fn floating_joints_and_bases_are_free() {
@@ -242,12 +260,12 @@ fn mistakes() -> Vec<(String, [&'static str; 2])> {
             ["joint `j`", "moves freely"],
         ),
         (inertial("<inertia ixx=\"1\"/>"), ["link `one` (line 4)", "no mass"]),
-        (inertial("<mass value=\"0\"/><inertia ixx=\"1\"/>"), ["link `one`", "mass is 0 kg"]),
+        (inertial("<mass value=\"0\"/><inertia ixx=\"1\"/>"), ["joint `j`", "has no mass"]),
         (inertial("<mass value=\"-1\"/>"), ["link `one`", "mass is -1 kg"]),
         (inertial("<mass value=\"1\"/>"), ["joint `j`", "must be positive"]),
-        (inertia("ixx=\"-1\" iyy=\"1\" izz=\"1\""), ["link `one`", "negative"]),
-        (inertia("ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"2\""), ["link `one`", "negative"]),
-        (inertia("ixx=\"1\" iyy=\"1\" izz=\"3\""), ["link `one`", "exceeds the sum"]),
+        (inertia("ixx=\"-1\" iyy=\"1\" izz=\"1\""), ["joint `j`, link `one`", "must be positive"]),
+        (inertia("ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"2\""), ["joint `j`, link `one`", "must be positive"]),
+        (inertia("ixx=\"1\" iyy=\"1\" izz=\"3\""), ["joint `j`, link `one`", "exceeds the sum"]),
         (
             good()
                 + &link("two", 1.0, [0.0; 3], [0.1; 3])
@@ -281,6 +299,7 @@ fn files_that_are_no_robots_or_attack_are_refused() {
         ("<robot name=\"r\">", "repair"),
         ("<mujoco/>", "<mujoco>"),
         ("<robot name=\"r\"/>", "no link"),
+        ("<robot name=\"r\"><link name=\"a\"/></robot>", "nothing moves"),
         (bomb, "entities"),
         (&*deep, "repair"),
         (&*wide, "two links"),

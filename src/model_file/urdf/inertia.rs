@@ -48,24 +48,17 @@ impl MassData {
         all
     }
 
-    /// Describes an inertia matrix of a link that no mass distribution has, and the remedy.
+    /// Describes an inertia matrix that no body has, and the remedy.
     pub fn mistake(&self) -> Option<(String, &'static str)> {
         let [a, b, c] = self.moments();
-        let principal = format!("its principal moments of inertia are {a:.6e}, {b:.6e} and {c:.6e} kg·m²");
-        if !(a >= -1e-9 * c.abs()) {
-            return Some((principal, "none may be negative: check the products of inertia"));
+        let principal = format!("the principal moments of inertia are {a:.6e}, {b:.6e} and {c:.6e} kg·m²");
+        if !(a > 1e-12 * c && c > 0.0) {
+            return Some((principal, "all must be positive: complete <inertia>, and check its products of inertia"));
         }
         (a + b < c * (1.0 - ROUNDING)).then_some((
             format!("{principal}, and the largest exceeds the sum of the others"),
-            "no body has these: check the inertia, its unit (kg·m²), and that it is about the centre of mass",
+            "check <inertia>, its unit (kg·m²), and that it is about the centre of mass",
         ))
-    }
-
-    /// Describes why a moving body cannot have this inertia.
-    pub fn missing_inertia(&self) -> Option<String> {
-        let [a, b, c] = self.moments();
-        let is_missing = !(a > 1e-12 * c) || !(c > 0.0);
-        is_missing.then(|| format!("the principal moments of inertia are {a:.6e}, {b:.6e} and {c:.6e} kg·m²"))
     }
 
     /// Adds what the sum of the two smaller principal moments lacks to the largest one by rounding. Returns what was added.
@@ -99,7 +92,7 @@ mod tests {
         let turned = half(0.5).in_frame(&pose);
         assert!((turned.centre - Vector3::new(0.0, 0.5, 1.0)).norm() < 1e-15);
         assert!((turned.inertia - Matrix3::from_diagonal(&Vector3::new(0.25, 0.0, 0.25))).norm() < 1e-15);
-        assert!(rod.mistake().is_none() && rod.missing_inertia().is_some());
+        assert!(rod.mistake().is_some(), "a rod without thickness");
     }
 
     #[test]

@@ -128,16 +128,15 @@ pub fn read(file: &str, text: &str) -> Result<Robot> {
             return Err(Error::unknown("joint", other, joints.iter().map(|joint| &*joint.name)));
         };
         let multiplier = number(node, &what, "multiplier")?.unwrap_or(1.0);
-        let moves = joints[k].kind.has_coordinate() && joints[joint].kind.has_coordinate();
-        if !moves || joint == k || multiplier == 0.0 {
+        if joint == k || multiplier == 0.0 {
             let why = format!("it follows joint `{other}` with the multiplier {multiplier}");
-            let remedy =
-                "let it follow another joint that turns or slides with a multiplier that is not zero, or fix it";
+            let remedy = "let it follow another joint with a multiplier that is not zero, or fix it";
             return Err(bad(node, &what, &why, remedy));
         }
         let offset = number(node, &what, "offset")?.unwrap_or(0.0);
         joints[k].mimic = Some(Mimic { joint, multiplier, offset });
     }
+    let held = hold(&mut joints);
     if links.is_empty() {
         return Err(Error::definition(file, "the robot has no link", "give a URDF file with links and joints"));
     }
@@ -146,8 +145,39 @@ pub fn read(file: &str, text: &str) -> Result<Robot> {
         _ => counts.add(node),
     });
     let name = root.attribute("name").unwrap_or("robot").to_owned();
-    let left_out = counts.sentences().into_iter().chain(changed(&joints)).collect();
+    let left_out = counts.sentences().into_iter().chain(held).chain(changed(&joints)).collect();
     Ok(Robot { name, links, joints, left_out })
+}
+
+/// Fixes joints that follow fixed ones, and ignores `mimic` of joints that have no position. Returns what was changed.
+fn hold(joints: &mut [Joint]) -> Vec<String> {
+    let mut sentences = vec![];
+    // A joint that is fixed here may be followed by others.
+    while let Some(k) = joints.iter().position(|joint| {
+        joint
+            .mimic
+            .as_ref()
+            .is_some_and(|mimic| !joint.kind.has_coordinate() || !joints[mimic.joint].kind.has_coordinate())
+    }) {
+        let Some(mimic) = joints[k].mimic.take() else { break };
+        let (other, joint) = (joints[mimic.joint].name.clone(), &mut joints[k]);
+        if joint.kind.has_coordinate() {
+            sentences.push(format!("joint `{}` follows `{other}`, which has no position, and is fixed", joint.name));
+            joint.origin *= motion(joint.kind, joint.axis, mimic.offset);
+            joint.kind = JointType::Fixed;
+        } else {
+            sentences.push(format!("`mimic` of joint `{}`, which has no position, was left out", joint.name));
+        }
+    }
+    sentences
+}
+
+/// The motion of a joint at the position `q`.
+pub fn motion(kind: JointType, axis: Vector3<f64>, q: f64) -> Isometry3<f64> {
+    match kind {
+        JointType::Prismatic => Isometry3::from_parts(Translation3::from(axis * q), UnitQuaternion::identity()),
+        _ => Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_scaled_axis(axis * q)),
+    }
 }
 
 /// What a model has not, or not as the joints have it.
@@ -258,7 +288,7 @@ fn mass(node: Node<'_, '_>, name: &str) -> Result<Option<MassData>> {
     let [xx, yy, zz, xy, xz, yz] = ["ixx", "iyy", "izz", "ixy", "ixz", "iyz"].map(entry);
     let [xx, yy, zz, xy, xz, yz] = [xx?, yy?, zz?, xy?, xz?, yz?].map(|entry| entry.unwrap_or(0.0));
     let own = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-    if mass == 0.0 && own == Matrix3::zeros() {
+    if mass == 0.0 {
         // A usual way to write a frame.
         return Ok(None);
     }
@@ -268,15 +298,8 @@ fn mass(node: Node<'_, '_>, name: &str) -> Result<Option<MassData>> {
     }
     let frame = pose(inertial, &what)?;
     let rotation = frame.rotation.to_rotation_matrix();
-    let data = MassData {
-        mass,
-        centre: frame.translation.vector,
-        inertia: rotation.matrix() * own * rotation.matrix().transpose(),
-    };
-    match data.mistake() {
-        Some((why, remedy)) => Err(bad(inertial, &what, &why, remedy)),
-        None => Ok(Some(data)),
-    }
+    let (centre, rotation) = (frame.translation.vector, rotation.matrix());
+    Ok(Some(MassData { mass, centre, inertia: rotation * own * rotation.transpose() }))
 }
 
 /// The pose in <origin>: a translation, and rotations about the fixed axes x, y, z.

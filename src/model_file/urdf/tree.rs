@@ -2,9 +2,9 @@
 
 use super::Base;
 use super::inertia::MassData;
-use super::robot::{JointType, Robot};
+use super::robot::{JointType, Robot, motion};
 use crate::{Error, Result};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 
 /// Links that do not move relative to each other.
 pub struct Part {
@@ -66,6 +66,10 @@ impl Tree {
                 tree.parts.push(part);
             }
         }
+        if tree.parts.iter().all(|part| part.is_ground) {
+            let remedy = "let a joint move, or let the first link move freely (--free-base)";
+            return Err(Error::definition(format!("robot `{}`", robot.name), "nothing moves", remedy));
+        }
         tree.check_masses(robot)?;
         Ok(tree)
     }
@@ -96,9 +100,19 @@ impl Tree {
                 }
                 continue;
             };
-            if let Some(why) = mass.missing_inertia() {
-                let why = format!("it moves link `{name}`, of which {why}");
-                return Err(Error::definition(what, why, "all must be positive: complete its <inertia>"));
+            let with = if part.others.is_empty() { "" } else { " with what is fixed to it" };
+            if let Some((why, remedy)) = mass.mistake() {
+                let what = if is_free && joint.is_none() { what } else { format!("{what}, link `{name}`") };
+                return Err(Error::definition(what + with, why, remedy));
+            }
+            let single = std::iter::once(&part.link).chain(&part.others).filter(|_| !part.others.is_empty());
+            for link in single.map(|&link| &robot.links[link]) {
+                robot.left_out.extend(link.mass.and_then(|mass| mass.mistake()).map(|(why, _)| {
+                    format!(
+                        "no body has the inertia of link `{}`, but the part to which it is fixed is possible: {why}",
+                        link.name
+                    )
+                }));
             }
             if let Some(added) = mass.complete() {
                 robot.left_out.push(format!(
@@ -108,14 +122,6 @@ impl Tree {
             }
         }
         Ok(())
-    }
-}
-
-/// The motion of a joint at the position `q`.
-fn motion(kind: JointType, axis: Vector3<f64>, q: f64) -> Isometry3<f64> {
-    match kind {
-        JointType::Prismatic => Isometry3::from_parts(Translation3::from(axis * q), UnitQuaternion::identity()),
-        _ => Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_scaled_axis(axis * q)),
     }
 }
 
