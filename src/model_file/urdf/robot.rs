@@ -125,7 +125,8 @@ pub fn read(file: &str, text: &str) -> Result<Robot> {
         let what = format!("`mimic` of joint `{}`", joints[k].name);
         let other = attribute(node, &what, "joint")?;
         let Some(&joint) = by_name.get(other) else {
-            return Err(Error::unknown("joint", other, joints.iter().map(|joint| &*joint.name)));
+            let error = Error::unknown("joint", other, joints.iter().map(|joint| &*joint.name));
+            return Err(bad(node, &what, &error.to_string(), "name a joint of this file"));
         };
         let multiplier = number(node, &what, "multiplier")?.unwrap_or(1.0);
         if joint == k || multiplier == 0.0 {
@@ -223,7 +224,8 @@ fn joint(node: Node<'_, '_>, name: String, numbers: &HashMap<String, usize>, lin
     let what = format!("joint `{name}`");
     let word = attribute(node, &what, "type")?;
     let Some((_, kind)) = JointType::ALL.into_iter().find(|(known, _)| *known == word) else {
-        return Err(Error::unknown(&format!("type of {what}"), word, JointType::ALL.map(|(known, _)| known)));
+        let known = JointType::ALL.map(|(known, _)| known).join(", ");
+        return Err(bad(node, &what, &format!("its type is `{}`", shortened(word)), &format!("take one of {known}")));
     };
     let link = |end: &'static str| {
         let Some(inner) = child(node, end) else {
