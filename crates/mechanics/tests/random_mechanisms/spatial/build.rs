@@ -105,7 +105,7 @@ impl<S: Scalar> Builder<S> {
             self.coordinates.push((Along::Displacement(number), m.joint_displacement(&format!("{name} way"), a, b)));
         }
         if joint != Joint::Screw {
-            self.reactions.push((index, if number % 2 == 0 { "force" } else { "torque" }));
+            self.reactions.push((index, if number.is_multiple_of(2) { "force" } else { "torque" }));
         }
     }
 
