@@ -3,6 +3,7 @@
 //! | file | command or subject |
 //! |---|---|
 //! | `new`, `check`, `analyze`, `optimize`, `report`, `runs`, `compare`, `reproduce` | one command each; `optimize` has `resume`, `analyze` has `sensitivities`, `new` has `schema` and `completion` |
+//! | `import` | robots of URDF files as model files |
 //! | `study` | `study FILE` and `study merge DIR…`; the folder of a study |
 //! | `database` | the database of runs: `runs --db`, `optimize --warm`, feature `database` |
 //! | `open` | the interactive design tool, feature `app` |
@@ -32,6 +33,7 @@ mod eta;
 #[cfg(test)]
 mod faults;
 mod folder;
+mod import;
 mod model;
 mod new;
 #[cfg(feature = "app")]
@@ -80,6 +82,8 @@ struct Arguments {
 enum Command {
     /// Write a commented model file to start from.
     New(new::New),
+    /// Make a model file from a robot in a URDF file.
+    Import(import::Import),
     /// Open a model file in the browser: move its design variables and see the mechanism and the margins follow.
     #[cfg(feature = "app")]
     Open(open::Open),
@@ -135,6 +139,7 @@ pub fn main() -> ExitCode {
     let only_prints = matches!(arguments.command, Command::Runs(_) | Command::Schema(_) | Command::Completion(_));
     let result = match arguments.command {
         Command::New(command) => command.run().map(done),
+        Command::Import(command) => command.run().map(done),
         Command::Completion(completion) => completion.run(&mut command()).map(done),
         Command::Check(command) => command.run().map(done),
         #[cfg(feature = "app")]

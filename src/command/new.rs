@@ -24,19 +24,32 @@ pub struct New {
 
 impl New {
     pub fn run(&self) -> anyhow::Result<()> {
-        let file = format!("{}.toml", self.name.trim_end_matches(".toml"));
-        let (path, cannot) = (Path::new(&file), || format!("cannot write {file}"));
-        let (Some(name), Some(title)) = (path.file_name().and_then(|n| n.to_str()), path.file_stem()) else {
-            bail!("{file} is not the name of a file; give another name");
-        };
-        let title = title.to_string_lossy().replace(['"', '\\'], "");
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let text = include_str!("template.toml").replace("TITLE", &title);
-        match Directory::open(folder).with_context(cannot)?.create_new(name, text.as_bytes()) {
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!("{file} exists; give another name"),
-            written => written.with_context(cannot)?,
-        }
+        let (file, title) = named(&self.name)?;
+        create(&file, &include_str!("template.toml").replace("TITLE", &title))?;
         if self.quiet { Ok(()) } else { say(&format!("Wrote {file}. Next: linkwright optimize {file}")) }
+    }
+}
+
+/// The model file of a name, with or without its extension, and its title.
+fn named(name: &str) -> anyhow::Result<(String, String)> {
+    let file = format!("{}.toml", name.trim_end_matches(".toml"));
+    let (Some(_), Some(title)) = (Path::new(&file).file_name(), Path::new(&file).file_stem()) else {
+        bail!("{file} is not the name of a file; give another name");
+    };
+    let title = title.to_string_lossy().replace(['"', '\\'], "");
+    Ok((file, title))
+}
+
+/// Writes a new model file; one that exists stays as it is.
+pub fn create(file: &str, text: &str) -> anyhow::Result<()> {
+    let (path, cannot) = (Path::new(file), || format!("cannot write {file}"));
+    let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
+        bail!("{file} is not the name of a file; give another name");
+    };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match Directory::open(folder).with_context(cannot)?.create_new(name, text.as_bytes()) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!("{file} exists; give another name"),
+        written => written.with_context(cannot),
     }
 }
 

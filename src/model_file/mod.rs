@@ -6,6 +6,7 @@
 //! | `diagnostics` | errors and notes about a file, with their locations |
 //! | [`unit`](mod@unit) | units of numbers: `120 mm` |
 //! | `settings` | the TOML of a file: parsing, all settings by their keys, the fingerprint |
+//! | [`urdf`] | robots of URDF files as model files |
 //! | `version` | versions of the format and renamed words |
 //! | `limits` | sizes beyond which a file is rejected |
 //! | [`expression`] | formulas such as `2*pi*r^2`: parsed once, evaluated over any [`Scalar`](autodiff::Scalar) |
@@ -47,6 +48,7 @@ mod file;
 mod limits;
 mod settings;
 pub mod unit;
+pub mod urdf;
 mod version;
 
 pub use attached::with_files;

@@ -39,6 +39,7 @@ mod study_kinds;
 mod transcripts;
 mod twins;
 mod units;
+mod urdf;
 mod version1;
 mod vocabulary;
 mod warnings;

@@ -178,6 +178,37 @@ start = "ground"
     assert!(values.iter().take(9).all(|value| *value != 0.0), "{values:?}");
 }
 
+/// Parts on coordinates act against the ground by default, also those that turn in the plane.
+#[test]
+fn gears_between_joints_need_no_carrier() {
+    let text = format!(
+        "{BASE}{}",
+        r#"
+[[joint]]
+name = "first"
+axis = [0, 0, 1]
+a = "ground"
+b = "one"
+[[joint]]
+name = "second"
+axis = [0, 0, 1]
+a = "ground"
+b = "two"
+at = [1, 0.2, 0]
+[[joint]]
+name = "teeth"
+kind = "gears"
+a = "first.angle"
+b = "second.angle"
+radius_a = 0.2
+radius_b = 0.1
+"#
+    );
+    let values = last(&format!("{text}{}", outputs(["first.angle", "second.angle"].map(str::to_owned).into_iter())));
+    assert!(values[0].abs() > 1e-4, "{values:?}");
+    assert_near(&[values[1]], &[-2.0 * values[0]], 1e-9);
+}
+
 /// A frame at rest with the orientation, and its angles.
 fn angles(orientation: &str) -> Vec<f64> {
     let outputs = outputs(["frame.yaw", "frame.pitch", "frame.roll"].map(str::to_owned).into_iter());

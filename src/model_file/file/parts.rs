@@ -247,7 +247,8 @@ impl Parts {
             "x" => FrameCoordinate::X,
             "y" => FrameCoordinate::Y,
             "z" if self.is_spatial => FrameCoordinate::Z,
-            "theta" if !self.is_spatial => FrameCoordinate::Theta,
+            // The ground is at rest: what a part of the plane acts against by default is so in space, too.
+            "theta" if !self.is_spatial || name == "ground" => FrameCoordinate::Theta,
             _ => return None,
         };
         Some(CoordinateRef::Of(self.find_frame(name)?, axis))

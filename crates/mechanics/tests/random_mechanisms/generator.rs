@@ -1,89 +1,17 @@
 //! Random mechanisms whose positions assemble: open and closed chains of all joints, drives, forces and beams.
 
+use crate::random::{Accelerated, Class, Profile, Random, RandomModel, prescribe, random_motion};
 use autodiff::Scalar;
 use linkwright_mechanics::constraint_rank::redundant_constraints;
 use linkwright_mechanics::elements::{BeamSection, Shear};
 use linkwright_mechanics::mechanism::{Body, Coordinate, ElementIndex, Marker, Mechanism, ParametricMechanism, Pose};
-use linkwright_mechanics::motion::{Harmonic, Motion, StartUp};
+use linkwright_mechanics::motion::{Harmonic, StartUp};
 use linkwright_mechanics::system::System;
 use linkwright_mechanics::system::state::State;
 use linkwright_mechanics::{Error, Result};
 
-/// A generator of pseudo-random numbers (splitmix64).
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub fn between(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn below(&mut self, count: usize) -> usize {
-        (self.next() % count as u64) as usize
-    }
-
-    pub fn chance(&mut self, share: f64) -> bool {
-        self.between(0.0, 1.0) < share
-    }
-}
-
-/// Purpose of a mechanism: the analyses and checks that suit it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Class {
-    /// Joints, springs, dampers, loads and drives.
-    Rigid,
-    /// Without drives and dissipation.
-    Conservative,
-    /// Conservative, without gravity and not connected to the ground.
-    Floating,
-    /// With compliant contacts.
-    Contact,
-    /// With beams.
-    Flexible,
-    /// With constraints that depend on each other.
-    Redundant,
-    /// All degrees of freedom driven, for kinematics.
-    Driven,
-    /// In stable equilibrium with springs, for statics.
-    Static,
-}
-
-pub const CLASSES: [Class; 8] = [
-    Class::Rigid,
-    Class::Conservative,
-    Class::Floating,
-    Class::Contact,
-    Class::Flexible,
-    Class::Redundant,
-    Class::Driven,
-    Class::Static,
-];
-
 /// Group of the seeds, in eights, whose mechanisms have friction in their joints.
 const RUBBING: u64 = 5;
-
-/// q₀ + v t + ½ a t²: p = \[q₀, v, a\].
-struct Accelerated;
-
-impl Motion for Accelerated {
-    fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
-        p[0] + (p[1] + p[2] * t * 0.5) * t
-    }
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Profile {
-    Harmonic,
-    Accelerated,
-    StartUp,
-}
 
 /// A body, by number; `None` is the ground.
 type Frame = Option<usize>;
@@ -208,7 +136,7 @@ enum Part {
 /// A random mechanism. Design variables are some of its numbers.
 #[derive(Clone, Debug)]
 pub struct RandomMechanism {
-    pub class: Class,
+    class: Class,
     parts: Vec<Part>,
     numbers: Vec<f64>,
     /// Indices of the numbers that are design variables.
@@ -217,23 +145,22 @@ pub struct RandomMechanism {
     poses: Vec<[f64; 3]>,
 }
 
-impl RandomMechanism {
-    /// The mechanism of this class and seed; `None` if no attempt leads to one with independent constraints that moves.
-    pub fn new(class: Class, seed: u64) -> Option<Self> {
+impl RandomModel for RandomMechanism {
+    fn random(class: Class, seed: u64) -> Option<Self> {
         let mut random = Random(seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ class as u64);
         (0..20).find_map(|_| Self::attempt(class, &mut random, seed / 8 % 8 == RUBBING))
     }
 
-    /// Values of the design variables.
-    pub fn design(&self) -> Vec<f64> {
+    fn class(&self) -> Class {
+        self.class
+    }
+
+    fn design(&self) -> Vec<f64> {
         self.variables.iter().map(|&i| self.numbers[i]).collect()
     }
+}
 
-    /// True if explicit steps suit it.
-    pub fn is_for_explicit_steps(&self) -> bool {
-        self.class != Class::Flexible
-    }
-
+impl RandomMechanism {
     fn attempt(class: Class, random: &mut Random, is_rubbing: bool) -> Option<Self> {
         let mut mechanism = Self { class, parts: vec![], numbers: vec![], variables: vec![], poses: vec![] };
         let g = if matches!(class, Class::Floating) { 0.0 } else { -9.81 };
@@ -353,25 +280,12 @@ impl RandomMechanism {
         [random.between(-0.8, 0.8), random.between(-0.8, 0.8), random.between(-2.5, 2.5)]
     }
 
-    /// Numbers of a motion that begins at `start`.
-    fn motion(&mut self, random: &mut Random, start: f64, size: f64) -> (Profile, Vec<f64>) {
-        match random.below(3) {
-            0 => {
-                let (amplitude, omega, phase) =
-                    (size * random.between(0.2, 0.6), random.between(2.0, 7.0), random.between(0.2, 1.4));
-                (Profile::Harmonic, vec![start - amplitude * f64::sin(phase), amplitude, omega, phase])
-            }
-            1 => (Profile::Accelerated, vec![start, size * random.between(-1.0, 1.0), size * random.between(1.0, 5.0)]),
-            _ => (Profile::StartUp, vec![start, size * random.between(1.0, 4.0), random.between(0.3, 0.9)]),
-        }
-    }
-
     /// Chains and loops of joints with forces.
     fn chains(&mut self, random: &mut Random) {
         let has_drives = matches!(self.class, Class::Rigid | Class::Contact | Class::Flexible);
         let is_floating = self.class == Class::Floating;
         if has_drives && random.chance(0.4) {
-            let (profile, numbers) = self.motion(random, 0.2, 0.2);
+            let (profile, numbers) = random_motion(random, 0.2, 0.2);
             let at = self.add_numbers(&[0.2, random.between(-0.4, 0.4)]);
             self.add_numbers(&numbers);
             self.parts.push(Part::Cart { at, profile });
@@ -535,11 +449,11 @@ impl RandomMechanism {
     fn drive(&mut self, random: &mut Random, body: usize) {
         if body > 0 && random.chance(0.4) {
             let other = random.below(body);
-            let (profile, numbers) = self.motion(random, self.poses[body][2] - self.poses[other][2], 1.0);
+            let (profile, numbers) = random_motion(random, self.poses[body][2] - self.poses[other][2], 1.0);
             let at = self.add_numbers(&numbers);
             self.parts.push(Part::RelativeDrive { frames: [Some(other), Some(body)], profile, at });
         } else {
-            let (profile, numbers) = self.motion(random, self.poses[body][2], 1.0);
+            let (profile, numbers) = random_motion(random, self.poses[body][2], 1.0);
             let at = self.add_numbers(&numbers);
             self.parts.push(Part::Drive { body, profile, at });
         }
@@ -683,7 +597,7 @@ impl RandomMechanism {
             let at = self.add_numbers(&numbers);
             self.parts.push(Part::Revolute { frames: [parent, Some(body)], at });
             let from = self.pose(parent)[2];
-            let (profile, numbers) = self.motion(random, self.poses[body][2] - from, 1.0);
+            let (profile, numbers) = random_motion(random, self.poses[body][2] - from, 1.0);
             let at = self.add_numbers(&numbers);
             self.parts.push(match parent {
                 None if random.chance(0.5) => Part::Drive { body, profile, at },
@@ -895,13 +809,5 @@ impl ParametricMechanism for RandomMechanism {
             return Err(Error::definition("random mechanism", "it has no parts", "take another seed"));
         }
         Ok(m)
-    }
-}
-
-fn prescribe<S: Scalar>(m: &mut Mechanism<S>, coordinate: Coordinate, profile: Profile, p: &[S]) {
-    match profile {
-        Profile::Harmonic => m.drive(coordinate, Harmonic, &p[..4]),
-        Profile::Accelerated => m.drive(coordinate, Accelerated, &p[..3]),
-        Profile::StartUp => m.drive(coordinate, StartUp::Polynomial, &p[..3]),
     }
 }

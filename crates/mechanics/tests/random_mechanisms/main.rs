@@ -10,17 +10,21 @@
 mod differences;
 mod generator;
 mod properties;
+mod random;
+mod spatial;
 
-use generator::{CLASSES, RandomMechanism};
+use generator::RandomMechanism;
 use properties::{Findings, check};
+use random::{CLASSES, RandomModel};
 use rayon::prelude::*;
+use spatial::RandomMechanism3;
 
 /// Checks mechanisms number `from` to `to`, in parallel, and prints what was found.
-fn check_all(from: u64, to: u64) -> Findings {
+fn check_all<M: RandomModel>(from: u64, to: u64) -> Findings {
     let one = |k: u64| {
         let class = CLASSES[(k % CLASSES.len() as u64) as usize];
         let mut findings = Findings::default();
-        match RandomMechanism::new(class, k) {
+        match M::random(class, k) {
             Some(mechanism) => {
                 check(&mechanism, k, &mut findings);
             }
@@ -35,7 +39,7 @@ fn check_all(from: u64, to: u64) -> Findings {
 
 #[test]
 fn a_few_hundred_random_mechanisms() {
-    let all = check_all(0, 200);
+    let all = check_all::<RandomMechanism>(0, 200);
     assert!(all.wrong.is_empty(), "{}", all.wrong.join("\n"));
     assert!(all.informative() > 0.9 && all.made() > 0.7, "{all}");
 }
@@ -44,10 +48,28 @@ fn a_few_hundred_random_mechanisms() {
 #[test]
 #[ignore = "takes long; the number of mechanisms is given by MECHANISMS"]
 fn many_random_mechanisms() {
+    check_many::<RandomMechanism>();
+}
+
+fn check_many<M: RandomModel>() {
     let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
     let seed = number("SEED", 0);
-    let all = check_all(seed, seed + number("MECHANISMS", 10_000));
+    let all = check_all::<M>(seed, seed + number("MECHANISMS", 10_000));
     assert!(all.wrong.is_empty(), "{} findings:\n{}", all.wrong.len(), all.wrong.join("\n"));
+}
+
+#[test]
+fn random_spatial_mechanisms() {
+    let all = check_all::<RandomMechanism3>(0, 150);
+    assert!(all.wrong.is_empty(), "{}", all.wrong.join("\n"));
+    assert!(all.informative() > 0.9 && all.made() > 0.7, "{all}");
+}
+
+/// See [`many_random_mechanisms`].
+#[test]
+#[ignore = "takes long; the number of mechanisms is given by MECHANISMS"]
+fn many_random_spatial_mechanisms() {
+    check_many::<RandomMechanism3>();
 }
 
 /// Mechanisms in which derivatives were wrong, by number:
@@ -62,7 +84,7 @@ fn many_random_mechanisms() {
 #[test]
 fn mechanisms_that_had_wrong_derivatives() {
     for seed in [1006, 2812, 5004, 5047, 5068, 5090, 5204, 6683] {
-        let found = check_all(seed, seed + 1);
+        let found = check_all::<RandomMechanism>(seed, seed + 1);
         assert!(found.wrong.is_empty(), "{}", found.wrong.join("\n"));
         assert!(found.compared > 200, "{found}");
     }
@@ -71,10 +93,15 @@ fn mechanisms_that_had_wrong_derivatives() {
 /// Every class makes mechanisms, and another seed makes another one.
 #[test]
 fn every_class_can_be_generated() {
+    makes_all_classes::<RandomMechanism>();
+    makes_all_classes::<RandomMechanism3>();
+}
+
+fn makes_all_classes<M: RandomModel>() {
     for class in CLASSES {
-        let made: Vec<_> = (0..40).filter_map(|seed| RandomMechanism::new(class, seed)).collect();
+        let made: Vec<_> = (0..40).filter_map(|seed| M::random(class, seed)).collect();
         assert!(made.len() > 20, "{class:?}: {}", made.len());
-        let designs: Vec<_> = made.iter().map(RandomMechanism::design).collect();
+        let designs: Vec<_> = made.iter().map(M::design).collect();
         assert!(designs.windows(2).all(|pair| pair[0] != pair[1]), "{class:?}: seeds make different mechanisms");
     }
 }

@@ -1,7 +1,7 @@
 //! Properties of a mechanism: derivatives, conservation laws, agreement of schemes.
 
 use crate::differences::differences;
-use crate::generator::{Class, RandomMechanism};
+use crate::random::{Class, RandomModel};
 use autodiff::differences::DifferenceEstimate;
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright_mechanics::analyses::kinematics::kinematics;
@@ -21,7 +21,6 @@ use linkwright_mechanics::derivatives::semi_analytical::{
     STEP, difference_equilibria, difference_kinematics, differentiate_semi_analytically,
 };
 use linkwright_mechanics::integrators::explicit::{Coordinates, Explicit, StepControl};
-use linkwright_mechanics::mechanism::ParametricMechanism;
 use linkwright_mechanics::{Assembly, Dynamics, Error, GeneralizedAlpha, Mechanism, Newton, Result, Statics};
 use nalgebra::DMatrix;
 use std::fmt;
@@ -194,16 +193,16 @@ fn implicit(h: f64, scheme: GeneralizedAlpha) -> Dynamics {
 }
 
 /// Checks a mechanism of seed `seed` by everything that applies to its class.
-pub fn check(model: &RandomMechanism, seed: u64, findings: &mut Findings) {
+pub fn check(model: &impl RandomModel, seed: u64, findings: &mut Findings) {
     findings.mechanisms += 1;
     let b = model.design();
     let Ok(plain) = model.build(&b) else { return };
-    let label = format!("{:?} {seed}", model.class);
+    let label = format!("{:?} {seed}", model.class());
     if !moves(&plain) {
         findings.not_analysed += 1;
         return;
     }
-    match model.class {
+    match model.class() {
         Class::Driven => check_kinematics(model, &b, &label, findings),
         Class::Static => check_statics(model, &b, &label, findings),
         _ => {}
@@ -222,12 +221,13 @@ fn moves(plain: &Mechanism<f64>) -> bool {
     simulate(plain, &settings, &TIMES).is_ok_and(|history| bounded(&history.values) && history.work.failed_steps == 0)
 }
 
-fn check_explicit(model: &RandomMechanism, b: &[f64], label: &str, findings: &mut Findings) {
+fn check_explicit(model: &impl RandomModel, b: &[f64], label: &str, findings: &mut Findings) {
     let plain = model.build(b).expect("it was built before");
     let is_tree = check_relative(&plain, label, findings);
     let methods = [Explicit::adaptive(1.0), Explicit::eighth_order(1.0)];
     let choices = [Coordinates::Absolute, Coordinates::Relative];
-    let all = methods.iter().flat_map(|method| choices.map(|choice| method.clone().with_coordinates(choice)));
+    let chosen = methods.iter().enumerate().filter(|(k, _)| model.is_for_scheme(*k)).map(|(_, method)| method);
+    let all = chosen.flat_map(|method| choices.map(|choice| method.clone().with_coordinates(choice)));
     for settings in all.filter(|settings| is_tree || settings.coordinates == Coordinates::Absolute) {
         let settings = settings.with_step_control(StepControl::Fixed(0.02));
         let Ok(direct) = differentiate_explicitly(model, b, &settings, &TIMES) else {
@@ -240,7 +240,7 @@ fn check_explicit(model: &RandomMechanism, b: &[f64], label: &str, findings: &mu
         else {
             return;
         };
-        let tolerance = if model.class == Class::Contact { KINKED } else { EXACT };
+        let tolerance = if model.class() == Class::Contact { KINKED } else { EXACT };
         let methods = [("direct", tolerance, rows_of(&direct)), ("adjoint", tolerance, rows_of_matrix(&adjoint))];
         let label = format!("{label}, {}, {} coordinates", settings.method.name, settings.coordinates.name());
         Comparison { label, b, findings }.compare(
@@ -278,12 +278,12 @@ fn check_relative(plain: &Mechanism<f64>, label: &str, findings: &mut Findings) 
     true
 }
 
-fn check_implicit(model: &RandomMechanism, b: &[f64], label: &str, findings: &mut Findings) {
+fn check_implicit(model: &impl RandomModel, b: &[f64], label: &str, findings: &mut Findings) {
     let schemes = [
         ("generalized-α", GeneralizedAlpha::chung_hulbert(0.8).unwrap()),
         ("HHT", GeneralizedAlpha::hht(0.1).unwrap()),
     ];
-    for (name, scheme) in schemes {
+    for (_, (name, scheme)) in schemes.into_iter().enumerate().filter(|(k, _)| model.is_for_scheme(*k)) {
         let settings = implicit(0.02, scheme);
         let Ok(direct) = differentiate(model, b, &settings, &TIMES) else {
             findings.not_analysed += 1;
@@ -297,7 +297,7 @@ fn check_implicit(model: &RandomMechanism, b: &[f64], label: &str, findings: &mu
         let mut methods = vec![("direct", EXACT, rows_of(&direct)), ("adjoint", EXACT, rows_of_matrix(&adjoint))];
         // Where the differences of stiff residuals diverge, an error says so.
         if let Ok(semi) = differentiate_semi_analytically(model, b, &settings, &TIMES, STEP) {
-            let tolerance = if model.class == Class::Contact { KINKED } else { SEMI };
+            let tolerance = if model.class() == Class::Contact { KINKED } else { SEMI };
             methods.push(("semi-analytical", tolerance, rows_of(&semi)));
         } else {
             findings.unclear += 1;
@@ -370,7 +370,7 @@ fn check_second(
     }
 }
 
-fn check_kinematics(model: &RandomMechanism, b: &[f64], label: &str, findings: &mut Findings) {
+fn check_kinematics(model: &impl RandomModel, b: &[f64], label: &str, findings: &mut Findings) {
     let assembly = Assembly::default();
     let Ok(direct) = differentiate_kinematics(model, b, assembly, &TIMES) else {
         findings.not_analysed += 1;
@@ -403,7 +403,7 @@ fn check_kinematics(model: &RandomMechanism, b: &[f64], label: &str, findings: &
     check_second(label, b, &v, &twice, findings, |b| differentiate_kinematics(model, b, assembly, &TIMES).ok());
 }
 
-fn check_statics(model: &RandomMechanism, b: &[f64], label: &str, findings: &mut Findings) {
+fn check_statics(model: &impl RandomModel, b: &[f64], label: &str, findings: &mut Findings) {
     let (settings, times) = (Statics { tolerance: 1e-12, ..Statics::default() }, [0.0, 0.1]);
     let Ok(direct) = differentiate_equilibria(model, b, &settings, &times) else {
         findings.not_analysed += 1;
@@ -449,8 +449,8 @@ fn in_order(rows: &Rows, outputs: usize) -> Rows {
 }
 
 /// Checks that schemes agree, and that energy is conserved where it must be.
-fn check_laws(model: &RandomMechanism, plain: &Mechanism<f64>, label: &str, findings: &mut Findings) {
-    if !model.is_for_explicit_steps() || model.class == Class::Contact {
+fn check_laws(model: &impl RandomModel, plain: &Mechanism<f64>, label: &str, findings: &mut Findings) {
+    if !model.is_for_explicit_steps() || model.class() == Class::Contact {
         return;
     }
     let exact = simulate_explicitly(plain, &Explicit::eighth_order(1e-11), &TIMES);
@@ -460,23 +460,34 @@ fn check_laws(model: &RandomMechanism, plain: &Mechanism<f64>, label: &str, find
     };
     let (Ok(coarse), Ok(fine)) = (run(2e-3), run(1e-3)) else { return };
     let positions: Vec<usize> = (0..exact.names.len())
-        .filter(|&o| exact.names[o].starts_with('x') || exact.names[o].starts_with("theta"))
+        .filter(|&o| exact.names[o].starts_with(['x', 'y', 'z']) || exact.names[o].starts_with("theta"))
         .collect();
     let error = |values: &[Vec<f64>]| {
         let all = positions.iter().flat_map(|&o| values[o].iter().zip(&exact.values[o]));
         all.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     };
+    for (scheme, values) in [("explicit", &exact.values), ("implicit", &fine)] {
+        for (name, norm) in exact.names.iter().zip(values).filter(|(name, _)| name.starts_with("norm")) {
+            findings.laws += 1;
+            let off = norm.iter().fold(0.0, |off: f64, x| off.max((x - 1.0).abs()));
+            if !(off < 1e-9) {
+                findings.wrong.push(format!("{label}: {name} of the Euler parameters is off by {off:.1e}, {scheme}"));
+            }
+        }
+    }
     findings.laws += 1;
     let (coarse, fine) = (error(&coarse), error(&fine));
     if !(fine <= 0.45 * coarse + 1e-7 && fine < 1e-2) {
         findings.wrong.push(format!("{label}: implicit steps differ from explicit ones by {coarse:.2e}, {fine:.2e}"));
     }
-    if matches!(model.class, Class::Conservative | Class::Floating) {
-        findings.laws += 1;
-        let energy = exact.names.iter().position(|name| name == "energy").unwrap();
-        let (first, last) = (exact.values[energy][0], exact.values[energy][TIMES.len() - 1]);
-        if !((last - first).abs() < 1e-7 * (1.0 + first.abs())) {
-            findings.wrong.push(format!("{label}: the energy changes from {first:.9e} to {last:.9e} J"));
+    if matches!(model.class(), Class::Conservative | Class::Floating) {
+        for (name, values) in exact.names.iter().zip(&exact.values) {
+            let is_conserved = name == "energy" || name.starts_with("momentum");
+            let (first, last) = (values[0], values[TIMES.len() - 1]);
+            findings.laws += usize::from(is_conserved);
+            if is_conserved && !((last - first).abs() < 1e-7 * (1.0 + first.abs())) {
+                findings.wrong.push(format!("{label}: {name} changes from {first:.9e} to {last:.9e}"));
+            }
         }
     }
 }
