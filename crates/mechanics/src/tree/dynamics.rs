@@ -28,8 +28,8 @@ pub(crate) struct TreeResidual<T> {
     parameters: Vec<JointParameters<T>>,
     levers: Vec<Levers<T>>,
     /// Mass or moment of inertia of the bodies by coordinate, and their weights.
-    masses: Vec<T>,
-    weights: Vec<T>,
+    pub masses: Vec<T>,
+    pub weights: Vec<T>,
     /// Inertia − force by coordinate.
     rows: Vec<T>,
     workspace: ElementWorkspace<T>,
@@ -116,7 +116,7 @@ pub(crate) struct TreeDynamics {
     pub factor: Articulated,
     parameters: Vec<JointParameters<f64>>,
     /// Inertia of each body.
-    inertias: Vec<Inertia>,
+    pub inertias: Vec<Inertia>,
     /// Rows of the bodies' weights, by coordinate.
     weights: Vec<f64>,
     /// Inertia − force by coordinate; after an evaluation, wrenches of the parts of the tree.
