@@ -10,6 +10,7 @@ use crate::tree::articulated::{Articulated, Inertia};
 use crate::tree::joint::{JointParameters, Levers};
 use crate::tree::plan::Tree;
 use crate::{Error, Result};
+use pulp::Scalar;
 
 impl Tree {
     /// Sets position, velocity and acceleration of the prescribed coordinates that move, at the time of `state`.
@@ -202,7 +203,7 @@ impl TreeDynamics {
         }
         self.factor.factorize(&self.tree, &self.inertias, &self.levers, state.t)?;
         self.joint_rows.iter_mut().zip(&self.values).for_each(|(row, value)| *row = [-value]);
-        self.factor.solve(&self.tree, &mut self.joint_rows, &mut self.work);
+        self.factor.solve(Scalar, &self.tree, &mut self.joint_rows, &mut self.work);
         out.iter_mut().zip(&self.joint_rows).for_each(|(out, row)| *out = row[0]);
         Ok(())
     }

@@ -12,6 +12,7 @@
 //! evaluated in dual numbers, and no angle has its sine taken again for every design variable.
 
 use crate::derivatives::forward::explicit::entries::Gradient;
+use crate::linalg::simd::rows;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::Dual8;
 use crate::system::state::State;
@@ -20,13 +21,12 @@ use crate::tree::dynamics::{TreeDynamics, TreeResidual};
 use crate::tree::joint::{Joint, JointParameters, Levers, dot, rotated, turned};
 use crate::tree::plan::{Node, Tree};
 use autodiff::WIDTH;
+use pulp::{Scalar, Simd};
 
 /// Derivatives of one joint at a stage.
 #[derive(Clone, Copy, Debug)]
 struct JointLinearization {
     levers: Levers<f64>,
-    /// Sine and cosine of the rotations of the parent and of the body.
-    rotations: [(f64, f64); 2],
     /// Angular velocities and accelerations of the parent and of the body.
     spins: [f64; 2],
     turns: [f64; 2],
@@ -65,7 +65,6 @@ impl JointLinearization {
         let pair = [[0.0; 2]; 2];
         Self {
             levers: Levers::zero(),
-            rotations: [(0.0, 1.0); 2],
             spins: [0.0; 2],
             turns: [0.0; 2],
             slide: [0.0; 3],
@@ -80,11 +79,10 @@ impl JointLinearization {
     fn new(node: &Node, levers: Levers<f64>, state: &State<f64>, slide: [f64; 3], wrenches: &[f64]) -> Self {
         let [pt, ct] = [node.parent[2], node.coordinates[2]];
         let ([spin, child_spin], [turn, child_turn]) = ([state.v[pt], state.v[ct]], [state.a[pt], state.a[ct]]);
-        let Levers { base, parent, child, axis } = levers;
+        let Levers { base, parent, child, axis, .. } = levers;
         let [base_turned, child_turned] = [turned(base), turned(child)];
         let mut joint = Self {
             levers,
-            rotations: [state.q[pt].sin_cos(), state.q[ct].sin_cos()],
             spins: [spin, child_spin],
             turns: [turn, child_turn],
             slide,
@@ -263,8 +261,9 @@ impl TreeLinearization {
     /// From the ground to the tips: writes the derivatives of all coordinates to `sources`, in the order of positions, velocities,
     /// accelerations; those of prescribed coordinates are there. Positions and velocities x and y are written if `all` is true.
     #[inline(always)]
-    pub fn place<const W: usize>(
+    pub fn place<S: Simd, const W: usize>(
         &self,
+        simd: S,
         tree: &Tree,
         parameters: &TreeGradients<W>,
         directions: &Directions<'_, W>,
@@ -284,36 +283,43 @@ impl TreeLinearization {
                 }
                 continue;
             }
-            let [rotation, spin, turn] = [sources[pt], sources[n + pt], sources[2 * n + pt]];
-            let [mut child_rotation, mut child_spin, mut child_turn] = [rotation, spin, turn];
-            match node.joint {
-                Joint::Revolute => {
-                    accumulate(&mut child_rotation, &q[node.first]);
-                    accumulate(&mut child_spin, &v[node.first]);
-                    if has_turns {
-                        accumulate(&mut child_turn, &acceleration(node.first));
-                    }
-                }
-                Joint::Pin => {
-                    [child_rotation, child_spin, child_turn] = [sources[ct], sources[n + ct], sources[2 * n + ct]];
-                }
-                _ if gradients.is_active => accumulate(&mut child_rotation, &gradients.angle),
-                _ => {}
-            }
-            if node.joint != Joint::Pin {
-                (sources[ct], sources[n + ct], sources[2 * n + ct]) = (child_rotation, child_spin, child_turn);
-            }
-            let [by_spin, by_child_spin] = joint.by_spins[1];
-            let [from_parent, from_child] = joint.by_rotations[2];
-            let mut change = [sources[2 * n + px], sources[2 * n + py]];
-            add_pair(&mut change, from_parent, &rotation);
-            add_pair(&mut change, by_spin, &spin);
-            add_pair(&mut change, from_child, &child_rotation);
-            add_pair(&mut change, by_child_spin, &child_spin);
+            let [rotation, spin] = [pt, n + pt].map(|source| &sources[source]);
+            let (base, base_spin) = match node.joint {
+                Joint::Pin => (&sources[ct], &sources[n + ct]),
+                _ => (rotation, spin),
+            };
+            let (by_angle, by_rate) = match node.joint {
+                Joint::Revolute => (&q[node.first], &v[node.first]),
+                Joint::Pin => (&zero, &zero),
+                _ => (&gradients.angle, &zero),
+            };
+            let [parent_x, parent_y] = [px, py].map(|i| &sources[2 * n + i]);
+            let [[from_parent, from_child], [by_spin, by_child_spin]] = [joint.by_rotations[2], joint.by_spins[1]];
+            let inputs = [rotation, spin, base, base_spin, by_angle, by_rate, parent_x, parent_y];
+            let [child_rotation, child_spin, along_x, along_y] =
+                rows(simd, inputs, |[parent, parent_spin, base, base_spin, angle, rate, x, y]| {
+                    let (own, own_spin) = (base + angle, base_spin + rate);
+                    let sum = |i: usize| {
+                        parent * from_parent[i]
+                            + parent_spin * by_spin[i]
+                            + own * from_child[i]
+                            + own_spin * by_child_spin[i]
+                    };
+                    [own, own_spin, x + sum(0), y + sum(1)]
+                });
+            let mut change = [along_x, along_y];
+            let [rotation, spin] = [*rotation, *spin];
             if has_turns {
+                let turn = sources[2 * n + pt];
+                let mut child_turn = if node.joint == Joint::Pin { sources[2 * n + ct] } else { turn };
+                if node.joint == Joint::Revolute {
+                    accumulate(&mut child_turn, &acceleration(node.first));
+                }
                 add_pair(&mut change, joint.by_spins[0][0], &turn);
                 add_pair(&mut change, joint.by_spins[0][1], &child_turn);
+                sources[2 * n + ct] = child_turn;
             }
+            (sources[ct], sources[n + ct]) = (child_rotation, child_spin);
             let [mut position, mut velocity] = [[zero; 2]; 2];
             if all {
                 position = [sources[px], sources[py]];
@@ -328,7 +334,7 @@ impl TreeLinearization {
             if gradients.is_active {
                 let levers = [(&gradients.parent, 1.0), (&gradients.child, -1.0)];
                 for (k, (parameter, sign)) in levers.into_iter().enumerate() {
-                    let lever = rotated_pair(joint.rotations[k], parameter);
+                    let lever = rotated_pair(joint.levers.rotations[k], parameter);
                     let (spin, turn) = (joint.spins[k], joint.turns[k]);
                     add_turned(&mut change, sign * turn, &lever);
                     add_turned(&mut velocity, sign * spin, &lever);
@@ -361,59 +367,40 @@ impl TreeLinearization {
         }
     }
 
-    /// Adds inertias and weights to the derivatives of the forces in `rows`, by coordinate.
+    /// From the tips to the ground: the derivatives of the rows of the joints, negative, to `out`, from those of the forces on the
+    /// bodies in `rows`; those of the wrenches remain there.
     #[inline(always)]
-    pub fn add_inertias<const W: usize>(
+    pub fn collect<S: Simd, const W: usize>(
         &self,
-        tree: &Tree,
-        parameters: &TreeGradients<W>,
-        sources: &[Gradient<W>],
-        rows: &mut [Gradient<W>],
-    ) {
-        let n = self.accelerations.len();
-        for (node, inertia) in tree.nodes.iter().zip(&self.inertias) {
-            let [x, y, t] = node.coordinates;
-            let [ax, ay, at] = node.coordinates.map(|i| sources[2 * n + i]);
-            let [xx, xy, yy, xt, yt, tt] = *inertia;
-            add(&mut rows[x], xx, &ax);
-            add(&mut rows[y], yy, &ay);
-            add(&mut rows[t], tt, &at);
-            if xy != 0.0 || xt != 0.0 || yt != 0.0 {
-                add(&mut rows[x], xy, &ay);
-                add(&mut rows[x], xt, &at);
-                add(&mut rows[y], xy, &ax);
-                add(&mut rows[y], yt, &at);
-                add(&mut rows[t], xt, &ax);
-                add(&mut rows[t], yt, &ay);
-            }
-        }
-        for (i, mass, weight) in &parameters.masses {
-            add(&mut rows[*i], self.accelerations[*i], mass);
-            accumulate(&mut rows[*i], weight);
-        }
-    }
-
-    /// From the tips to the ground: the derivatives of the rows of the joints, negative, to `out`; those of the wrenches remain in
-    /// `rows`.
-    #[inline(always)]
-    pub fn collect<const W: usize>(
-        &self,
+        simd: S,
         tree: &Tree,
         parameters: &TreeGradients<W>,
         (directions, sources): (&Directions<'_, W>, &[Gradient<W>]),
-        rows: &mut [Gradient<W>],
+        wrenches: &mut [Gradient<W>],
         out: &mut [Gradient<W>],
     ) {
-        for ((node, joint), gradients) in tree.nodes.iter().zip(&self.joints).zip(&parameters.joints).rev() {
+        for (i, mass, weight) in &parameters.masses {
+            add(&mut wrenches[*i], self.accelerations[*i], mass);
+            accumulate(&mut wrenches[*i], weight);
+        }
+        let (n, zero) = (self.accelerations.len(), [0.0; W]);
+        for (k, (node, joint)) in tree.nodes.iter().zip(&self.joints).enumerate().rev() {
+            let ([x, y, t], gradients) = (node.coordinates, &parameters.joints[k]);
+            let [ax, ay, at] = [x, y, t].map(|i| &sources[2 * n + i]);
+            let [row_x, row_y, row_t] = [x, y, t].map(|i| &wrenches[i]);
+            let [xx, xy, yy, xt, yt, tt] = self.inertias[k];
+            let [fx, fy, moment] = rows(simd, [ax, ay, at, row_x, row_y, row_t], |[ax, ay, at, x, y, t]| {
+                [x + ax * xx + ay * xy + at * xt, y + ax * xy + ay * yy + at * yt, t + ax * xt + ay * yt + at * tt]
+            });
+            [wrenches[x], wrenches[y], wrenches[t]] = [fx, fy, moment];
             if let Joint::Free { .. } = node.joint {
                 for (k, i) in node.free_coordinates().enumerate() {
-                    out[node.first + k] = rows[i].map(|x| -x);
+                    out[node.first + k] = wrenches[i].map(|x| -x);
                 }
                 continue;
             }
-            let [x, y, _] = node.coordinates;
-            let force = [rows[x], rows[y]];
-            let moment = joint.moment(node, gradients, sources, rows);
+            let [px, py, pt] = node.parent;
+            let (moment, force) = (joint.moment(simd, node, gradients, sources, wrenches), [fx, fy]);
             match node.joint {
                 Joint::Revolute => out[node.first] = moment.map(|x| -x),
                 Joint::Prismatic => {
@@ -427,31 +414,28 @@ impl TreeLinearization {
                 }
                 _ => {}
             }
-            let [px, py, pt] = node.parent;
-            accumulate(&mut rows[px], &force[0]);
-            accumulate(&mut rows[py], &force[1]);
-            let (arm, [fx, fy]) = (turned(joint.levers.parent), joint.force);
-            let to = &mut rows[pt];
-            if node.joint != Joint::Pin {
-                accumulate(to, &moment);
-            }
-            add(to, arm[0], &force[0]);
-            add(to, arm[1], &force[1]);
-            add(to, -dot(joint.levers.base, joint.force), &sources[pt]);
+            let (arm, by_rotation) = (turned(joint.levers.parent), -dot(joint.levers.base, joint.force));
+            let [row_x, row_y, row_t] = [px, py, pt].map(|i| &wrenches[i]);
+            let (rotation, passed) = (&sources[pt], if node.joint == Joint::Pin { &zero } else { &moment });
+            let inputs = [row_x, row_y, row_t, &force[0], &force[1], passed, rotation];
+            let [to_x, to_y, mut to] = rows(simd, inputs, |[x, y, t, fx, fy, passed, rotation]| {
+                [x + fx, y + fy, t + passed + fx * arm[0] + fy * arm[1] + rotation * by_rotation]
+            });
             if gradients.is_active {
-                let lever = rotated_pair(joint.rotations[0], &gradients.parent);
-                add(to, -fx, &lever[1]);
-                add(to, fy, &lever[0]);
+                let ([fx, fy], lever) = (joint.force, rotated_pair(joint.levers.rotations[0], &gradients.parent));
+                add(&mut to, -fx, &lever[1]);
+                add(&mut to, fy, &lever[0]);
             }
             if node.joint == Joint::Prismatic {
                 let (axis, displacement) = (joint.levers.axis, joint.slide[0]);
-                add(to, dot(turned(axis), joint.force), &directions.y[node.first]);
+                add(&mut to, dot(turned(axis), joint.force), &directions.y[node.first]);
                 let by_direction = -displacement * dot(axis, joint.force);
-                add(to, by_direction, &direction(node, gradients, sources));
+                add(&mut to, by_direction, &direction(node, gradients, sources));
             }
+            [wrenches[px], wrenches[py], wrenches[pt]] = [to_x, to_y, to];
         }
         for (k, &i) in tree.singles.iter().enumerate() {
-            out[tree.first_single + k] = rows[i].map(|x| -x);
+            out[tree.first_single + k] = wrenches[i].map(|x| -x);
         }
     }
 
@@ -473,11 +457,11 @@ impl TreeLinearization {
                 Joint::Free { .. } => {}
                 Joint::Revolute | Joint::Pin => (l[0], l[1]) = (signed(force[0]), signed(force[1])),
                 Joint::Fixed => {
-                    let moment = joint.moment(node, gradients, sources, rows);
+                    let moment = joint.moment(Scalar, node, gradients, sources, rows);
                     (l[0], l[1], l[2]) = (signed(force[0]), signed(force[1]), signed(&moment));
                 }
                 Joint::Prismatic => {
-                    let moment = joint.moment(node, gradients, sources, rows);
+                    let moment = joint.moment(Scalar, node, gradients, sources, rows);
                     let (axis, sideways) = (joint.levers.axis, turned(joint.levers.axis));
                     let mut normal = [0.0; W];
                     add(&mut normal, sideways[0], force[0]);
@@ -507,20 +491,21 @@ impl TreeLinearization {
 impl JointLinearization {
     /// Derivatives of the moment of the body's wrench about the joint's point of the body.
     #[inline(always)]
-    fn moment<const W: usize>(
+    fn moment<S: Simd, const W: usize>(
         &self,
+        simd: S,
         node: &Node,
         gradients: &JointGradients<W>,
         sources: &[Gradient<W>],
-        rows: &[Gradient<W>],
+        wrenches: &[Gradient<W>],
     ) -> Gradient<W> {
         let ([x, y, t], arm, [fx, fy]) = (node.coordinates, turned(self.levers.child), self.force);
-        let mut moment = rows[t];
-        add(&mut moment, -arm[0], &rows[x]);
-        add(&mut moment, -arm[1], &rows[y]);
-        add(&mut moment, dot(self.levers.child, self.force), &sources[t]);
+        let (by_rotation, wrench) = (dot(self.levers.child, self.force), [x, y, t].map(|i| &wrenches[i]));
+        let inputs = [wrench[0], wrench[1], wrench[2], &sources[t]];
+        let [mut moment] =
+            rows(simd, inputs, |[x, y, moment, rotation]| [moment + rotation * by_rotation - x * arm[0] - y * arm[1]]);
         if gradients.is_active {
-            let lever = rotated_pair(self.rotations[1], &gradients.child);
+            let lever = rotated_pair(self.levers.rotations[1], &gradients.child);
             add(&mut moment, fx, &lever[1]);
             add(&mut moment, -fy, &lever[0]);
         }

@@ -64,7 +64,11 @@ fn differentiate_seeded(
     }
     let (driver, begin) = start(mechanism, settings, times, true)?;
     if driver.stepper.rhs.relative.is_some() {
-        let (recorder, work, gradients) = propagate_relative_blocks(chunks, driver, &begin, times)?;
+        let propagate_blocks = match chunks.len() {
+            0 | 1 => propagate_relative_blocks::<WIDTH>,
+            _ => propagate_relative_blocks::<{ 2 * WIDTH }>,
+        };
+        let (recorder, work, gradients) = propagate_blocks(chunks, driver, &begin, times)?;
         return Ok(SensitiveHistory::new(mechanism, times, recorder, (&gradients, variables), work));
     }
     let propagate_blocks = if chunks.len() > 1 { propagate_blocks::<{ 2 * WIDTH }> } else { propagate_blocks::<WIDTH> };

@@ -13,7 +13,7 @@
 //! | `linearize` | derivatives of the equations, once per stage for all design variables |
 //! | `constraint` | derivatives of one constraint along a motion |
 //! | `dual_steps` | steps repeated in numbers with derivatives: second derivatives, and motions with events |
-//! | `relative_block` | sensitivities of a motion in relative coordinates, for 8 design variables at a time |
+//! | `relative_block` | sensitivities of a motion in relative coordinates, for up to 16 design variables at a time |
 //! | `relative_steps` | steps in relative coordinates repeated in numbers with derivatives: second derivatives |
 //! | `entries` | sparse derivatives and their products |
 

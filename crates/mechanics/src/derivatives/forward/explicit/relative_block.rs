@@ -19,7 +19,7 @@ use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs, Rel
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::tableau::Tableau;
 use crate::integrators::settings::Work;
-use crate::linalg::simd::{Kernel, dispatch};
+use crate::linalg::simd::{WideKernel, dispatch_wide};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::Dual8;
 use crate::system::Unknown;
@@ -27,14 +27,15 @@ use crate::system::state::State;
 use crate::tree::linearize::{Directions, TreeGradients, TreeLinearization};
 use crate::tree::{Tree, TreeDynamics};
 use autodiff::WIDTH;
+use pulp::Simd;
 use std::ops::Range;
 
 /// Smallest product of joint coordinates and design variables for which threads are faster.
 const WORTH_THREADS: usize = 1600;
 
 /// Propagates the derivatives with respect to the design variables of all `chunks` along the steps of `driver`, whose unknowns are
-/// joint coordinates, to the last of `times`. The stages of the steps are recorded.
-pub(crate) fn propagate_relative_blocks(
+/// joint coordinates, to the last of `times`, in blocks of `W` variables. The stages of the steps are recorded.
+pub(crate) fn propagate_relative_blocks<const W: usize>(
     chunks: &[Mechanism<Dual8>],
     mut driver: OdeDriver<MechanismRhs<'_>>,
     begin: &ConsistentState,
@@ -56,8 +57,9 @@ pub(crate) fn propagate_relative_blocks(
     let initial =
         |chunk| InitialDerivatives::new(mechanism, chunk, &mut *system).consistent(&begin.state, &begin.projection);
     let states = chunks.iter().map(initial).collect::<Result<Vec<_>>>()?;
-    let block = |(chunk, state)| RelativeBlock::new(&plan, chunk, state, &linearizer, &begin.state, times.len());
-    let mut blocks: Vec<RelativeBlock<'_, WIDTH>> = chunks.chunks(1).zip(states.chunks(1)).map(block).collect();
+    let block = |(chunks, states)| RelativeBlock::new(&plan, chunks, states, &linearizer, &begin.state, times.len());
+    let blocks = chunks.chunks(W / WIDTH).zip(states.chunks(W / WIDTH));
+    let mut blocks: Vec<RelativeBlock<'_, W>> = blocks.map(block).collect();
     let is_parallel = plan.tree.count * chunks.len() * WIDTH >= WORTH_THREADS;
     let mut source = RelativeSource {
         mechanism,
@@ -71,7 +73,7 @@ pub(crate) fn propagate_relative_blocks(
     };
     propagate(&mut source, &mut blocks, if is_parallel { Schedule::Parallel } else { Schedule::Sequential })?;
     let derivatives = blocks.into_iter().map(|block| block.derivatives).collect();
-    let gradients = OutputGradients::new(mechanism.outputs.len(), WIDTH, derivatives);
+    let gradients = OutputGradients::new(mechanism.outputs.len(), W, derivatives);
     Ok((source.recorder, source.steps.driver.work(), gradients))
 }
 
@@ -114,8 +116,12 @@ impl RelativeSource<'_> {
         let LinearizedTree { records, stages, forces, state, .. } = step;
         let records = records.as_ref().expect("the stages are here while derivatives are computed");
         for slot in slots {
-            let RelativeStageRecord { t, y, a, .. } = &records[slot];
-            dynamics.place(mechanism, *t, y, state);
+            let RelativeStageRecord { t, y, a, levers, q, v, .. } = &records[slot];
+            state.t = *t;
+            dynamics.tree.prescribe(mechanism, state);
+            state.q.copy_from_slice(q);
+            state.v.copy_from_slice(v);
+            dynamics.levers.copy_from_slice(levers);
             dynamics.complete(mechanism, (y, a), state);
             stages[slot].update(dynamics, (y, a), state);
             if stages[slot].has_forces() {
@@ -302,7 +308,7 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
             outputs.prescribe(&self.plan.moving, record.t, c, &mut self.sources);
         }
         self.sweep(stages, slot, false);
-        dispatch(Solution { block: self, record });
+        dispatch_wide(Solution { block: self, record });
     }
 
     /// Derivatives of the accelerations of all coordinates, and of the reactions, at the stage for outputs.
@@ -317,7 +323,7 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
     /// of the motion if it `is_complete`.
     fn sweep(&mut self, stages: &LinearizedTree, slot: usize, is_complete: bool) {
         let stage = &stages.stages[slot];
-        dispatch(Outwards { block: self, stage, is_complete });
+        dispatch_wide(Outwards { block: self, stage, is_complete });
         self.rows.fill([0.0; W]);
         if stage.has_forces() {
             self.forces.fill([0.0; W]);
@@ -328,7 +334,7 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
                 }
             }
         }
-        dispatch(Inwards { block: self, stage, is_complete });
+        dispatch_wide(Inwards { block: self, stage, is_complete });
     }
 }
 
@@ -350,13 +356,13 @@ struct Outwards<'a, 'm, const W: usize> {
     is_complete: bool,
 }
 
-impl<const W: usize> Kernel for Outwards<'_, '_, W> {
+impl<const W: usize> WideKernel for Outwards<'_, '_, W> {
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, simd: S) {
         let RelativeBlock { plan, parameters, y, accelerations, sources, .. } = self.block;
         let directions = Directions { y, a: self.is_complete.then_some(accelerations) };
         let all = self.is_complete || self.stage.has_forces();
-        self.stage.place(&plan.tree, parameters, &directions, all, sources);
+        self.stage.place(simd, &plan.tree, parameters, &directions, all, sources);
     }
 }
 
@@ -367,13 +373,12 @@ struct Inwards<'a, 'm, const W: usize> {
     is_complete: bool,
 }
 
-impl<const W: usize> Kernel for Inwards<'_, '_, W> {
+impl<const W: usize> WideKernel for Inwards<'_, '_, W> {
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, simd: S) {
         let RelativeBlock { plan, parameters, y, accelerations, sources, rows, joint_rows, .. } = self.block;
         let directions = Directions { y, a: self.is_complete.then_some(accelerations) };
-        self.stage.add_inertias(&plan.tree, parameters, sources, rows);
-        self.stage.collect(&plan.tree, parameters, (&directions, sources), rows, joint_rows);
+        self.stage.collect(simd, &plan.tree, parameters, (&directions, sources), rows, joint_rows);
     }
 }
 
@@ -383,11 +388,11 @@ struct Solution<'a, 'm, const W: usize> {
     record: &'a RelativeStageRecord,
 }
 
-impl<const W: usize> Kernel for Solution<'_, '_, W> {
+impl<const W: usize> WideKernel for Solution<'_, '_, W> {
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, simd: S) {
         let RelativeBlock { plan, accelerations, joint_rows, work, .. } = self.block;
         accelerations.copy_from_slice(joint_rows);
-        self.record.factor.solve(&plan.tree, accelerations, work);
+        self.record.factor.solve(simd, &plan.tree, accelerations, work);
     }
 }
