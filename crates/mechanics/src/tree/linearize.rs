@@ -1,12 +1,13 @@
 //! Directional derivatives of a tree at one stage: the derivatives of the joints by their neighbours, which all design variables
 //! share, and the sweeps with them for several design variables at a time.
 //!
-//! With the levers $p$ and $c$ of a joint in its parent and its body, $\hat r$ for r turned by 90°, and $\Lambda_r = \dot\omega\,\hat r
-//! - \omega^2 r$, a change of the motion at fixed accelerations of the joint coordinates is
+//! With the levers $p$ and $c$ of a joint in its parent and its body, and $\hat r$ for r turned by 90°, the tip of a lever has the
+//! acceleration $\Lambda_r = \dot\omega\,\hat r - \omega^2 r$. A change of the motion at fixed accelerations of the joint coordinates is
 //!
-//! $$ \delta\ddot x = \delta\ddot x_p + \Lambda_{\delta p} - 2\omega_p p\,\delta\omega_p + \hat p\,\delta\dot\omega_p
-//!    - \Lambda_{\delta c} + 2\omega_c c\,\delta\omega_c - \hat c\,\delta\dot\omega_c ,\qquad
-//!    \delta p = \hat p\,\delta\theta_p + R_p\,\delta b ,\quad \delta c = \hat c\,\delta\theta_c + R_c\,\delta b $$
+//! $$ \delta\ddot x = \delta\ddot x_p + \Lambda_{\delta p} - 2\omega_p p\,\delta\omega_p + \hat p\,\delta\dot\omega_p -
+//!    \Lambda_{\delta c} + 2\omega_c c\,\delta\omega_c - \hat c\,\delta\dot\omega_c $$
+//!
+//! $$ \delta p = \hat p\,\delta\theta_p + R_p\,\delta b ,\quad \delta c = \hat c\,\delta\theta_c + R_c\,\delta b $$
 //!
 //! and the rows of the joints change with the wrenches and with the levers of the wrenches F of the motion. Nothing is
 //! evaluated in dual numbers, and no angle has its sine taken again for every design variable.
