@@ -11,11 +11,9 @@
 //!
 //! Featherstone, *Rigid Body Dynamics Algorithms* (2008), Chapter 7.
 
-use crate::linalg::simd::{Lanes, rows};
 use crate::tree::joint::{Joint, Levers, turned};
 use crate::tree::plan::Tree;
 use crate::{Error, Result};
-use pulp::Simd;
 
 /// Symmetric inertia of a body about its reference point: xx, xy, yy, xθ, yθ, θθ.
 pub(crate) type Inertia = [f64; 6];
@@ -126,16 +124,8 @@ impl Articulated {
     }
 
     /// Solves A x = b in place, where row i of `b` belongs to the joint coordinate i. `work` is a workspace.
-    ///
-    /// `W` is a multiple of the lanes of `simd`.
     #[inline(always)]
-    pub fn solve<S: Simd, const W: usize>(
-        &self,
-        simd: S,
-        tree: &Tree,
-        b: &mut [[f64; W]],
-        work: &mut Vec<[[f64; W]; 3]>,
-    ) {
+    pub fn solve<const W: usize>(&self, tree: &Tree, b: &mut [[f64; W]], work: &mut Vec<[[f64; W]; 3]>) {
         let zero = [0.0; W];
         work.clear();
         work.resize(tree.nodes.len(), [zero; 3]);
@@ -145,26 +135,29 @@ impl Articulated {
             match node.joint {
                 Joint::Free { .. } => continue,
                 Joint::Revolute | Joint::Prismatic => {
-                    let [x, y, t] = factor.direction;
-                    let share = factor.force.map(|force| force * factor.inverse);
-                    let [px, py, pt] = &p;
-                    let [row, px, py, pt] = rows(simd, [&b[node.first], px, py, pt], |[row, px, py, pt]| {
-                        let free = row - px * x - py * y - pt * t;
-                        [free, px + free * share[0], py + free * share[1], pt + free * share[2]]
-                    });
-                    (b[node.first], p) = (row, [px, py, pt]);
+                    let row = &mut b[node.first];
+                    for lane in 0..W {
+                        let [x, y, t] = factor.direction;
+                        let free = row[lane] - x * p[0][lane] - y * p[1][lane] - t * p[2][lane];
+                        row[lane] = free;
+                        for i in 0..3 {
+                            p[i][lane] += factor.force[i] * factor.inverse * free;
+                        }
+                    }
                 }
                 Joint::Pin | Joint::Fixed => {}
             }
             if let Some(parent) = node.parent_node {
-                let ([px, py, pt], [to_x, to_y, to_t], [turn_x, turn_y]) = (&p, &work[parent], factor.turn);
-                work[parent] = rows(simd, [px, py, pt, to_x, to_y, to_t], |[x, y, t, to_x, to_y, to_t]| {
-                    [to_x + x, to_y + y, to_t + (x * turn_x + y * turn_y + t * factor.rotates)]
-                });
+                let to = &mut work[parent];
+                for lane in 0..W {
+                    let [x, y, t] = [p[0][lane], p[1][lane], p[2][lane]];
+                    to[0][lane] += x;
+                    to[1][lane] += y;
+                    to[2][lane] += factor.turn[0] * x + factor.turn[1] * y + factor.rotates * t;
+                }
             }
         }
         // Outwards: motions of the bodies.
-        let rest = [zero; 3];
         for (k, (node, factor)) in tree.nodes.iter().zip(&self.nodes).enumerate() {
             if let Joint::Free { is_free } = node.joint {
                 let mut motion = [zero; 3];
@@ -186,23 +179,26 @@ impl Articulated {
                 work[k] = motion;
                 continue;
             }
-            let [x, y, t] = node.parent_node.map_or(&rest, |parent| &work[parent]);
-            let [turn_x, turn_y] = factor.turn;
-            let moved = |[x, y, t]: [Lanes<S>; 3]| [x + t * turn_x, y + t * turn_y, t * factor.rotates];
-            work[k] = match node.joint {
-                Joint::Revolute | Joint::Prismatic => {
-                    let ([fx, fy, ft], [dx, dy, dt]) = (factor.force, factor.direction);
-                    let [row, x, y, t] = rows(simd, [&b[node.first], x, y, t], |[row, x, y, t]| {
-                        let [x, y, t] = moved([x, y, t]);
-                        let carried = x * fx + y * fy + t * ft;
-                        let solution = (row - carried) * factor.inverse;
-                        [solution, x + solution * dx, y + solution * dy, t + solution * dt]
-                    });
-                    b[node.first] = row;
-                    [x, y, t]
+            let parent = node.parent_node.map_or([zero; 3], |parent| work[parent]);
+            let mut motion = [zero; 3];
+            for lane in 0..W {
+                let turn = parent[2][lane];
+                motion[0][lane] = parent[0][lane] + factor.turn[0] * turn;
+                motion[1][lane] = parent[1][lane] + factor.turn[1] * turn;
+                motion[2][lane] = factor.rotates * turn;
+            }
+            if let Joint::Revolute | Joint::Prismatic = node.joint {
+                let row = &mut b[node.first];
+                for lane in 0..W {
+                    let [fx, fy, ft] = factor.force;
+                    let carried = fx * motion[0][lane] + fy * motion[1][lane] + ft * motion[2][lane];
+                    row[lane] = (row[lane] - carried) * factor.inverse;
+                    for i in 0..3 {
+                        motion[i][lane] += factor.direction[i] * row[lane];
+                    }
                 }
-                _ => rows(simd, [x, y, t], moved),
-            };
+            }
+            work[k] = motion;
         }
         for (row, inverse) in b[tree.first_single..].iter_mut().zip(&self.singles) {
             row.iter_mut().for_each(|x| *x *= inverse);

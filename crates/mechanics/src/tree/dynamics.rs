@@ -10,7 +10,6 @@ use crate::tree::articulated::{Articulated, Inertia};
 use crate::tree::joint::{JointParameters, Levers};
 use crate::tree::plan::Tree;
 use crate::{Error, Result};
-use pulp::Scalar;
 
 impl Tree {
     /// Sets position, velocity and acceleration of the prescribed coordinates that move, at the time of `state`.
@@ -29,8 +28,8 @@ pub(crate) struct TreeResidual<T> {
     parameters: Vec<JointParameters<T>>,
     levers: Vec<Levers<T>>,
     /// Mass or moment of inertia of the bodies by coordinate, and their weights.
-    pub masses: Vec<T>,
-    pub weights: Vec<T>,
+    masses: Vec<T>,
+    weights: Vec<T>,
     /// Inertia − force by coordinate.
     rows: Vec<T>,
     workspace: ElementWorkspace<T>,
@@ -117,7 +116,7 @@ pub(crate) struct TreeDynamics {
     pub factor: Articulated,
     parameters: Vec<JointParameters<f64>>,
     /// Inertia of each body.
-    pub inertias: Vec<Inertia>,
+    inertias: Vec<Inertia>,
     /// Rows of the bodies' weights, by coordinate.
     weights: Vec<f64>,
     /// Inertia − force by coordinate; after an evaluation, wrenches of the parts of the tree.
@@ -203,7 +202,7 @@ impl TreeDynamics {
         }
         self.factor.factorize(&self.tree, &self.inertias, &self.levers, state.t)?;
         self.joint_rows.iter_mut().zip(&self.values).for_each(|(row, value)| *row = [-value]);
-        self.factor.solve(Scalar, &self.tree, &mut self.joint_rows, &mut self.work);
+        self.factor.solve(&self.tree, &mut self.joint_rows, &mut self.work);
         out.iter_mut().zip(&self.joint_rows).for_each(|(out, row)| *out = row[0]);
         Ok(())
     }

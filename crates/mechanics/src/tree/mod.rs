@@ -17,14 +17,12 @@
 //! | `collect` | from the tips to the ground: rows of the joints, wrenches and reactions, any scalar |
 //! | `articulated` | from the tips to the ground and back: factorization of the mass matrix, and its solutions |
 //! | `transpose` | from the tips to the ground: derivatives with respect to bodies become those of joints |
-//! | `linearize` | derivatives of the joints by their neighbours at one stage, and sweeps with them for several design variables |
 //! | `dynamics` | accelerations of the joint coordinates |
 
 pub(crate) mod articulated;
 pub(crate) mod collect;
 pub(crate) mod dynamics;
 pub(crate) mod joint;
-pub(crate) mod linearize;
 pub(crate) mod place;
 pub(crate) mod plan;
 pub(crate) mod transpose;

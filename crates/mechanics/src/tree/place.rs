@@ -70,10 +70,9 @@ impl Tree {
                     state.v[ct] = spin;
                 }
             }
-            levers.rotations = [rotation.sin_cos(), state.q[ct].sin_cos()];
-            levers.base = rotated(levers.rotations[0], parameters.parent);
+            levers.base = rotated(rotation.sin_cos(), parameters.parent);
             levers.parent = levers.base;
-            levers.child = rotated(levers.rotations[1], parameters.child);
+            levers.child = rotated(state.q[ct].sin_cos(), parameters.child);
             let mut slide = [T::from(0.0); 2];
             if node.joint == Joint::Prismatic {
                 let (sin, cos) = (state.q[node.first_body()[2]] + parameters.line).sin_cos();

@@ -30,7 +30,6 @@ use crate::tree::plan::{Node, Tree};
 use crate::tree::transpose::{BodyAdjoint, TreePoint, VirtualDisplacements};
 use autodiff::WIDTH;
 use nalgebra::DMatrix;
-use pulp::Scalar;
 
 /// Computes gradients from the `recording` of a motion whose unknowns are those of `dynamics`.
 pub(crate) fn solve_relative(
@@ -373,7 +372,7 @@ impl RelativeAdjoint {
         let RelativeStage { problem, dynamics, state, y, accelerations, variables, constants, element } = stage;
         let (tree, mechanism) = (&dynamics.tree, &problem.mechanism);
         self.psi.iter_mut().for_each(|psi| *psi = psi.map(|x| -x));
-        dynamics.factor.solve(Scalar, tree, &mut self.psi, &mut self.work);
+        dynamics.factor.solve(tree, &mut self.psi, &mut self.work);
         let Self { batch, psi, body_psi, lane: Lane { joints, bodies, gaps, adjoint, out }, .. } = self;
         let load = |lane: usize, psi: &[BatchValues], l: &[BatchValues], joints: &mut [f64], gaps: &mut [f64]| {
             joints.iter_mut().zip(psi).for_each(|(to, from)| *to = from[lane]);

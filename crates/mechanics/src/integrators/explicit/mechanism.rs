@@ -19,7 +19,6 @@ use crate::system::linearization::Linearization;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
 use crate::tree::articulated::Articulated;
-use crate::tree::joint::Levers;
 use crate::tree::{Tree, TreeDynamics};
 use crate::{Error, Result, reaction_loads};
 
@@ -85,11 +84,6 @@ pub(crate) struct RelativeStageRecord {
     pub a: Vec<f64>,
     /// The factorized mass matrix.
     pub factor: Articulated,
-    /// Vectors of the joints.
-    pub levers: Vec<Levers<f64>>,
-    /// Positions and velocities of all coordinates.
-    pub q: Vec<f64>,
-    pub v: Vec<f64>,
 }
 
 impl RelativeRhs {
@@ -114,9 +108,6 @@ impl RelativeRhs {
             stage.t = t;
             stage.y.copy_from_slice(y);
             stage.a.copy_from_slice(accelerations);
-            stage.levers.copy_from_slice(&self.dynamics.levers);
-            stage.q.copy_from_slice(&state.q);
-            stage.v.copy_from_slice(&state.v);
             std::mem::swap(&mut stage.factor, &mut self.dynamics.factor);
         }
         Ok(())
@@ -426,15 +417,7 @@ pub(crate) fn start<'m>(
         let y = tree.joint_state(mechanism, &state);
         let dynamics = TreeDynamics::new(tree, mechanism, &system);
         let a = vec![0.0; dynamics.tree.count];
-        let stage = || RelativeStageRecord {
-            t: settings.start,
-            y: y.clone(),
-            a,
-            factor: dynamics.factor.clone(),
-            levers: dynamics.levers.clone(),
-            q: state.q.clone(),
-            v: state.v.clone(),
-        };
+        let stage = || RelativeStageRecord { t: settings.start, y: y.clone(), a, factor: dynamics.factor.clone() };
         let stages = recorded.then(|| vec![stage(); SAMPLE + 1]);
         let mut rhs = MechanismRhs::new(mechanism, system, state.clone());
         rhs.relative = Some(Box::new(RelativeRhs { dynamics, stages }));

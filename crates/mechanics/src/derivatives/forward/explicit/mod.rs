@@ -13,8 +13,7 @@
 //! | `linearize` | derivatives of the equations, once per stage for all design variables |
 //! | `constraint` | derivatives of one constraint along a motion |
 //! | `dual_steps` | steps repeated in numbers with derivatives: second derivatives, and motions with events |
-//! | `relative_block` | sensitivities of a motion in relative coordinates, for up to 16 design variables at a time |
-//! | `relative_steps` | steps in relative coordinates repeated in numbers with derivatives: second derivatives |
+//! | `relative_steps` | steps in relative coordinates repeated in numbers with derivatives: first and second derivatives |
 //! | `entries` | sparse derivatives and their products |
 
 pub(crate) mod constraint;
@@ -25,7 +24,6 @@ pub(crate) mod linearize;
 pub(crate) mod mechanism;
 pub(crate) mod nystrom;
 pub(crate) mod ode;
-pub(crate) mod relative_block;
 pub(crate) mod relative_steps;
 pub(crate) mod sensitivity_block;
 

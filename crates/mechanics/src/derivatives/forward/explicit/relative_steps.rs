@@ -22,7 +22,6 @@ use crate::system::System;
 use crate::system::state::State;
 use crate::tree::Tree;
 use crate::tree::dynamics::TreeResidual;
-use pulp::Scalar;
 
 /// Smallest product of joint coordinates, mechanisms and derivatives of each for which threads are faster.
 const WORTH_THREADS: usize = 400;
@@ -133,7 +132,7 @@ struct StageAccelerations<'a, 'm, T, const L: usize> {
 impl<T: DerivativeScalar<L>, const L: usize> Kernel for StageAccelerations<'_, '_, T, L> {
     #[inline(always)]
     fn run(self) {
-        let RelativeStageRecord { t, y, a, factor, .. } = self.record;
+        let RelativeStageRecord { t, y, a, factor } = self.record;
         let RelativeSteps { mechanism, tree, residual, stage, state, accelerations, rows, changes, work, .. } =
             self.steps;
         stage.iter_mut().zip(y).for_each(|(stage, &value)| *stage = T::with(value, stage.derivatives()));
@@ -143,7 +142,7 @@ impl<T: DerivativeScalar<L>, const L: usize> Kernel for StageAccelerations<'_, '
         for _ in 0..T::ORDER {
             residual.evaluate(tree, mechanism, (stage, accelerations), state, rows);
             changes.iter_mut().zip(&*rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
-            factor.solve(Scalar, tree, changes, work);
+            factor.solve(tree, changes, work);
             accelerations.iter_mut().zip(&*changes).for_each(|(a, change)| *a += T::with(0.0, *change));
         }
     }
