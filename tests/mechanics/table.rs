@@ -2,7 +2,7 @@
 //!
 //! `UPDATE_DOCS=1 cargo test --test mechanics table` rewrites it.
 
-use crate::zoo::{Arm, Cam, Drives, Forces, Joints, fixed};
+use crate::zoo::{Arm, Cam, Drives, Forces, JointFriction, Joints, fixed};
 use linkwright::cases::SpinningBeam;
 use linkwright::mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright::mechanics::derivatives::forward::dynamics::differentiate;
@@ -99,6 +99,7 @@ fn all_rows() -> Vec<Row> {
         rows(&Forces, &Forces::DESIGN, &Forces::LABELS, (0.6, 1e-2, 0.02), false),
         rows(&Joints { length_driver: false }, &Joints::DESIGN, &Joints::LABELS, (0.24, 0.1, 0.04), false),
         rows(&Joints { length_driver: true }, &Joints::DESIGN, &free, (0.24, 0.1, 0.04), false),
+        rows(&JointFriction, &JointFriction::DESIGN, &JointFriction::LABELS, (0.24, 1e-2, 0.04), false),
         rows(&Cam, &Cam::DESIGN, &Cam::LABELS, (0.6, 1e-2, 0.02), false),
         rows(&Drives, &Drives::DESIGN, &Drives::LABELS, (0.6, 1e-2, 0.02), false),
         rows(&beam, &SpinningBeam::DESIGN, &section, (0.6, 1e-6, 0.02), true),

@@ -231,6 +231,72 @@ impl ParametricMechanism for Cam {
     }
 }
 
+/// A driven crank that moves a slider and a pin in a slot, with friction in bearings, guide and slot from their reactions.
+pub struct JointFriction;
+
+impl JointFriction {
+    pub const LABELS: [Label; 4] = [
+        ("friction in a revolute joint", "coefficient, radius, transition speed, transition force", &[0, 1, 2, 3]),
+        ("friction in a guide", "coefficient, transition speed, length, transition force", &[4, 5, 6, 7]),
+        ("friction of a pin in a slot", "coefficient, transition speed, transition force", &[8, 9, 10]),
+        ("joints with friction", "positions on the bodies, angle of the slot, masses", &[11, 12, 13, 14, 15, 16]),
+    ];
+    pub const DESIGN: [f64; 19] = [
+        0.3, 0.05, 1.5, 2.0, // pin: coefficient, radius, transition speed and force
+        0.2, 0.4, 0.15, 3.0, // guide: coefficient, transition speed, length, transition force
+        0.25, 0.3, 1.5, // slot: coefficient, transition speed and force
+        0.15, 0.4, 0.3, // crank, rod, angle of the slot
+        0.8, 0.6, 0.4, // masses: rod, slider, pin
+        0.5, 3.0, // start of the crank, its speed
+    ];
+}
+
+impl ParametricMechanism for JointFriction {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let (zero, c) = (S::from(0.0), S::from);
+        let mut m = Mechanism::with_gravity(zero, c(-9.81));
+        let ground = m.ground();
+        let (sin, cos) = b[17].sin_cos();
+        let crank = m.body("crank", c(0.5), c(0.02), Pose { x: zero, y: zero, theta: b[17] });
+        m.set_velocity(crank.theta, b[18]);
+        let axis = m.revolute("axis", ground.origin(), crank.origin());
+        let tilt = -(b[11] * sin / b[12]).asin();
+        let wrist = [b[11] * cos + b[12] * tilt.cos(), zero];
+        let middle = [(b[11] * cos + wrist[0]) * 0.5, b[11] * sin * 0.5];
+        let rod = m.body("rod", b[14], c(0.02), Pose { x: middle[0], y: middle[1], theta: tilt });
+        let slider = m.body("slider", b[15], c(0.01), Pose { x: wrist[0], y: zero, theta: zero });
+        let pin = m.revolute("pin", crank.at(b[11], zero), rod.at(b[12] * -0.5, zero));
+        m.revolute("wrist", rod.at(b[12] * 0.5, zero), slider.origin());
+        let guide = m.prismatic("guide", ground.at(zero, c(-0.02)), zero, slider.at(zero, c(-0.02)), zero);
+        let reach = c(0.2);
+        let [along, across] = [reach * b[13].cos(), reach * b[13].sin()];
+        let bead = m.point_mass("bead", b[16], cos * along - sin * across, sin * along + cos * across);
+        let slot = m.point_on_line("slot", crank.origin(), b[13], bead.origin());
+        m.nonlinear_spring("spring", ground.at(zero, c(0.5)), bead.origin(), [30.0, 1.0, 0.4, 0.0].map(S::from));
+        m.coordinate_spring("drive", ground.theta, crank.theta, [3.0, 0.1, 1.2, 0.0].map(S::from));
+        let frictions = [
+            m.revolute_friction("friction of the axis", axis, [b[0], b[1], b[2], b[3]])?,
+            m.revolute_friction("friction of the pin", pin, [b[0], b[1], b[2], b[3]])?,
+            m.guide_friction("friction of the guide", guide, [b[4], b[5], b[6], b[7]])?,
+            m.guide_friction("friction of the slot", slot, [b[8], b[9], zero, b[10]])?,
+        ];
+        let sensor = m.sensor("slider", slider.origin());
+        let measured = [(frictions[0], "moment"), (frictions[1], "moment"), (frictions[2], "force")];
+        let rest = [
+            (frictions[3], "force"),
+            (frictions[2], "normal_force"),
+            (sensor, "x"),
+            (sensor, "vx"),
+            (slot, "position"),
+        ];
+        for (element, name) in measured.into_iter().chain(rest) {
+            let term = m.measure(element, name)?;
+            m.output(format!("{} {name}", m.output_names().len()), &[term]);
+        }
+        Ok(m)
+    }
+}
+
 /// A flexible arm, clamped to a hub that starts to turn, with a tip mass.
 pub struct Arm {
     pub elements: usize,

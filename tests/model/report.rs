@@ -309,3 +309,51 @@ value = "line.tension"
     let path: Vec<[f64; 2]> = drawn.iter().map(|frame| frame.traced[0]).collect();
     assert!(path.iter().all(|p| (p[0].hypot(p[1]) - 0.1).abs() < 1e-6));
 }
+
+/// The largest distance of a polyline's points from a circle.
+fn off_circle(line: &[[f64; 2]], [x, y]: [f64; 2], radius: f64) -> f64 {
+    line.iter().map(|p| ((p[0] - x).hypot(p[1] - y) - radius).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn profiles_friction_in_joints_and_distributed_loads_are_drawn() {
+    let example = |name: &str| {
+        let path = format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        linkwright::model_file::read(name, &std::fs::read_to_string(path).unwrap()).unwrap()
+    };
+    let drawn = |model: &linkwright::model_file::Model, design: &[f64]| {
+        model.drawings(&[design], &model.drawing_times().unwrap()).unwrap().unwrap().remove(0)
+    };
+    // The profile touches the roller in all frames, both turn about their own places.
+    let (base, lift, roller) = (0.04, 0.02, 0.012);
+    let frames = drawn(&example("cam-follower"), &[8000.0, 60.0, base]);
+    for frame in &frames {
+        let [profile, wheel] = &frame.lines[..] else { panic!("{} lines", frame.lines.len()) };
+        let centre = wheel[0];
+        assert!(off_circle(&wheel[1..], centre, roller) < 1e-12 && centre[0].abs() < 1e-9);
+        let reach = profile.iter().map(|p| p[0].hypot(p[1]));
+        assert!((reach.clone().fold(0.0, f64::max) - base - lift).abs() < 1e-6);
+        assert!((reach.fold(1.0, f64::min) - base).abs() < 1e-6);
+        let gap = profile.iter().map(|p| (p[0] - centre[0]).hypot(p[1] - centre[1]) - roller).fold(1.0, f64::min);
+        assert!(gap.abs() < 5e-4, "{gap:e}");
+    }
+    // Two shoes around the crank pin, two hatched surfaces along the guide.
+    let frame = &drawn(&example("press"), &[0.06, 0.25, 0.1])[0];
+    let [one, other, below, above] = &frame.lines[..] else { panic!("{} lines", frame.lines.len()) };
+    let radius = (one[1][0] - 0.06).hypot(one[1][1]);
+    for shoe in [one, other] {
+        assert!(off_circle(&shoe[1..shoe.len() - 1], [0.06, 0.0], radius) < 1e-12);
+    }
+    assert!(below.iter().all(|p| p[1] < 0.0) && above.iter().all(|p| p[1] > 0.0));
+    // Arrows that end on the beam, from a line above it.
+    let beam = "version = 2\n[time]\nto = 1\npoints = 2\n[[beam]]\nname = 'rod'\nkind = 'section'\nfrom = [0, 0]\nto = [1, 0]\n\
+                elements = 12\naxial = 1e6\ntransverse = 1e5\nbending = 250\nmass = 1\ninertia = 1e-3\nload_y = '2*time'\n\
+                [[joint]]\nname = 'clamp'\nkind = 'fixed'\na = 'ground'\nb = 'rod.first'\n[analysis]\nkind = 'statics'\n\
+                [[output]]\nname = 'y'\nvalue = 'rod.last.y'\n";
+    let frame = &drawn(&linkwright::model_file::read("beam", beam).unwrap(), &[])[0];
+    let tips: Vec<f64> = frame.arrows.iter().map(|arrow| arrow[1][0]).collect();
+    assert_eq!(tips.len(), 7);
+    assert!(tips.iter().enumerate().all(|(k, x)| (x - k as f64 / 6.0).abs() < 1e-9), "{tips:?}");
+    assert!(frame.arrows.iter().all(|arrow| arrow[0][1] < arrow[1][1] && (arrow[0][0] - arrow[1][0]).abs() < 1e-12));
+    assert!(frame.lines.iter().any(|line| line.len() == 7 && line[0] == frame.arrows[0][0]));
+}

@@ -171,6 +171,12 @@ fn beam(
 }
 
 impl BeamSpec {
+    /// Directions of the distributed loads in rad.
+    #[cfg(feature = "report")]
+    pub fn load_directions(&self) -> impl Iterator<Item = f64> {
+        self.loads.iter().map(|(direction, _)| *direction)
+    }
+
     /// Adds the beam to a mechanism.
     pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) {
         let value = |expression: &CompiledExpression| expression.value(&Inputs::design(b));

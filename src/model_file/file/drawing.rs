@@ -1,6 +1,7 @@
 //! The mechanism of a file in motion, as drawings of its bodies, joints and springs.
 
 use super::Model;
+use super::beams::BeamSpec;
 use super::bodies::BodyKind;
 use super::drawing3::DrawnMechanism3;
 use super::elements::{ElementSpec, InputSpec};
@@ -10,17 +11,21 @@ use super::outputs::OutputSpec;
 use super::parts::{CoordinateRef, FrameCoordinate, FrameRef, NamedPart, PointRef};
 use super::symbols;
 use crate::Result;
-use crate::model_file::expression::Inputs;
+use crate::model_file::expression::{CompiledExpression, Inputs};
 use crate::problem::TimeGrid;
 use crate::report::plots::Linkage;
-use mechanics::elements::Symbol;
-use std::f64::consts::FRAC_PI_2;
+use mechanics::elements::{Symbol, profile_curve};
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 /// Least number of frames of a motion; a coarser time grid is refined for the drawing.
 const FEWEST: usize = 40;
 /// Largest number of frames.
 const MOST: usize = 240;
+/// Number of straight pieces of a profile.
+const CURVE: usize = 72;
+/// Number of intervals between the arrows of a distributed load.
+const LOAD_ARROWS: usize = 6;
 
 impl Model {
     /// The time points of the model, if it has any.
@@ -105,8 +110,7 @@ struct DrawnState<'s> {
 impl<'p> DrawnMechanism<'p> {
     fn new(spec: &'p MechanismSpec, design: &'p [f64]) -> Self {
         let kinds: Vec<BodyKind> = spec.bodies.iter().map(|b| b.kind).filter(|k| *k != BodyKind::Slider).collect();
-        let nodes =
-            |(beam, b): (usize, &super::beams::BeamSpec)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k));
+        let nodes = |(beam, b): (usize, &BeamSpec)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k));
         let frames =
             (0..kinds.len()).map(FrameRef::Body).chain(spec.beams.iter().enumerate().flat_map(nodes)).collect();
         Self { spec, design, frames, sliders: spec.bodies.len() - kinds.len(), kinds }
@@ -264,7 +268,7 @@ impl DrawnState<'_> {
         }
         self.draw_slides(ranges, &mut linkage);
         let elements = &self.mechanism.spec.elements;
-        linkage.arrows = elements.iter().filter_map(|part| self.arrow(part, ranges)).collect();
+        linkage.arrows.extend(elements.iter().filter_map(|part| self.arrow(part, ranges)));
         self.name_parts(ranges, &mut linkage);
         linkage
     }
@@ -394,6 +398,7 @@ impl DrawnState<'_> {
         linkage.stress = ranges.stress;
         let stresses: Vec<_> = self.stresses().collect();
         for (k, beam) in self.mechanism.spec.beams.iter().enumerate() {
+            self.draw_line_loads(k, beam, ranges, linkage);
             let node = |node: usize| self.position(FrameRef::Node(k, node), [0.0; 2]);
             match stresses.iter().find(|(beam, ..)| *beam == k) {
                 None => linkage.bars.push((0..=beam.elements).map(node).collect()),
@@ -414,6 +419,22 @@ impl DrawnState<'_> {
                     self.draw_pin(node(end), [*frame, *frame], linkage);
                 }
             }
+        }
+    }
+
+    /// Draws the distributed loads of beam number `k`: arrows in their positive direction, with a line through their beginnings.
+    fn draw_line_loads(&self, k: usize, beam: &BeamSpec, ranges: &GuideRanges, linkage: &mut Linkage) {
+        for direction in beam.load_directions() {
+            let (s, c) = direction.sin_cos();
+            let length = 0.5 * ranges.arrow;
+            let arrow = |part: usize| {
+                let [x, y] = self.position(FrameRef::Node(k, part * beam.elements / LOAD_ARROWS), [0.0; 2]);
+                vec![[x - length * c, y - length * s], [x, y]]
+            };
+            let mut arrows: Vec<Vec<[f64; 2]>> = (0..=LOAD_ARROWS).map(arrow).collect();
+            arrows.dedup();
+            linkage.lines.push(arrows.iter().map(|arrow| arrow[0]).collect());
+            linkage.arrows.extend(arrows);
         }
     }
 
@@ -441,6 +462,9 @@ impl DrawnState<'_> {
     fn draw_element(&self, part: &ElementSpec, ranges: &GuideRanges, linkage: &mut Linkage) {
         let mut points = part.points();
         let [a, b] = [points.next(), points.next()];
+        if symbol(part) == Symbol::JointFriction {
+            return self.draw_friction(part, ranges, linkage);
+        }
         let Some(a) = a else { return self.draw_on_coordinates(part, ranges, linkage) };
         let (at, angle, size) = (self.point(a), self.pose(a.frame)[2], 0.14 * ranges.arrow);
         let number = |name: &str| self.number(part, name);
@@ -486,6 +510,19 @@ impl DrawnState<'_> {
                 let profile = ["base_radius", "lift", "phase"].map(number);
                 return linkage.lines.push(symbols::cam(at, angle, profile));
             }
+            Symbol::Profile => {
+                linkage.lines.push(symbols::turned(at, angle, self.profile(part)));
+                let radius = number("radius");
+                if radius > 0.0 {
+                    linkage.lines.push(symbols::wheel(ends[1], radius, self.pose(b.frame)[2]));
+                }
+                return;
+            }
+            Symbol::ProfileFace => {
+                linkage.lines.push(symbols::turned(at, angle, self.profile(part)));
+                let line = self.pose(b.frame)[2] + number("line");
+                return linkage.lines.push(symbols::wall(ends[1], line, 0.6 * ranges.arrow, 0.2 * ranges.arrow));
+            }
             Symbol::MovingWall => {
                 let line = angle + number("line");
                 let (s, c) = line.sin_cos();
@@ -497,6 +534,31 @@ impl DrawnState<'_> {
         }
         let grounded = [a, b].into_iter().zip(ends).filter(|(point, _)| is_own(point));
         linkage.ground_joints.extend(grounded.map(|(_, end)| end));
+    }
+
+    /// The closed curve of an element, in the axes of its first body.
+    fn profile(&self, part: &ElementSpec) -> Vec<[f64; 2]> {
+        let value = |expression: &CompiledExpression| expression.value(&Inputs::design(self.mechanism.design));
+        let points: Vec<[f64; 2]> = part.profile().iter().map(|[x, y]| [value(x), value(y)]).collect();
+        profile_curve(&points, (CURVE / points.len().max(1)).max(2))
+    }
+
+    /// Draws friction in a joint: two shoes around a pin, two hatched surfaces along a guide.
+    fn draw_friction(&self, part: &ElementSpec, ranges: &GuideRanges, linkage: &mut Linkage) {
+        let Some(joint) = part.joint().and_then(|k| self.mechanism.spec.elements.get(k)) else { return };
+        let mut points = joint.points();
+        let (Some(a), Some(b)) = (points.next(), points.next()) else { return };
+        let at = self.point(b);
+        if symbol(joint) == Symbol::Pin {
+            let angle = self.pose(a.frame)[2];
+            return linkage.lines.extend([0.0, PI].map(|side| symbols::shoe(at, angle + side, 0.2 * ranges.arrow)));
+        }
+        let angle = self.pose(a.frame)[2] + self.number(joint, "line");
+        let (half, offset) = (0.55 * ranges.arrow, 0.34 * ranges.arrow);
+        linkage.lines.extend([0.0, PI].map(|side| {
+            let (s, c) = (angle + side).sin_cos();
+            symbols::wall([at[0] + offset * s, at[1] - offset * c], angle + side, half, 0.16 * ranges.arrow)
+        }));
     }
 
     /// Draws an element between coordinates: gears around the bodies of two rotations, a stop across a translation.

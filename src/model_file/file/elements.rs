@@ -211,6 +211,23 @@ impl ElementSpec {
         })
     }
 
+    /// Points of its closed curve; none if it has no profile.
+    pub fn profile(&self) -> &[[CompiledExpression; 2]] {
+        let own = self.inputs.iter().find_map(|input| match input {
+            InputSpec::Profile(points) => Some(&points[..]),
+            _ => None,
+        });
+        own.unwrap_or_default()
+    }
+
+    /// Number of the joint to which it belongs.
+    pub fn joint(&self) -> Option<usize> {
+        self.inputs.iter().find_map(|input| match input {
+            InputSpec::Joint(k) => Some(*k),
+            _ => None,
+        })
+    }
+
     /// Values of the parameters.
     pub fn numbers(&self) -> impl Iterator<Item = &CompiledExpression> {
         self.inputs.iter().filter_map(|input| match input {

@@ -1,4 +1,4 @@
-//! Thin lines of drawings: ropes, dampers, wheels, cams, walls and stops, each as one polyline in the coordinates of the plane.
+//! Thin lines of drawings: ropes, dampers, wheels, cams, profiles, brake shoes, walls and stops, each as one polyline in the coordinates of the plane.
 
 use std::f64::consts::TAU;
 
@@ -31,6 +31,22 @@ pub fn wheel(centre: Point, radius: f64, angle: f64) -> Vec<Point> {
     let rim =
         (0..=SIDES).map(|k| (TAU * f64::from(k) / f64::from(SIDES)).sin_cos()).map(|(s, c)| [radius * c, radius * s]);
     placed(centre, angle, std::iter::once([0.0, 0.0]).chain(rim))
+}
+
+/// A shape that is fixed to a body whose origin is at a point and which is turned by an angle.
+pub fn turned(at: Point, angle: f64, shape: Vec<Point>) -> Vec<Point> {
+    placed(at, angle, shape)
+}
+
+/// A brake shoe: an arc of a third of a circle around a point, in the direction `angle`, with short legs outwards.
+pub fn shoe(centre: Point, angle: f64, radius: f64) -> Vec<Point> {
+    const SIDES: u32 = 8;
+    let on = |k: u32, radius: f64| {
+        let (s, c) = (TAU / 3.0 * (f64::from(k) / f64::from(SIDES) - 0.5)).sin_cos();
+        [radius * c, radius * s]
+    };
+    let arc = (0..=SIDES).map(|k| on(k, radius));
+    placed(centre, angle, std::iter::once(on(0, 1.3 * radius)).chain(arc).chain([on(SIDES, 1.3 * radius)]))
 }
 
 /// The profile of a cam, r₀ + h/2·(1 − cos(φ − φ₀)) at the angle φ on the cam.
@@ -85,6 +101,11 @@ mod tests {
         }
         let profile: Vec<f64> = cam([0.0; 2], 0.2, [0.3, 0.1, 0.0])[1..].iter().map(|p| p[0].hypot(p[1])).collect();
         assert!((profile[0] - 0.3).abs() < 1e-12 && (profile[16] - 0.4).abs() < 1e-12);
+        for [x, y] in &shoe([1.0, 1.0], 0.3, 0.5)[1..10] {
+            assert!(((x - 1.0).hypot(y - 1.0) - 0.5).abs() < 1e-12);
+        }
+        let [x, y] = turned([1.0, 2.0], std::f64::consts::FRAC_PI_2, vec![[0.5, 0.0]])[0];
+        assert!((x - 1.0).hypot(y - 2.5) < 1e-12);
         // A floor is hatched below.
         assert!(wall([0.0, 1.0], 0.0, 2.0, 0.5).iter().all(|p| p[1] <= 1.0));
         assert_eq!(rack([[0.0; 2], [1.0, 0.0]], 0.1).len(), 21);

@@ -9,6 +9,7 @@ pub(crate) mod rigid;
 pub(crate) mod wall_contact;
 
 pub use bump_stop::BumpStop;
+pub use profile::profile_curve;
 pub use profile_contact::ProfileContact;
 pub use profile_face::ProfileFace;
 pub use wall_contact::WallContact;

@@ -33,6 +33,14 @@ pub(crate) struct Profile<'a, T> {
     points: &'a [T],
 }
 
+/// Points on the closed curve of a profile through `points` (m), `per_segment` from each point to the next one; the last point is the
+/// first one again. Empty without points.
+pub fn profile_curve(points: &[[f64; 2]], per_segment: usize) -> Vec<[f64; 2]> {
+    let Some(first) = points.first() else { return Vec::new() };
+    let on = |segment: Segment<f64>| (0..per_segment).map(move |k| segment.at(k as f64 / per_segment as f64).at);
+    Profile::new(points.as_flattened()).segments().into_iter().flat_map(on).chain([*first]).collect()
+}
+
 /// Position on a curve with its first and second derivatives with respect to the parameter s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CurvePoint<T> {
@@ -351,5 +359,16 @@ mod tests {
         assert!(validate(&[0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0]).unwrap().contains("points 4 and 1"));
         assert!(validate(&[0.0, 0.0, 1.0, 0.0, 2.0, 0.0, 3.0, 0.0]).unwrap().contains("no area"));
         assert_eq!(validate(&ellipse(8)), None);
+    }
+
+    #[test]
+    fn a_drawn_profile_is_closed_and_passes_through_its_points() {
+        let points: Vec<[f64; 2]> = ellipse(12).as_chunks::<2>().0.to_vec();
+        let curve = profile_curve(&points, 4);
+        assert_eq!((curve.len(), curve[0], curve[48]), (49, points[0], points[0]));
+        assert!(points.iter().enumerate().all(|(k, p)| (curve[4 * k][0] - p[0]).hypot(curve[4 * k][1] - p[1]) < 1e-12));
+        // Between the points the curve is near the ellipse.
+        assert!(curve.iter().all(|[x, y]| ((x / 0.3).powi(2) + (y / 0.2).powi(2) - 1.0).abs() < 2e-3));
+        assert!(profile_curve(&[], 4).is_empty());
     }
 }

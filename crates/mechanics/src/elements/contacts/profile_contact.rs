@@ -47,7 +47,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     about: "compliant contact of a point or roller with the profile of another body",
     law: "contact_force = stiffness·δ^1.5·(1 + 1.5·damping·δ̇), at least 0, with the depth δ = radius − n·(r_b − c), where c is the point of \
           the profile nearest to b and n the outward normal there; 0 where δ < 0; gap = −δ",
-    symbol: Symbol::None,
+    symbol: Symbol::Profile,
 };
 
 /// The contact in one state.

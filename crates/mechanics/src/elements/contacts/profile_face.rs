@@ -46,7 +46,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     about: "compliant contact of the profile of a body with a flat face of another body",
     law: "contact_force = stiffness·δ^1.5·(1 + 1.5·damping·δ̇), at least 0, with the depth δ = n·(r_b − c) of the deepest point c of the \
           profile behind the face and the normal n to the left of the face; 0 where δ < 0; gap = −δ",
-    symbol: Symbol::None,
+    symbol: Symbol::ProfileFace,
 };
 
 /// The contact in one state.

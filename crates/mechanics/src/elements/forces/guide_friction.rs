@@ -57,7 +57,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     law: "force = coefficient·N·tanh(v/speed) with the velocity v of b along the line; it acts on b against v, and its opposite on \
           a. N = |λ₁/2 + λ₂/length| + |λ₁/2 − λ₂/length| with force λ₁ and moment λ₂ of a prismatic joint, or N = |λ₁| if length = 0 \
           and for a pin in a slot; each |N| is smoothed as N²/√(N² + transition_force²)",
-    symbol: Symbol::None,
+    symbol: Symbol::JointFriction,
 };
 
 impl GuideFriction {

@@ -48,7 +48,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     about: "Coulomb friction in a revolute joint, from its own reaction",
     law: "moment = coefficient·radius·R·tanh(ω/speed) with ω = θ̇_b − θ̇_a and R = |λ|²/√(|λ|² + transition_force²), where λ \
           is the force of the joint and a and b are its bodies; it acts on b against ω, and its opposite on a",
-    symbol: Symbol::None,
+    symbol: Symbol::JointFriction,
 };
 
 impl RevoluteFriction {

@@ -57,6 +57,13 @@ pub enum Symbol {
     Rack,
     /// Cam around the first point; the first parameters are base radius, lift and phase.
     Cam,
+    /// Closed curve through given points, with the first point as its origin, and a roller around the second one with the parameter
+    /// `radius`.
+    Profile,
+    /// Closed curve as of a profile, and a face through the second point with the direction `line`.
+    ProfileFace,
+    /// Friction surfaces on both sides of the joint to which the element belongs.
+    JointFriction,
     /// Wall in the plane. Parameters: x and y of a point of it, direction of its outward normal.
     Wall,
     /// Wall on the body of the first point, along the direction that is the first parameter.
