@@ -2,7 +2,6 @@
 
 use super::{AnyModel, Approximation, Expansion, FittedModel, Sample};
 use crate::problem::{Problem, ProblemScalar};
-use autodiff::DualNum as _;
 use error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 use nlp::separable::Term;
@@ -208,7 +207,7 @@ fn least_squares(points: &[Point]) -> (f64, DVector<f64>) {
 mod tests {
     use super::*;
     use crate::approximation::checks::Case;
-    use autodiff::{HyperDual, gradient};
+    use autodiff::{DualNum as _, HyperDual, gradient};
 
     #[test]
     fn functions_of_the_fitted_form_are_exact() {
