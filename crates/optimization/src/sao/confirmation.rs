@@ -28,8 +28,9 @@ const LEAST: f64 = 1e-4;
 const CLEARLY: f64 = 0.01;
 /// Least step of a variable, relative to itself, by which a run still moves.
 const NO_STEP: f64 = 1e-12;
-/// Gain by which the automatic method may end better than a run, as a fraction of the accuracy of that run. The unit of the
-/// objective can be larger than the one in which a user judges, if a constant hides the size of the objective.
+/// A constant may hide the size of an objective that has changed over a run by less than this part of itself. Its unit is then this
+/// fraction of its change.
+const HIDDEN: f64 = 0.01;
 const UNSEEN: f64 = 0.1;
 
 /// The end of the automatic method from the design of a run that had settled.
@@ -81,7 +82,7 @@ impl Confirmation {
     fn verdict(&self, accuracy: f64) -> Option<Status> {
         // An end at another design that is worse says nothing about this one.
         let gain = (self.from - self.objective) / self.unit;
-        let is_best = self.begun_at.is_none() && !(gain > UNSEEN * accuracy || gain < -CLEARLY);
+        let is_best = self.begun_at.is_none() && !(gain > accuracy || gain < -CLEARLY);
         let is_confirmed = match self.status {
             Status::Converged => self.is_feasible && is_best,
             Status::Infeasible => self.violation_before <= LARGER * self.violation,
@@ -197,7 +198,7 @@ fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<Confir
     let objectives: Vec<f64> = run.history.iter().map(|cycle| cycle.objective).collect();
     let unit = unit(&objectives, largest_change);
     if let Some(memory) = &mut run.automatic {
-        memory.tolerance = UNSEEN * accuracy * unit;
+        memory.tolerance = accuracy * unit;
     }
     while run.status == Status::Running {
         run = method.step(problem, run)?;
@@ -234,10 +235,14 @@ fn clearly_better(state: &State, accuracy: f64) -> Option<&Cycle> {
 
 /// The smaller one of the objective and its change over a run, the last of its objectives at a design whose slopes allow a change by
 /// `by_slopes` over the lengths. A start with a huge objective must not count for ever; an objective of zero is reached in parts of
-/// its change.
+/// its change. If a constant may hide the size of the objective, a part of the change counts.
 fn unit(objectives: &[f64], by_slopes: f64) -> f64 {
     let range = |count: usize| spread(objectives[objectives.len().saturating_sub(count)..].iter().copied());
     let whole = range(objectives.len());
     let change = (range(RECENT.max(objectives.len() / 2)) * whole).sqrt().max(by_slopes.min(whole)).max(LEAST * whole);
-    objectives.last().map_or(0.0, |last| last.abs().min(change).max(LEAST * change))
+    let unit = |last: &f64| {
+        let unit = last.abs().min(change).max(LEAST * change);
+        if whole < HIDDEN * last.abs() { UNSEEN * unit } else { unit }
+    };
+    objectives.last().map_or(0.0, unit)
 }
