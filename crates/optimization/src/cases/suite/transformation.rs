@@ -51,7 +51,7 @@ pub struct Transformation {
     pub start: Start,
     /// Number of time points of a problem of the suite `time`; `None` for its own.
     pub points: Option<usize>,
-    /// Noise σ of all responses, relative to the larger one of each and its value at the start; see [`Noisy`](super::noise::Noisy).
+    /// Noise σ of all responses: r + σ u max(|r|, |r⁰|) with the value r⁰ at the start and a random u in [−1, 1] for each design.
     /// They are differentiated by noise-aware differences, and peaks are those of the time points.
     pub noise: f64,
 }
