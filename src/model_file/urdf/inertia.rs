@@ -17,7 +17,7 @@ pub struct MassData {
 }
 
 impl MassData {
-    /// The same in the frame in which the present one has the pose `frame`.
+    /// Mass, centre and inertia in the frame in which the present one has the pose `frame`.
     pub fn in_frame(&self, frame: &Isometry3<f64>) -> Self {
         let rotation = *frame.rotation.to_rotation_matrix().matrix();
         Self {

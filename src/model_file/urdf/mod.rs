@@ -24,7 +24,7 @@ use crate::{Error, Result};
 /// Largest size of a URDF file in bytes.
 pub const LIMIT: usize = 8 << 20;
 
-/// How the first link of a robot is held.
+/// Support of the first link of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
     /// It is part of the ground.
@@ -38,7 +38,7 @@ pub enum Base {
 pub struct Imported {
     /// The text of the model file.
     pub text: String,
-    /// What was left out or changed, one sentence each.
+    /// Parts that were left out or changed, one sentence each.
     pub left_out: Vec<String>,
 }
 

@@ -11,7 +11,7 @@ pub struct Robot {
     pub name: String,
     pub links: Vec<Link>,
     pub joints: Vec<Joint>,
-    /// What the model will not have, one sentence each.
+    /// Parts that the model will not have, one sentence each.
     pub left_out: Vec<String>,
 }
 
@@ -103,9 +103,7 @@ pub fn read(file: &str, text: &str) -> Result<Robot> {
     let mut numbers = HashMap::new();
     for node in elements(root, "link") {
         let name = attribute(node, "link", "name")?.to_owned();
-        if numbers.insert(name.clone(), links.len()).is_some() {
-            return Err(bad(node, &format!("link `{name}`"), "there are two links of this name", "rename one"));
-        }
+        insert_once(&mut numbers, node, &name, links.len())?;
         counts.of(node);
         links.push(Link { mass: mass(node, &name)?, name });
     }
@@ -114,9 +112,7 @@ pub fn read(file: &str, text: &str) -> Result<Robot> {
     let mut by_name = HashMap::new();
     for node in elements(root, "joint") {
         let name = attribute(node, "joint", "name")?.to_owned();
-        if by_name.insert(name.clone(), joints.len()).is_some() {
-            return Err(bad(node, &format!("joint `{name}`"), "there are two joints of this name", "rename one"));
-        }
+        insert_once(&mut by_name, node, &name, joints.len())?;
         counts.of(node);
         mimics.extend(child(node, "mimic").map(|mimic| (joints.len(), mimic)));
         joints.push(joint(node, name, &numbers, &links)?);
@@ -181,7 +177,7 @@ pub fn motion(kind: JointType, axis: Vector3<f64>, q: f64) -> Isometry3<f64> {
     }
 }
 
-/// What a model has not, or not as the joints have it.
+/// Sentences about what a model lacks, or has otherwise than the joints.
 fn changed(joints: &[Joint]) -> Vec<String> {
     let count = |is: &dyn Fn(&Joint) -> bool| joints.iter().filter(|joint| is(joint)).count();
     let limits = count(&|joint| joint.range.is_some() || joint.strength.iter().any(Option::is_some));
@@ -200,7 +196,7 @@ fn changed(joints: &[Joint]) -> Vec<String> {
     found.map(|(count, text)| text.replace("{}", &count.to_string())).collect()
 }
 
-/// How often elements occur that are left out.
+/// Numbers of the elements that are left out, by kind.
 #[derive(Default)]
 struct Counts(BTreeMap<String, usize>);
 
@@ -225,7 +221,12 @@ fn joint(node: Node<'_, '_>, name: String, numbers: &HashMap<String, usize>, lin
     let word = attribute(node, &what, "type")?;
     let Some((_, kind)) = JointType::ALL.into_iter().find(|(known, _)| *known == word) else {
         let known = JointType::ALL.map(|(known, _)| known).join(", ");
-        return Err(bad(node, &what, &format!("its type is `{}`", shortened(word)), &format!("take one of {known}")));
+        return Err(bad(
+            node,
+            &what,
+            &format!("its type is `{}`", shortened(word, 40)),
+            &format!("take one of {known}"),
+        ));
     };
     let link = |end: &'static str| {
         let Some(inner) = child(node, end) else {
@@ -313,6 +314,16 @@ fn pose(node: Node<'_, '_>, what: &str) -> Result<Isometry3<f64>> {
     Ok(Isometry3::from_parts(Translation3::from(at), rotation))
 }
 
+/// Stores the number of a link or joint under its name, which must be new.
+fn insert_once(numbers: &mut HashMap<String, usize>, node: Node<'_, '_>, name: &str, number: usize) -> Result<()> {
+    let kind = node.tag_name().name();
+    let why = format!("there are two {kind}s of this name");
+    match numbers.insert(name.to_owned(), number) {
+        Some(_) => Err(bad(node, &format!("{kind} `{name}`"), &why, "rename one")),
+        None => Ok(()),
+    }
+}
+
 fn elements<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
     node.children().filter(move |node| node.is_element() && node.tag_name().name() == name)
 }
@@ -341,12 +352,12 @@ fn triple(node: Node<'_, '_>, what: &str, key: &str) -> Result<Option<Vector3<f6
 
 fn parsed(node: Node<'_, '_>, what: &str, key: &str, text: &str) -> Result<f64> {
     let value = text.trim().parse::<f64>().ok().filter(|value| value.abs() < 1e30);
-    value.ok_or_else(|| bad(node, what, &format!("`{key}` is `{}`", shortened(text)), "give a finite number"))
+    value.ok_or_else(|| bad(node, what, &format!("`{key}` is `{}`", shortened(text, 40)), "give a finite number"))
 }
 
-/// A text for a message.
-fn shortened(text: &str) -> String {
-    text.chars().take(40).filter(|c| !c.is_control()).collect()
+/// The beginning of a text for a message.
+fn shortened(text: &str, most: usize) -> String {
+    text.chars().take(most).filter(|c| !c.is_control()).collect()
 }
 
 fn line(node: Node<'_, '_>) -> u32 {
@@ -354,9 +365,5 @@ fn line(node: Node<'_, '_>) -> u32 {
 }
 
 fn bad(node: Node<'_, '_>, what: &str, why: &str, remedy: &str) -> Error {
-    Error::definition(format!("{} (line {})", shortened_name(what), line(node)), why, remedy)
-}
-
-fn shortened_name(what: &str) -> String {
-    what.chars().take(100).filter(|c| !c.is_control()).collect()
+    Error::definition(format!("{} (line {})", shortened(what, 100), line(node)), why, remedy)
 }

@@ -203,6 +203,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_rules_of_2007_limit_a_step_to_half_the_range() {
+        let problem = (crate::cases::find("cantilever").unwrap().build)().unwrap();
+        let method = (preset("mma-2007").unwrap().method)();
+        let end = method.solve(&problem, |_| ()).unwrap();
+        // The optimum of Svanberg's cantilever (1987), in its printed digits.
+        assert!((end.evaluation.objective - 1.340).abs() < 5e-4, "{}", end.evaluation.objective);
+        let v = &problem.variables[0];
+        let region = method.move_limits.region(&problem, &[v.lower; 5], &method.move_limits.start(5));
+        assert!((region.upper[0] - 0.5 * (v.lower + v.upper)).abs() < 1e-12 * v.upper, "{}", region.upper[0]);
+    }
+
+    #[test]
     fn names_are_unique_and_near_ones_are_found() {
         let mut names: Vec<&str> = presets().iter().map(|p| p.name).collect();
         names.sort_unstable();

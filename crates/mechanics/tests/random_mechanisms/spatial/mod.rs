@@ -37,7 +37,7 @@ enum Along {
     Displacement(usize),
 }
 
-/// What acts on the coordinate of a joint.
+/// Element that acts on the coordinate of a joint.
 #[derive(Clone, Copy, Debug)]
 enum Action {
     Spring,

@@ -141,7 +141,7 @@ pub fn judge(
 struct Known {
     optimum: &'static Optimum,
     excess: f64,
-    /// What noise hides of it.
+    /// Part of the excess that noise hides.
     noise: f64,
     is_best: bool,
 }

@@ -210,7 +210,7 @@ impl Transformation {
         Ok(problem)
     }
 
-    /// The same transformation without noise.
+    /// This transformation without its noise.
     pub(super) fn without_noise(&self) -> Self {
         Self { noise: 0.0, ..*self }
     }

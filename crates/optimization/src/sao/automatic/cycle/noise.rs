@@ -1,6 +1,6 @@
 //! Noise of the analysis, as rejected steps show it.
 
-use super::Situation;
+use super::{Situation, find};
 
 /// Number of rejected steps, the last ones, that show noise.
 const STEPS: usize = 4;
@@ -13,7 +13,7 @@ const REMAINS: f64 = 0.5;
 const ROUNDING: f64 = 1e-11;
 
 impl Situation<'_> {
-    /// The noise of the analysis, relative to the number that shows it most; `None` without signs of noise.
+    /// The noise of the analysis, relative to the largest known value of the number that shows it most; `None` without signs of noise.
     ///
     /// Along rejected steps that become shorter the error of a linear prediction, |r(b) − r(b₀) − sᵀ(b − b₀)|, falls with the square of
     /// the step. An error that does not fall is noise, or a response that jumps: shorter steps cannot be judged.
@@ -45,7 +45,9 @@ impl Situation<'_> {
                 .collect();
             let remaining = errors[STEPS / 2..].iter().fold(0.0f64, |a, e| a.max(*e));
             let is_noise = remaining > 0.0 && remaining >= REMAINS * errors[0];
-            is_noise.then(|| remaining / number.value.abs().max(remaining))
+            let known = self.memory.points.iter().filter_map(|point| find(self.problem, &point.numbers, number.id));
+            let largest = known.fold(remaining, |a, other| a.max(other.value.abs()));
+            is_noise.then(|| remaining / largest)
         };
         (0..self.current().numbers.len()).filter_map(of).reduce(f64::max)
     }
@@ -54,7 +56,7 @@ impl Situation<'_> {
 /// The reason for an end where noise hides what steps do.
 pub(super) fn in_words(noise: f64) -> String {
     format!(
-        "shorter steps do not make the errors of predictions smaller: the analysis has noise of about {noise:.0e} of a response, or \
-         a response jumps; finer tolerances of the analysis allow a better design"
+        "shorter steps do not make the errors of predictions smaller: the analysis has noise of about {noise:.0e} of the largest \
+         value of a response, or a response jumps; finer tolerances of the analysis allow a better design"
     )
 }
