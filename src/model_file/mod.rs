@@ -2,6 +2,7 @@
 //!
 //! | module | content |
 //! |---|---|
+//! | `complete` | completion of a text at a place |
 //! | `attached` | files that a model names: `include`, tables of numbers |
 //! | `diagnostics` | errors and notes about a file, with their locations |
 //! | [`unit`](mod@unit) | units of numbers: `120 mm` |
@@ -41,6 +42,7 @@
 //! ```
 
 mod attached;
+mod complete;
 mod diagnostics;
 mod document;
 pub mod expression;
@@ -52,6 +54,7 @@ pub mod urdf;
 mod version;
 
 pub use attached::with_files;
+pub use complete::{Completion, Completions, completions};
 pub use diagnostics::{Diagnostic, DiagnosticReport, Severity};
 pub use document::{document, schema, tables};
 pub use file::{Accepts, Key, Model, Need, TableKeys, read};

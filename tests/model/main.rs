@@ -25,6 +25,8 @@ mod mistakes;
 mod notice;
 #[cfg(feature = "app")]
 mod open;
+#[cfg(feature = "app")]
+mod open_results;
 #[cfg(feature = "cli")]
 mod page;
 mod program;

@@ -68,13 +68,13 @@ impl Server {
         (status, answer.split_once("\r\n\r\n").map_or("", |parts| parts.1).to_owned())
     }
 
-    fn get(&self, route: &str) -> Value {
+    pub fn get(&self, route: &str) -> Value {
         let (status, body) = self.request("GET", &format!("{}{route}", self.base), &[], "");
         assert_eq!(status, 200, "{route}: {body}");
         serde_json::from_str(&body).unwrap()
     }
 
-    fn post(&self, route: &str, body: &Value) -> (u16, Value) {
+    pub fn post(&self, route: &str, body: &Value) -> (u16, Value) {
         let path = format!("{}{route}", self.base);
         let (status, body) = self.request("POST", &path, &["content-type: application/json"], &body.to_string());
         (status, serde_json::from_str(&body).unwrap_or(Value::Null))
@@ -93,7 +93,7 @@ impl Drop for Server {
     }
 }
 
-fn start_design(model: &Value) -> Vec<f64> {
+pub fn start_design(model: &Value) -> Vec<f64> {
     model["model"]["variables"].as_array().unwrap().iter().map(|v| v["start"].as_f64().unwrap()).collect()
 }
 
@@ -430,7 +430,7 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
 }
 
 /// Waits until a value of the server has a property.
-fn wait(server: &Server, route: &str, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+pub fn wait(server: &Server, route: &str, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
     for _ in 0..3000 {
         let value = server.get(route);
         if is_so(&value) {
@@ -442,7 +442,7 @@ fn wait(server: &Server, route: &str, what: &str, is_so: impl Fn(&Value) -> bool
 }
 
 /// The number of trial steps of the run, once it rests with this status.
-fn rests(server: &Server, status: &str, tries: impl Fn(usize) -> bool) -> Value {
+pub fn rests(server: &Server, status: &str, tries: impl Fn(usize) -> bool) -> Value {
     let cycles = |value: &Value| value["run"]["cycles"].as_array().map_or(0, |all| all.len());
     let found = wait(server, "run", &format!("the run is {status}"), |value| {
         value["run"]["status"] == status && cycles(value) > 0 && tries(cycles(value) - 1)
@@ -511,7 +511,7 @@ fn a_run_is_steered_and_goes_on_after_a_kill() {
     assert!(place.run(&["runs"], 0).contains("out/absorber"));
     let server = Server::start(&place.0, "absorber.toml");
     let act = |action: Value| assert_eq!(server.post("run", &action).0, 200);
-    assert_eq!(server.get("runs")["stored"][0]["folder"], "out/absorber");
+    assert_eq!(server.get("stored")["stored"][0]["folder"], "out/absorber");
     act(json!({ "action": "resume", "folder": "../secret" }));
     wait(&server, "run", "another folder is refused", |value| value["run"]["status"] == "Failed");
     act(json!({ "action": "resume", "folder": "out/absorber" }));

@@ -6,6 +6,7 @@
 //! | `guard` | which requests are answered: token, host, origin, headers of all answers |
 //! | `session` | the model file, its unsaved edits, and what pages are told about them |
 //! | `optimization` | a run that is watched and steered, in its folder |
+//! | `stored` | stored runs and studies: cycles, rows, differences, notes |
 //! | `queue` | requests for analyses: the newest of each page counts, a running one can be stopped |
 //! | `worker` | the process that analyses, so that an analysis can be stopped at any moment |
 //! | `analysis` | the record of an analysed design with its motion and derivatives |
@@ -17,6 +18,7 @@ mod optimization;
 mod queue;
 mod server;
 mod session;
+mod stored;
 mod worker;
 
 use super::model::model_file;

@@ -4,10 +4,10 @@
 //! trial step that is taken back, and a decision by hand, are recorded like edits of the model.
 
 use super::super::model::{located, with_program};
-use super::super::output::results;
+use super::super::optimize;
 use super::super::run_directory::{Change, RunDirectory};
-use super::super::{optimize, runs};
 use super::guard::message;
+use super::stored;
 use anyhow::{Context, bail, ensure};
 use linkwright::model_file::{Model, read, with_setting};
 use linkwright::problem::{AnalyzedDesign, Problem};
@@ -33,6 +33,9 @@ pub enum Action {
     /// Analyses the design, and stores it as the start of a new run.
     Start {
         design: Vec<f64>,
+        /// Preset in place of that of the model.
+        #[serde(default)]
+        method: Option<String>,
     },
     /// Continues a run of this model file from its folder.
     Resume {
@@ -57,12 +60,20 @@ pub enum Action {
     Close,
 }
 
-/// The run of a session: none, or a thread with the run.
+/// A run of a session: none, or a thread with the run.
 pub struct Optimization {
-    /// The record for pages; `Null` without a run.
-    record: Arc<Mutex<Value>>,
+    published: Arc<Mutex<Published>>,
     thread: Mutex<Option<Sender<Action>>>,
     news: watch::Sender<u64>,
+}
+
+/// What is known of a run outside its thread.
+#[derive(Default)]
+struct Published {
+    /// The record for pages; `Null` without a run.
+    record: Value,
+    /// Text of its model.
+    text: String,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -72,12 +83,20 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl Optimization {
     /// No run; `news` counts what pages have to read.
     pub fn new(news: watch::Sender<u64>) -> Self {
-        Self { record: Arc::default(), thread: Mutex::default(), news }
+        Self { published: Arc::default(), thread: Mutex::default(), news }
     }
 
     /// The run as pages show it.
     pub fn record(&self) -> Value {
-        lock(&self.record).clone()
+        lock(&self.published).record.clone()
+    }
+
+    /// Text of the model, with its edits, and start design of the run.
+    pub fn begin(&self) -> Option<(String, Vec<f64>)> {
+        let published = lock(&self.published);
+        let design =
+            published.record["cycles"][0]["design"].as_array()?.iter().map(Value::as_f64).collect::<Option<_>>();
+        Some((published.text.clone(), design?))
     }
 
     /// Passes an action to the run; `file` and `text` are those of the model in force.
@@ -86,24 +105,24 @@ impl Optimization {
         let is_new = matches!(action, Action::Start { .. } | Action::Resume { .. });
         if is_new {
             let (sender, receiver) = channel();
-            let (record, news) = (self.record.clone(), self.news.clone());
+            let (published, news) = (self.published.clone(), self.news.clone());
             let (file, text) = (file.to_owned(), text.to_owned());
             // The former run ends when its sender is dropped.
             *thread = Some(sender);
             std::thread::spawn(move || {
-                let publish = |value: Value| {
-                    *lock(&record) = value;
+                let publish = |record: Value, text: &str| {
+                    *lock(&published) = Published { record, text: text.to_owned() };
                     news.send_modify(|number| *number += 1);
                 };
-                publish(json!({ "status": "Starting" }));
+                publish(json!({ "status": "Starting" }), "");
                 match SteeredRun::begin(action, &file, &text) {
                     Ok(run) => run.serve(&receiver, &publish),
-                    Err(error) => publish(json!({ "status": "Failed", "fault": message(&error) })),
+                    Err(error) => publish(json!({ "status": "Failed", "fault": message(&error) }), ""),
                 }
             });
         } else if matches!(action, Action::Close) {
             *thread = None;
-            *lock(&self.record) = Value::Null;
+            *lock(&self.published) = Published::default();
             self.news.send_modify(|number| *number += 1);
         } else if let Some(sender) = &*thread {
             drop(sender.send(action));
@@ -129,15 +148,18 @@ impl SteeredRun {
     /// A new run from a design, or a stored one.
     fn begin(action: Action, file: &Path, text: &str) -> anyhow::Result<Self> {
         match action {
-            Action::Start { design } => Self::start(design, file, text),
+            Action::Start { design, method } => Self::start(design, method.as_deref(), file, text),
             Action::Resume { folder } => Self::resume(&folder),
             _ => bail!("there is no run"),
         }
     }
 
-    fn start(design: Vec<f64>, file: &Path, text: &str) -> anyhow::Result<Self> {
+    fn start(design: Vec<f64>, method: Option<&str>, file: &Path, text: &str) -> anyhow::Result<Self> {
         let name = file.display().to_string();
         let mut text = text.to_owned();
+        if let Some(method) = method {
+            text = with_setting(&name, &text, "method.preset", &json!(method).to_string())?;
+        }
         let variables = read(&name, &text)?.variables().to_vec();
         ensure!(design.len() == variables.len(), "the design is not one of this model; load the page again");
         for (variable, value) in variables.iter().zip(&design) {
@@ -155,9 +177,7 @@ impl SteeredRun {
 
     /// Continues the run in a folder of the default folder of results.
     fn resume(name: &str) -> anyhow::Result<Self> {
-        let known = runs::below(&results()).into_iter().find(|run| run.folder == name);
-        let known = known.with_context(|| format!("there is no run {name} in {}", results().display()))?;
-        Self::reopened(Directory::open(Path::new(&known.folder))?, None)
+        Self::reopened(Directory::open(Path::new(&stored::known(name)?.folder))?, None)
     }
 
     /// The run of a folder, with an edited model if there is one.
@@ -179,9 +199,9 @@ impl SteeredRun {
     }
 
     /// Acts until the page closes the run or begins another one.
-    fn serve(mut self, actions: &Receiver<Action>, publish: &dyn Fn(Value)) {
+    fn serve(mut self, actions: &Receiver<Action>, publish: &dyn Fn(Value, &str)) {
         loop {
-            publish(self.record());
+            publish(self.record(), &self.text);
             let action = match actions.try_recv() {
                 Ok(action) => action,
                 Err(TryRecvError::Disconnected) => return,
@@ -202,7 +222,7 @@ impl SteeredRun {
                     }
                     Ok(Err(error)) => Err(error),
                     Err(error) => {
-                        publish(json!({ "status": "Failed", "fault": message(&error) }));
+                        publish(json!({ "status": "Failed", "fault": message(&error) }), "");
                         return;
                     }
                 },
@@ -343,21 +363,7 @@ impl SteeredRun {
     fn record(&mut self) -> Value {
         let folder = self.folder.folder().directory().path().display().to_string();
         let Self { problem, state, model, text, .. } = &*self;
-        let bound = problem.objective.peak().map(|peak| peak.variable);
-        let own = |values: &[f64]| -> Vec<f64> {
-            values.iter().enumerate().filter(|(k, _)| Some(*k) != bound).map(|(_, v)| *v).collect()
-        };
-        let cycles = (0..state.history.len()).map(|k| {
-            let cycle = &state.history[k];
-            json!({
-                "cycle": cycle.cycle, "accepted": cycle.accepted, "design": own(&cycle.design),
-                "objective": outcome::objective_of_step(problem, state, k).ok(),
-                "predicted": outcome::predicted_objective(problem, cycle),
-                "violation": cycle.violation_pct,
-                "objective_error": cycle.objective_error_pct, "constraint_error": cycle.constraint_error_pct,
-                "retained": cycle.retained.len(), "active": cycle.active.len(), "failure": cycle.failure,
-            })
-        });
+        let own = |values: &[f64]| own(problem, values);
         let name = |row: linkwright::problem::RowId| problem.row_in_words(row);
         let last = state.history.last();
         let rows = last.and_then(|cycle| Some((cycle, cycle.prediction.as_ref()?))).map(|(cycle, prediction)| {
@@ -374,7 +380,7 @@ impl SteeredRun {
             "reason": state.reason,
             "fault": self.fault,
             "design": own(&state.design),
-            "cycles": cycles.collect::<Vec<_>>(),
+            "cycles": cycles(problem, state),
             "rows": rows,
             "region": region.map(|region| json!({ "lower": own(&region.lower), "upper": own(&region.upper) })),
             "factors": own(&state.factors),
@@ -386,4 +392,25 @@ impl SteeredRun {
             "can_go_back": !self.earlier.is_empty(),
         })
     }
+}
+
+/// The values of the variables that the model states: all but the bound of a peak.
+fn own(problem: &Problem, values: &[f64]) -> Vec<f64> {
+    let bound = problem.objective.peak().map(|peak| peak.variable);
+    values.iter().enumerate().filter(|(k, _)| Some(*k) != bound).map(|(_, v)| *v).collect()
+}
+
+/// The trial steps of a run as pages show them.
+pub fn cycles(problem: &Problem, state: &State) -> Vec<Value> {
+    let one = |(k, cycle): (usize, &Cycle)| {
+        json!({
+            "cycle": cycle.cycle, "accepted": cycle.accepted, "design": own(problem, &cycle.design),
+            "objective": outcome::objective_of_step(problem, state, k).ok(),
+            "predicted": outcome::predicted_objective(problem, cycle),
+            "violation": cycle.violation_pct,
+            "objective_error": cycle.objective_error_pct, "constraint_error": cycle.constraint_error_pct,
+            "retained": cycle.retained.len(), "active": cycle.active.len(), "failure": cycle.failure,
+        })
+    };
+    state.history.iter().enumerate().map(one).collect()
 }

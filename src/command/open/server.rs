@@ -1,9 +1,9 @@
 //! The server: connections, routes and their limits.
 
 use super::guard::{self, Guard};
-use super::optimization::Action;
 use super::queue::Reply;
-use super::session::{Saved, Session};
+use super::session::{self, Saved, Session};
+use super::stored;
 use anyhow::Context;
 use axum::Router;
 use axum::body::{Body, to_bytes};
@@ -14,7 +14,8 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use serde::Deserialize;
-use serde_json::json;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 use std::net::Ipv4Addr;
 use std::sync::Arc;
 use std::time::Duration;
@@ -31,13 +32,15 @@ const BODY: usize = 5 << 20;
 const HEAD: usize = 32 << 10;
 /// Time in which the head, and then the body, of a request has to arrive.
 const ARRIVAL: Duration = Duration::from_secs(10);
+/// Largest number of bytes of the name of a page.
+const PAGE_NAME: usize = 64;
 /// Longest wait for news; a page then asks again.
 const NEWS: Duration = Duration::from_secs(25);
 /// Time between two looks at the model file.
 const WATCH: Duration = Duration::from_millis(300);
 
 /// The parts of the page with their types.
-const FILES: [(&str, &str, &str); 10] = [
+const FILES: [(&str, &str, &str); 16] = [
     ("", "text/html; charset=utf-8", include_str!("page/index.html")),
     (
         "style.css",
@@ -53,6 +56,12 @@ const FILES: [(&str, &str, &str); 10] = [
     ("mechanism.js", "text/javascript; charset=utf-8", include_str!("page/mechanism.js")),
     ("plots.js", "text/javascript; charset=utf-8", include_str!("page/plots.js")),
     ("point.js", "text/javascript; charset=utf-8", include_str!("page/point.js")),
+    ("elements.js", "text/javascript; charset=utf-8", include_str!("page/elements.js")),
+    ("convergence.js", "text/javascript; charset=utf-8", include_str!("page/convergence.js")),
+    ("race.js", "text/javascript; charset=utf-8", include_str!("page/race.js")),
+    ("stored.js", "text/javascript; charset=utf-8", include_str!("page/stored.js")),
+    ("study.js", "text/javascript; charset=utf-8", include_str!("page/study.js")),
+    ("complete.js", "text/javascript; charset=utf-8", include_str!("page/complete.js")),
     ("run.js", "text/javascript; charset=utf-8", include_str!("page/run.js")),
     ("editor.js", "text/javascript; charset=utf-8", include_str!("page/editor.js")),
     ("main.js", "text/javascript; charset=utf-8", include_str!("page/main.js")),
@@ -138,7 +147,7 @@ async fn answer(State(shared): State<Arc<Shared>>, request: Request) -> Response
             }
             ("GET", None) => get(&shared, route, head.uri.query().unwrap_or_default()).await,
             _ => match receive(body).await {
-                Ok(body) => post(&shared.session, route, &body).await,
+                Ok(body) => post(&shared, route, &body).await.unwrap_or_else(IntoResponse::into_response),
                 Err(status) => status.into_response(),
             },
         },
@@ -171,13 +180,7 @@ async fn get(shared: &Arc<Shared>, route: &str, query: &str) -> Response {
     match route {
         "model" => json_text(session.model().to_string()),
         "run" => json_text(session.run().to_string()),
-        "runs" => {
-            let shared = shared.clone();
-            match spawn_blocking(move || shared.session.stored_runs().to_string()).await {
-                Ok(text) => json_text(text),
-                Err(_) => StatusCode::INTERNAL_SERVER_ERROR.into_response(),
-            }
-        }
+        "stored" => blocking(shared, |session| Ok(session.stored())).await,
         "news" => {
             let known = query.strip_prefix("after=").and_then(|number| number.parse::<u64>().ok());
             let mut news = session.news();
@@ -187,6 +190,19 @@ async fn get(shared: &Arc<Shared>, route: &str, query: &str) -> Response {
             json_text(json!({ "number": number }).to_string())
         }
         _ => StatusCode::NOT_FOUND.into_response(),
+    }
+}
+
+/// The answer of work that reads many files.
+async fn blocking(
+    shared: &Arc<Shared>,
+    work: impl FnOnce(&Session) -> anyhow::Result<Value> + Send + 'static,
+) -> Response {
+    let shared = shared.clone();
+    match spawn_blocking(move || work(&shared.session)).await {
+        Ok(Ok(value)) => json_text(value.to_string()),
+        Ok(Err(error)) => done(Err(error)),
+        Err(_) => StatusCode::INTERNAL_SERVER_ERROR.into_response(),
     }
 }
 
@@ -207,6 +223,43 @@ struct Analyze {
 #[serde(deny_unknown_fields)]
 struct Cancel {
     page: String,
+}
+
+/// A rival of the run, with this preset.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Race {
+    method: String,
+}
+
+/// A stored run or study.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stored {
+    folder: String,
+}
+
+/// Two stored runs.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Pair {
+    folders: [String; 2],
+}
+
+/// The note about a stored run; an empty text removes it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Note {
+    folder: String,
+    text: String,
+}
+
+/// A place in a text of the model, in UTF-16 units as browsers count.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Place {
+    text: String,
+    at: usize,
 }
 
 /// Edited text of the model, and the hash of the text on disk that was edited.
@@ -232,44 +285,69 @@ fn done(result: anyhow::Result<()>) -> Response {
     })
 }
 
-async fn post(session: &Session, route: &str, body: &str) -> Response {
-    match route {
-        "analyze" => match serde_json::from_str::<Analyze>(body) {
-            Ok(wanted) if wanted.page.len() <= 64 => {
-                let design = json!({ "design": wanted.design, "derivatives": wanted.derivatives }).to_string();
-                match session.analyze(wanted.revision, &wanted.page, design).await {
-                    Reply::Line(line) => json_text(line),
-                    Reply::Outdated => StatusCode::CONFLICT.into_response(),
-                    Reply::Busy => StatusCode::TOO_MANY_REQUESTS.into_response(),
-                    Reply::Failed(why) => json_text(json!({ "error": why }).to_string()),
-                }
+/// The content of a request.
+fn parsed<T: DeserializeOwned>(body: &str) -> Result<T, StatusCode> {
+    serde_json::from_str(body).map_err(|_| StatusCode::BAD_REQUEST)
+}
+
+async fn post(shared: &Arc<Shared>, route: &str, body: &str) -> Result<Response, StatusCode> {
+    let session = &shared.session;
+    Ok(match route {
+        "analyze" => {
+            let wanted: Analyze = parsed(body)?;
+            if wanted.page.len() > PAGE_NAME {
+                return Err(StatusCode::BAD_REQUEST);
             }
-            _ => StatusCode::BAD_REQUEST.into_response(),
-        },
-        "cancel" => match serde_json::from_str::<Cancel>(body) {
-            Ok(cancel) => {
-                session.cancel(&cancel.page);
-                done(Ok(()))
+            let design = json!({ "design": wanted.design, "derivatives": wanted.derivatives }).to_string();
+            match session.analyze(wanted.revision, &wanted.page, design).await {
+                Reply::Line(line) => json_text(line),
+                Reply::Outdated => StatusCode::CONFLICT.into_response(),
+                Reply::Busy => StatusCode::TOO_MANY_REQUESTS.into_response(),
+                Reply::Failed(why) => json_text(json!({ "error": why }).to_string()),
             }
-            Err(_) => StatusCode::BAD_REQUEST.into_response(),
-        },
-        "run" => match serde_json::from_str::<Action>(body) {
-            Ok(action) => {
-                session.optimize(action);
-                done(Ok(()))
-            }
-            Err(_) => StatusCode::BAD_REQUEST.into_response(),
-        },
-        "edit" => match serde_json::from_str::<Edit>(body) {
-            Ok(edit) => done(session.edit(edit.text, edit.base)),
-            Err(_) => StatusCode::BAD_REQUEST.into_response(),
-        },
-        "save" => match serde_json::from_str::<Save>(body).map(|save| session.save(save.over)) {
-            Ok(Ok(Saved::Changed)) => StatusCode::CONFLICT.into_response(),
-            Ok(result) => done(result.map(|_| ())),
-            Err(_) => StatusCode::BAD_REQUEST.into_response(),
+        }
+        "cancel" => {
+            session.cancel(&parsed::<Cancel>(body)?.page);
+            done(Ok(()))
+        }
+        "run" => {
+            session.optimize(parsed(body)?);
+            done(Ok(()))
+        }
+        "race" => done(session.race(parsed::<Race>(body)?.method)),
+        "rival" => {
+            session.steer_rival(parsed(body)?);
+            done(Ok(()))
+        }
+        "stored-run" => {
+            let Stored { folder } = parsed(body)?;
+            blocking(shared, move |_| stored::run(&folder)).await
+        }
+        "study" => {
+            let Stored { folder } = parsed(body)?;
+            blocking(shared, move |session| session.study(&folder)).await
+        }
+        "differences" => {
+            let Pair { folders: [a, b] } = parsed(body)?;
+            blocking(shared, move |_| stored::differences(&a, &b)).await
+        }
+        "note" => {
+            let Note { folder, text } = parsed(body)?;
+            blocking(shared, move |_| stored::write_note(&folder, &text).map(|()| json!({}))).await
+        }
+        "complete" => {
+            let Place { text, at } = parsed(body)?;
+            json_text(session::completions(&text, at).to_string())
+        }
+        "edit" => {
+            let Edit { text, base } = parsed(body)?;
+            done(session.edit(text, base))
+        }
+        "save" => match session.save(parsed::<Save>(body)?.over) {
+            Ok(Saved::Changed) => StatusCode::CONFLICT.into_response(),
+            result => done(result.map(|_| ())),
         },
         "discard" => done(session.discard()),
         _ => StatusCode::NOT_FOUND.into_response(),
-    }
+    })
 }

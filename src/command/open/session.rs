@@ -4,14 +4,13 @@
 //! is saved. The model in force is the last one without errors.
 
 use super::super::model::programs_are_allowed;
-use super::super::output::results;
 use super::super::run_directory::fingerprint;
-use super::super::runs;
 use super::optimization::{Action, Optimization};
 use super::queue::{Queue, Reply};
+use super::stored;
 use super::worker::ModelLine;
 use anyhow::{Context, bail};
-use linkwright::model_file::{DiagnosticReport, Model, Severity, read, settings};
+use linkwright::model_file::{self, DiagnosticReport, Model, Severity, read};
 use linkwright::problem::{Constraint, DesignVariable, Goal, Problem, TimeGrid};
 use linkwright::report::outcome;
 use linkwright::storage::{Directory, fnv1a};
@@ -23,8 +22,8 @@ use tokio::sync::watch;
 
 /// Largest size of a model file in bytes.
 const LIMIT: u64 = 2 << 20;
-/// Largest number of stored runs that a page lists.
-const RUNS: usize = 50;
+/// Largest number of words that are offered to complete a text.
+const OFFERED: usize = 60;
 
 /// The session of a model file, shared by all pages.
 pub struct Session {
@@ -34,6 +33,8 @@ pub struct Session {
     project: Mutex<Project>,
     queue: Queue,
     optimization: Optimization,
+    /// The run of another method on the same problem, for a race.
+    rival: Optimization,
     /// Number of changes that pages have to read.
     news: watch::Sender<u64>,
 }
@@ -101,6 +102,7 @@ impl Session {
             project: Mutex::new(project),
             queue: Queue::start(program, arguments),
             optimization: Optimization::new(news.clone()),
+            rival: Optimization::new(news.clone()),
             news,
             path,
         };
@@ -219,28 +221,40 @@ impl Session {
         self.optimization.act(action, &self.path, &text);
     }
 
-    /// The optimization.
-    pub fn run(&self) -> Value {
-        json!({ "run": self.optimization.record() })
+    /// Begins a rival of the optimization: a run of another method with the same model and start.
+    pub fn race(&self, method: String) -> anyhow::Result<()> {
+        let (text, design) = self.optimization.begin().context("begin a run first; the rival has its start")?;
+        self.rival.act(Action::Start { design, method: Some(method) }, &self.path, &text);
+        Ok(())
     }
 
-    /// The stored runs of the model in force. Reads many files.
-    pub fn stored_runs(&self) -> Value {
-        let (own, text) = {
+    /// Passes an action to the rival.
+    pub fn steer_rival(&self, action: Action) {
+        self.rival.act(action, &self.path, "");
+    }
+
+    /// The optimization and its rival.
+    pub fn run(&self) -> Value {
+        json!({ "run": self.optimization.record(), "rival": self.rival.record() })
+    }
+
+    /// The stored runs and studies of the model in force. Reads many files.
+    pub fn stored(&self) -> Value {
+        let (fingerprint, text) = {
             let project = self.project();
             (project.fingerprint.clone(), project.text.clone())
         };
-        let all = runs::below(&results()).into_iter();
-        let same = all.filter(|run| same_but_start(&run.text, &text));
-        let stored: Vec<Value> = same.rev().take(RUNS).map(|run| {
-            let result = run.result.as_ref();
-            json!({
-                "folder": run.folder, "begun": run.begun, "method": run.method, "status": run.status, "fault": run.fault,
-                "is_same": run.fingerprint == own,
-                "analyses": result.map(|r| r.analyses), "objective": result.map(|r| r.objective.value),
-            })
-        }).collect();
-        json!({ "stored": stored })
+        stored::list(&text, &fingerprint)
+    }
+
+    /// The rows of a stored study with the designs of the model in force.
+    pub fn study(&self, folder: &str) -> anyhow::Result<Value> {
+        let names = |model: &Value| -> Vec<String> {
+            let all = model["variables"].as_array().into_iter().flatten();
+            all.filter_map(|variable| variable["name"].as_str().map(str::to_owned)).collect()
+        };
+        let variables = names(&self.project().model);
+        stored::study(folder, &variables)
     }
 
     /// The model in force, the text and its errors, as a page shows them.
@@ -279,18 +293,17 @@ impl Session {
     }
 }
 
-/// True if two texts have the same settings but for start values, bounds, title and method: their runs can be compared.
-fn same_but_start(one: &str, other: &str) -> bool {
-    let of = |text: &str| {
-        let all = settings("", text).unwrap_or_default().into_iter();
-        let is_free = |key: &String| {
-            let is_variable =
-                key.starts_with("design.") && [".start", ".lower", ".upper"].iter().any(|end| key.ends_with(end));
-            is_variable || key.starts_with("method.") || key == "title"
-        };
-        all.filter(|(key, _)| !is_free(key)).collect::<Vec<_>>()
-    };
-    of(one) == of(other)
+/// What can stand in a text at a place, in UTF-16 units as browsers count.
+pub fn completions(text: &str, at: usize) -> Value {
+    let mut units = 0;
+    let byte = text.char_indices().find(|(_, c)| {
+        units += c.len_utf16();
+        units > at
+    });
+    let found = model_file::completions(text, byte.map_or(text.len(), |(byte, _)| byte));
+    let from = text.get(..found.from).map_or(0, |before| before.encode_utf16().count());
+    let words = found.words.iter().take(OFFERED).map(|word| json!({ "text": word.text, "about": word.about }));
+    json!({ "from": from, "words": words.collect::<Vec<_>>() })
 }
 
 /// The hash by which a page names the text that it has edited.

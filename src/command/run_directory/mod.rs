@@ -45,11 +45,15 @@ const RESPONSES: &str = "responses.csv";
 const CONSTRAINTS: &str = "constraints.csv";
 /// Answers of the program of a model.
 pub const ANSWERS: &str = "answers.jsonl";
+/// A note of the user about the run.
+pub const NOTE: &str = "note.txt";
+/// Largest size of a note in bytes.
+const NOTE_LIMIT: u64 = 64 << 10;
 /// Largest size of a state that is read without its problem.
 #[cfg(feature = "database")]
 const STATE_LIMIT: u64 = 1 << 30;
 /// Files that a run writes. The state comes first, since a history without its state cannot be continued.
-const FILES: [&str; 14] = [
+const FILES: [&str; 15] = [
     STATE,
     PREVIOUS,
     HISTORY,
@@ -62,6 +66,7 @@ const FILES: [&str; 14] = [
     "responses.parquet",
     "constraints.parquet",
     PAGE,
+    NOTE,
     MODEL,
     RUN,
 ];
@@ -349,6 +354,22 @@ impl RunDirectory {
         Ok(())
     }
 
+    /// Replaces the note about the run of a folder; an empty text removes it.
+    #[cfg(feature = "app")]
+    pub fn write_note(directory: Directory, text: &str) -> anyhow::Result<()> {
+        anyhow::ensure!(text.len() as u64 <= NOTE_LIMIT, "a note has at most {NOTE_LIMIT} bytes");
+        let mut folder = OutputFolder::of(directory)?;
+        if !folder.has_list() {
+            folder.accept_earlier(&FILES);
+        }
+        folder.own(&[NOTE])?;
+        let (place, directory) = (folder.place(NOTE), folder.directory());
+        let text = text.trim();
+        let done =
+            if text.is_empty() { directory.remove(NOTE) } else { directory.replace(NOTE, text.as_bytes(), true) };
+        explained(&place, done)
+    }
+
     /// Lets other processes run in the folder; this one only reads it from now on.
     #[cfg(feature = "app")]
     pub fn release(&mut self) {
@@ -428,6 +449,14 @@ pub fn last_analysis(directory: &Directory, fingerprint: &str) -> Option<(Vec<f6
         Ok(Some(StoredState::Bound(state, _))) => Some((state.design, state.responses)),
         _ => None,
     }
+}
+
+/// The note about the run of a folder: one line for each line of its text. `None` without one that can be read.
+pub fn note(directory: &Directory) -> Option<String> {
+    let bytes = directory.read(NOTE, NOTE_LIMIT).ok().flatten()?;
+    let text = String::from_utf8(bytes).ok()?;
+    let text = text.trim();
+    (!text.is_empty()).then(|| text.to_owned())
 }
 
 /// Removes temporary files that a kill left. Those of a page may belong to a report that is being written.

@@ -1,7 +1,7 @@
 //! The runs and studies below a folder.
 
 use crate::command::folder::{RUN, STUDY};
-use crate::command::run_directory::{LOCK, RunRecord, Summary};
+use crate::command::run_directory::{LOCK, RunRecord, Summary, note};
 use crate::command::study::{StudyProgress, StudyRecord};
 use anyhow::Context;
 use linkwright::model_file::settings;
@@ -32,6 +32,9 @@ pub struct RunEntry {
     /// Progress of a study; `None` for a run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub study: Option<StudyProgress>,
+    /// Note of the user about the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
     /// Error of reading the folder.
     pub fault: Option<String>,
     /// Text of the model that was used last.
@@ -104,6 +107,7 @@ impl RunEntry {
             fingerprint: run.fingerprint,
             result,
             study: None,
+            note: note(&directory),
             fault,
             text: run.model,
         })
@@ -136,6 +140,7 @@ impl RunEntry {
             fingerprint: record.study,
             result: None,
             study,
+            note: None,
             fault,
             text: text("model.toml"),
         })

@@ -157,7 +157,7 @@ fn lower(title: &str) -> String {
 }
 
 fn listing(title: &str, runs: &[RunEntry]) -> linkwright::Result<Table> {
-    let columns = [
+    let mut columns = vec![
         "folder",
         "begun",
         "model",
@@ -169,12 +169,14 @@ fn listing(title: &str, runs: &[RunEntry]) -> linkwright::Result<Table> {
         "objective",
         "violation_pct",
     ];
+    let has_notes = runs.iter().any(|run| run.note.is_some());
+    columns.extend(has_notes.then_some("note"));
     let mut table = Table::new(title, columns);
     let text = |text: &str| Cell::from(text);
     for run in runs {
         let result = run.result.as_ref();
         let number = |of: fn(&Summary) -> Cell| result.map_or(Cell::Empty, of);
-        table.push([
+        let mut row = vec![
             text(&run.folder),
             text(&run.begun.replace('T', " ").replace('Z', "")),
             text(&run.model),
@@ -185,7 +187,9 @@ fn listing(title: &str, runs: &[RunEntry]) -> linkwright::Result<Table> {
             number(|r| r.sensitivity_analyses.into()),
             number(|r| r.objective.value.into()),
             number(|r| r.violation_pct.into()),
-        ])?;
+        ];
+        row.extend(has_notes.then(|| text(&run.note.as_deref().unwrap_or_default().replace('\n', " "))));
+        table.push(row)?;
     }
     Ok(table)
 }

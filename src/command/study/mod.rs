@@ -159,7 +159,7 @@ fn of_folder(folder: &Directory) -> anyhow::Result<(StudyRecord, studies::Study)
 }
 
 /// The study of a folder with its rows.
-#[cfg(feature = "database")]
+#[cfg(any(feature = "database", feature = "app"))]
 pub fn stored_study(folder: &Directory) -> anyhow::Result<(studies::Study, Rows)> {
     let (_, study) = of_folder(folder)?;
     let rows = read_rows(folder, &study)?;

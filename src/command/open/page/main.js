@@ -7,18 +7,14 @@ import { Plot, short, withUnit } from "./plots.js";
 import { draggable } from "./point.js";
 import { Run } from "./run.js";
 import { Editor, limitText } from "./editor.js";
+import { Completer } from "./complete.js";
+import { make } from "./elements.js";
 
 const root = document.documentElement;
 window.addEventListener("error", (event) => { root.dataset.state = `error: ${event.message}`; });
 window.addEventListener("unhandledrejection", (event) => { root.dataset.state = `error: ${event.reason}`; });
 
 const by = (id) => document.getElementById(id);
-const make = (name, attributes = {}, ...children) => {
-  const made = document.createElement(name);
-  Object.entries(attributes).forEach(([key, value]) => (key === "text" ? (made.textContent = value) : made.setAttribute(key, value)));
-  made.append(...children);
-  return made;
-};
 
 // Time after which the server stops an analysis for a newer request; up to then one request at a time is sent.
 const PATIENCE = 110;
@@ -290,11 +286,18 @@ function choose(k) {
 // ---- Pinned designs
 
 const PIN_NAMES = ["A", "B", "C", "D"];
-function pin() {
+function pin(record, name = "") {
   const free = [0, 1, 2, 3].find((slot) => !pins.some((one) => one.slot === slot));
-  if (!shown || free === undefined || pins.length >= PINS) return;
-  pins.push({ slot: free, record: shown });
+  if (!record || free === undefined || pins.length >= PINS) return;
+  pins.push({ slot: free, record, name });
   showPins();
+}
+
+// Analyses a design beside that of the sliders, and pins it.
+async function pinDesign(values, name) {
+  if (values.length !== design.length) return;
+  const record = await server.analyzeBeside(revision, values);
+  if (record.error) fault("design", `${name}: ${record.error}`); else pin(record, name);
 }
 
 function showPins() {
@@ -318,7 +321,7 @@ function showPins() {
     go.addEventListener("click", () => moveTo(record.design));
     const remove = make("button", { type: "button", text: "Remove", "aria-label": `Remove design ${PIN_NAMES[slot]}` });
     remove.addEventListener("click", () => { pins = pins.filter((p) => p !== one); showPins(); });
-    return make("tr", { class: `pin-${slot}` }, make("th", { scope: "row" }, make("span", { class: "swatch" }), PIN_NAMES[slot]),
+    return make("tr", { class: `pin-${slot}` }, make("th", { scope: "row" }, make("span", { class: "swatch" }), [PIN_NAMES[slot], one.name].filter(Boolean).join(" ")),
       ...numbers.map((v) => make("td", { class: "number", text: short(v) })), make("td", {}, go, remove));
   });
   by("pins").replaceChildren(head, make("tbody", {}, ...rows));
@@ -343,7 +346,8 @@ function buildPlots() {
 }
 
 const editor = new Editor({ text: by("text"), marks: by("lines"), save: by("save"), discard: by("discard"), state: by("source-state"), errors: by("errors") });
-const run = new Run(by("run"), { design: () => design, show: (values) => { if (model && values.length === design.length) moveTo(values); }, box: showBox });
+const run = new Run(by("run"), { design: () => design, show: (values) => { if (model && values.length === design.length) moveTo(values); }, pin: pinDesign, box: showBox });
+new Completer(by("text"), by("words"), () => { editor.number(); editor.send(); });
 
 draggable(mechanism, () => ({
   base,
@@ -376,6 +380,7 @@ async function load() {
     buildSliders();
     buildPlots();
     by("pinned").hidden = true;
+    if (model.objective) run.objective(model.objective);
     by("numbers").hidden = by("moves").hidden = by("run").hidden = !model.objective;
     changed();
   }
@@ -386,7 +391,7 @@ async function load() {
   return answer.news;
 }
 
-by("pin").addEventListener("click", pin);
+by("pin").addEventListener("click", () => pin(shown));
 by("reset").addEventListener("click", () => moveTo(model.variables.map((v) => v.start)));
 by("cancel").addEventListener("click", async () => {
   answered = sequence;

@@ -1,28 +1,31 @@
-// The optimization: controls, its cycles, move limits on the sliders, predicted beside computed responses, stored runs.
+// The optimization: controls, its cycles, move limits on the sliders, predicted beside computed responses.
 
 import * as server from "./server.js";
-import { short } from "./plots.js";
+import { cells, make, options, table } from "./elements.js";
+import { Convergence } from "./convergence.js";
+import { Race } from "./race.js";
+import { Stored } from "./stored.js";
+import { StudyPicture } from "./study.js";
 
-const make = (name, attributes = {}, ...children) => {
-  const made = document.createElement(name);
-  Object.entries(attributes).forEach(([key, value]) => (key === "text" ? (made.textContent = value) : made.setAttribute(key, value)));
-  made.append(...children);
-  return made;
-};
-const cells = (row, values) => row.append(...values.map((v) => make("td", typeof v === "number" || v === null ? { class: "number", text: short(v) } : { text: v })));
-const table = (heads, rows) => [make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col", text })))), make("tbody", {}, ...rows)];
+// Actions that a race passes to both runs.
+const OF_BOTH = ["run", "pause", "step"];
 
 export class Run {
-  // `design()` is that of the sliders, `show(design)` puts one on them, `box(region)` draws the move limits.
-  constructor(place, { design, show, box }) {
+  // `design()` is that of the sliders, `show(design)` puts one on them, `pin(design, name)` pins one, `box(region)` draws the move
+  // limits.
+  constructor(place, { design, show, pin, box }) {
     Object.assign(this, { place, design, show, box, record: null, shown: null });
     this.buttons = Object.fromEntries(["start", "run", "pause", "step", "back", "accept", "refuse", "close"].map((action) => {
       const button = place.querySelector(`[data-action=${action}]`);
       button.addEventListener("click", () => this.act(action === "start" ? { action, design: design() } : { action }));
       return [action, button];
     }));
-    const stored = place.querySelector("#stored-runs");
-    stored.addEventListener("toggle", () => { if (stored.open) this.list(); });
+    const convergence = new Convergence(place.querySelector("#convergence"));
+    this.convergence = convergence;
+    this.race = new Race(place.querySelector("#race"), { convergence, show });
+    const study = new StudyPicture(place.querySelector("#study"), { show });
+    const resume = (folder) => this.act({ action: "resume", folder });
+    this.stored = new Stored(place.querySelector("#stored-runs"), { convergence, show, pin, resume, study });
     this.method = place.querySelector("#method");
     this.method.addEventListener("change", () => this.act({ action: "set", key: "method.preset", value: this.method.value }));
     place.querySelector("#setting").addEventListener("submit", (event) => {
@@ -34,11 +37,18 @@ export class Run {
 
   async act(action) {
     await server.post("run", action);
+    if (OF_BOTH.includes(action.action)) await this.race.act(action.action);
+  }
+
+  // The name and the unit of the objective, for the plot of convergence.
+  objective({ name, unit }) {
+    this.convergence.label = { name, unit };
+    this.convergence.draw();
   }
 
   // Reads the run; called after each change on the server.
   async update() {
-    const { run } = await server.get("run");
+    const { run, rival } = await server.get("run");
     this.record = run;
     const find = (id) => this.place.querySelector(id);
     const is_there = Boolean(run?.cycles);
@@ -50,16 +60,17 @@ export class Run {
     this.place.dataset.tries = is_there ? run.cycles.length - 1 : "";
     find("#run-note").textContent = run ? [run.folder && `in ${run.folder}`, run.reason, run.fault].filter(Boolean).join("; ") : "Starts at the design on the sliders.";
     const last = is_there ? run.cycles[run.cycles.length - 1] : null;
-    const paused = status === "Paused";
-    this.buttons.run.disabled = this.buttons.step.disabled = !paused;
-    this.buttons.pause.disabled = status !== "Running";
+    this.race.update(run, rival);
+    const either = (wanted) => status === wanted || rival?.status === wanted;
+    this.buttons.run.disabled = this.buttons.step.disabled = !either("Paused");
+    this.buttons.pause.disabled = !either("Running");
     this.buttons.back.disabled = !run?.can_go_back || status === "Running";
     this.buttons.accept.disabled = !(run?.steerable && last && last.cycle > 0 && !last.accepted && !last.failure) || status === "Running";
     this.buttons.refuse.disabled = !(run?.steerable && last && last.cycle > 0 && last.accepted && run.can_go_back) || status === "Running";
     this.buttons.close.disabled = !run;
     this.method.disabled = !is_there || status === "Running";
     if (is_there) {
-      this.method.replaceChildren(...run.methods.map((name) => make("option", { value: name, text: name })));
+      options(this.method, run.methods.map((name) => [name, name]));
       this.method.value = run.method ?? "automatic";
     }
     find("#run-tables").hidden = !is_there;
@@ -68,20 +79,6 @@ export class Run {
     // The sliders follow the accepted design of the run.
     const key = is_there ? `${run.folder} ${run.cycles.length} ${run.design}` : null;
     if (key && key !== this.shown) { this.shown = key; this.show(run.design); }
-  }
-
-  // Reads the stored runs; there may be many.
-  async list() {
-    const { stored } = await server.get("runs");
-    this.place.querySelector("#stored").replaceChildren(...table(["folder", "method", "status", "analyses", "objective", ""], stored.map((one) => {
-      const row = make("tr");
-      cells(row, [one.folder, one.method, one.status, one.analyses, one.objective]);
-      const go = make("button", { type: "button", text: "Resume" });
-      go.disabled = one.status === "Running" || one.status === "Damaged";
-      go.addEventListener("click", () => this.act({ action: "resume", folder: one.folder }));
-      row.append(make("td", {}, go));
-      return row;
-    })));
   }
 
   tables(run) {

@@ -15,6 +15,8 @@ async function request(route, body) {
 export const model = () => request("model");
 export const cancel = () => request("cancel", { page });
 export const analyze = (revision, design, derivatives) => request("analyze", { page, revision, design, derivatives });
+// An analysis that does not replace those of the sliders.
+export const analyzeBeside = (revision, design) => request("analyze", { page: `${page}+`, revision, design, derivatives: false });
 export const post = (route, body) => request(route, body);
 export const get = (route) => request(route);
 

@@ -1,0 +1,109 @@
+//! Stored runs and studies of the model of a session, as pages show them.
+
+use super::super::output::results;
+use super::super::run_directory::RunDirectory;
+use super::super::runs::{self, RunComparison, RunEntry};
+use super::super::study::stored_study;
+use super::optimization::cycles;
+use anyhow::{Context, ensure};
+use linkwright::model_file::settings;
+use linkwright::storage::Directory;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Largest number of runs, and of studies, that a page lists.
+const LISTED: usize = 50;
+/// Largest number of rows of a study that a page shows.
+const ROWS: usize = 20_000;
+
+/// The runs and studies of a model with the text `text`, the newest first. Reads many files.
+pub fn list(text: &str, fingerprint: &str) -> Value {
+    let all: Vec<RunEntry> =
+        runs::below(&results()).into_iter().rev().filter(|entry| same_but_start(&entry.text, text)).collect();
+    let of = |kind: &'static str| all.iter().filter(move |entry| entry.kind == kind).take(LISTED);
+    let run = |entry: &RunEntry| {
+        let result = entry.result.as_ref();
+        json!({
+            "folder": entry.folder, "begun": entry.begun, "method": entry.method, "status": entry.status, "fault": entry.fault,
+            "is_same": entry.fingerprint == fingerprint, "note": entry.note,
+            "analyses": result.map(|r| r.analyses), "objective": result.map(|r| r.objective.value),
+        })
+    };
+    let study = |entry: &RunEntry| {
+        let progress = entry.study.as_ref();
+        json!({
+            "folder": entry.folder, "begun": entry.begun, "kind": entry.method, "status": entry.status, "fault": entry.fault,
+            "runs": progress.map(|p| p.runs), "done": progress.map(|p| p.done), "failed": progress.map(|p| p.failed),
+        })
+    };
+    json!({ "stored": of("run").map(run).collect::<Vec<_>>(), "studies": of("study").map(study).collect::<Vec<_>>() })
+}
+
+/// The folder of a run or study below the folder of results. Other folders are unknown here.
+pub fn known(name: &str) -> anyhow::Result<RunEntry> {
+    let found = runs::below(&results()).into_iter().find(|entry| entry.folder == name);
+    found.with_context(|| format!("there is no run {name} in {}", results().display()))
+}
+
+/// The cycles and the last design of a stored run.
+pub fn run(name: &str) -> anyhow::Result<Value> {
+    let folder = known(name)?.folder;
+    let (directory, model, _) = RunDirectory::open(Path::new(&folder))?;
+    let problem = model.problem()?;
+    let state = directory.last(&model, &problem)?.with_context(|| format!("{folder} has no cycle yet"))?.state;
+    let steps = cycles(&problem, &state);
+    let design = steps.iter().rev().find(|step| step["accepted"] == true).map(|step| step["design"].clone());
+    Ok(json!({ "folder": folder, "cycles": steps, "design": design }))
+}
+
+/// Settings and results in which two stored runs differ.
+pub fn differences(a: &str, b: &str) -> anyhow::Result<Value> {
+    let [a, b] = [known(a)?, known(b)?];
+    ensure!(a.kind == "run" && b.kind == "run", "two runs can be compared, studies cannot");
+    Ok(serde_json::to_value(RunComparison::new(Path::new(&a.folder), Path::new(&b.folder))?)?)
+}
+
+/// Stores the user's note about a run.
+pub fn write_note(name: &str, text: &str) -> anyhow::Result<()> {
+    let entry = known(name)?;
+    ensure!(entry.kind == "run", "notes are about runs");
+    RunDirectory::write_note(Directory::open(Path::new(&entry.folder))?, text)
+}
+
+/// The rows of a study by phases, with the columns that give the design of each row, by variable; a variable without a column has
+/// its start value.
+pub fn study(name: &str, variables: &[String]) -> anyhow::Result<Value> {
+    let entry = known(name)?;
+    ensure!(entry.kind == "study", "{name} has a run in it, and no study");
+    let (study, rows) = stored_study(&Directory::open(Path::new(&entry.folder))?)?;
+    let model = study.source().model()?;
+    let start_of = |name: &String| model.variables().iter().find(|v| v.name == *name).map(|v| v.start);
+    let start: Vec<Option<f64>> = variables.iter().map(start_of).collect();
+    let phases = study.phases().iter().enumerate().map(|(number, phase)| {
+        let columns = phase.columns.iter().map(|c| json!({ "name": c.name, "unit": c.unit, "words": c.words }));
+        let column_of = |name: &String| phase.columns.iter().position(|column| column.name == *name);
+        let rows = rows.of(number).take(ROWS).map(|row| {
+            json!({ "run": row.run, "values": row.values, "status": row.status, "failure": row.failure })
+        });
+        json!({
+            "name": phase.name, "columns": columns.collect::<Vec<_>>(), "rows": rows.collect::<Vec<_>>(), "runs": phase.runs,
+            "design": variables.iter().map(column_of).collect::<Vec<_>>(),
+        })
+    });
+    let phases: Vec<Value> = phases.collect();
+    Ok(json!({ "folder": entry.folder, "title": study.title(), "start": start, "phases": phases }))
+}
+
+/// True if two texts have the same settings but for start values, bounds, title and method: their runs can be compared.
+fn same_but_start(one: &str, other: &str) -> bool {
+    let of = |text: &str| {
+        let all = settings("", text).unwrap_or_default().into_iter();
+        let is_free = |key: &String| {
+            let is_variable =
+                key.starts_with("design.") && [".start", ".lower", ".upper"].iter().any(|end| key.ends_with(end));
+            is_variable || key.starts_with("method.") || key == "title"
+        };
+        all.filter(|(key, _)| !is_free(key)).collect::<Vec<_>>()
+    };
+    of(one) == of(other)
+}

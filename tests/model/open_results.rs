@@ -1,0 +1,225 @@
+//! `linkwright open`: races of two methods, stored runs and studies, completion.
+
+use crate::browser::browser;
+use crate::devtools::Page;
+use crate::open::{Server, rests, start_design, wait};
+use crate::shell::TempFolder;
+use serde_json::{Value, json};
+use std::path::Path;
+
+const STUDY: &str = "version = 1\nmodel = \"absorber.toml\"\nkind = \"sample\"\ncount = 24\n\
+    [vary.k]\nfrom = 0.2\nto = 0.9\n[vary.c]\nfrom = 0.2\nto = 0.9\n";
+
+/// A folder with the impact absorber under a short name.
+fn absorber(name: &str) -> TempFolder {
+    let place = TempFolder::new(name);
+    place.example("impact-absorber");
+    std::fs::rename(place.0.join("impact-absorber.toml"), place.0.join("absorber.toml")).unwrap();
+    place
+}
+
+/// A rival has the start and the settings of the run, a method and a folder of its own, and ends as the command does with this method.
+#[test]
+fn two_methods_race_on_the_same_problem() {
+    let place = absorber("open-race");
+    let server = Server::start(&place.0, "absorber.toml");
+    let act = |route: &str, action: Value| assert_eq!(server.post(route, &action).0, 200);
+    let early = server.post("race", &json!({ "method": "gcmma" })).1;
+    assert!(early["error"].as_str().unwrap().contains("begin a run first"), "{early}");
+    act("run", json!({ "action": "start", "design": start_design(&server.get("model")) }));
+    rests(&server, "Paused", |tries| tries == 0);
+    // An edit of the run holds for its rival, too.
+    act("run", json!({ "action": "set", "key": "design.c.upper", "value": "0.8" }));
+    wait(&server, "run", "edited", |value| value["run"]["edits"].to_string().contains("design.c.upper"));
+    act("race", json!({ "method": "gcmma" }));
+    let begun = wait(&server, "run", "a rival", |value| value["rival"]["cycles"].is_array());
+    assert_eq!((&begun["rival"]["method"], &begun["rival"]["status"]), (&json!("gcmma"), &json!("Paused")));
+    assert_eq!(begun["rival"]["cycles"][0]["design"], begun["run"]["cycles"][0]["design"]);
+    assert_ne!(begun["rival"]["folder"], begun["run"]["folder"]);
+    act("run", json!({ "action": "run" }));
+    act("rival", json!({ "action": "run" }));
+    let is_done = |one: &Value| one["status"] == "Converged";
+    let end = wait(&server, "run", "both have ended", |value| is_done(&value["run"]) && is_done(&value["rival"]));
+    let last = |one: &Value| one["cycles"].as_array().unwrap().last().unwrap()["objective"].as_f64().unwrap();
+    let (run, rival) = (last(&end["run"]), last(&end["rival"]));
+    assert!((run - rival).abs() < 1e-2 * run, "{run} and {rival}");
+    let text = place.read("out/absorber-2/model.toml");
+    assert!(text.contains("gcmma") && text.contains("0.8"), "{text}");
+    // A method that does not exist is refused with a reason; the run stays.
+    act("race", json!({ "method": "gcma" }));
+    let failed = wait(&server, "run", "refused", |value| value["rival"]["status"] == "Failed");
+    assert!(failed["rival"]["fault"].as_str().unwrap().contains("gcmma"), "{failed}");
+    assert_eq!(failed["run"]["status"], "Converged");
+    act("rival", json!({ "action": "close" }));
+    wait(&server, "run", "closed", |value| value["rival"] == Value::Null);
+}
+
+/// Cycles, designs, differences and notes of stored runs, rows of studies with their designs; other folders are unknown.
+#[test]
+fn stored_runs_and_studies_are_listed_and_opened() {
+    let place = absorber("open-stored");
+    place.run(&["optimize", "absorber", "--quiet"], 0);
+    place.run(&["optimize", "absorber", "--quiet", "--method", "gcmma"], 0);
+    std::fs::write(place.0.join("points.toml"), STUDY).unwrap();
+    place.run(&["study", "points", "--quiet"], 0);
+    // A run of another model is not listed.
+    place.example("two-bar-truss");
+    place.run(&["optimize", "two-bar-truss", "--quiet"], 0);
+    let server = Server::start(&place.0, "absorber.toml");
+    let post = |route: &str, body: Value| {
+        let (status, answer) = server.post(route, &body);
+        assert_eq!(status, 200, "{route} {body}");
+        answer
+    };
+    let all = server.get("stored");
+    let names = |key: &str| -> Vec<&str> {
+        all[key].as_array().unwrap().iter().map(|one| one["folder"].as_str().unwrap()).collect()
+    };
+    assert_eq!(names("stored"), ["out/absorber-2", "out/absorber"]);
+    assert_eq!(names("studies"), ["out/points"]);
+
+    let run = post("stored-run", json!({ "folder": "out/absorber" }));
+    let summary: Value = serde_json::from_str(&place.read("out/absorber/summary.json")).unwrap();
+    assert_eq!(run["cycles"].as_array().unwrap().len() as u64 - 1, summary["tries"].as_u64().unwrap());
+    let design: Vec<&Value> = summary["design"].as_array().unwrap().iter().map(|one| &one["value"]).collect();
+    assert_eq!(run["design"].as_array().unwrap().iter().collect::<Vec<_>>(), design[..2]);
+
+    let differences = post("differences", json!({ "folders": ["out/absorber", "out/absorber-2"] }));
+    assert!(differences["settings"].to_string().contains("gcmma"), "{differences}");
+    let of = |name: &str| differences["quantities"].as_array().unwrap().iter().find(|q| q["name"] == name).unwrap();
+    assert_eq!(of("objective")["values"][0], summary["objective"]["value"]);
+
+    // A note is a file of the run, which the command lists, and which an empty text removes.
+    assert_eq!(post("note", json!({ "folder": "out/absorber", "text": " the good one\n" })), json!({}));
+    assert_eq!(place.read("out/absorber/note.txt"), "the good one");
+    assert_eq!(server.get("stored")["stored"][1]["note"], "the good one");
+    assert!(place.run(&["runs"], 0).contains("the good one"));
+    assert!(place.run(&["runs", "--json"], 0).contains("\"note\":\"the good one\""));
+    post("note", json!({ "folder": "out/absorber", "text": "" }));
+    assert!(!place.0.join("out/absorber/note.txt").exists());
+    let long = post("note", json!({ "folder": "out/absorber", "text": "x".repeat(70_000) }));
+    assert!(long["error"].as_str().unwrap().contains("bytes"), "{long}");
+
+    let study = post("study", json!({ "folder": "out/points" }));
+    let phase = &study["phases"][0];
+    assert_eq!(phase["rows"].as_array().unwrap().len(), 24);
+    let [k, c] = [0, 1].map(|i| phase["design"][i].as_u64().unwrap() as usize);
+    assert_eq!((&phase["columns"][k]["name"], &phase["columns"][c]["name"]), (&json!("k"), &json!("c")));
+
+    for folder in ["../secret", "/etc", "out", "out/two-bar-truss/..", "points.toml", ""] {
+        for route in ["stored-run", "study", "note"] {
+            let body =
+                if route == "note" { json!({ "folder": folder, "text": "x" }) } else { json!({ "folder": folder }) };
+            assert!(post(route, body)["error"].is_string(), "{route} {folder}");
+        }
+    }
+    assert!(post("study", json!({ "folder": "out/absorber" }))["error"].is_string());
+    assert!(post("stored-run", json!({ "folder": "out/points" }))["error"].is_string());
+    assert!(post("differences", json!({ "folders": ["out/absorber", "out/points"] }))["error"].is_string());
+    assert_eq!(server.post("differences", &json!({ "folders": ["out/absorber"] })).0, 400);
+
+    // Words at a place, counted in UTF-16 units.
+    let text = "title = \"ä😀\"\n[[bo";
+    let found = post("complete", json!({ "text": text, "at": text.encode_utf16().count() }));
+    assert_eq!(found["from"], text.encode_utf16().count() - 4);
+    assert!(found["words"].to_string().contains("[[body]]"), "{found}");
+    assert_eq!(post("complete", json!({ "text": "", "at": 1_000_000 }))["words"][0]["text"], "version = ");
+}
+
+/// In the browser: a race, the overlay and the differences of stored runs, a note, a study whose points show their designs, completion.
+#[test]
+fn the_page_races_compares_and_completes() {
+    let Some(program) = browser() else { return };
+    let place = absorber("open-compare");
+    place.run(&["optimize", "absorber", "--quiet"], 0);
+    place.run(&["optimize", "absorber", "--quiet", "--method", "gcmma"], 0);
+    std::fs::write(place.0.join("points.toml"), STUDY).unwrap();
+    place.run(&["study", "points", "--quiet"], 0);
+    let server = Server::start(&place.0, "absorber.toml");
+    let mut page = Page::open(&program, &place.0, [1400, 1200]);
+    page.show(&server.address());
+    let settled = "document.documentElement.dataset.settled?.endsWith('differentiated')";
+    page.wait(settled);
+    let designs = "[...document.querySelectorAll('#sliders input[type=range]')].map((e) => Number(e.value))";
+    let design = |page: &mut Page| -> Vec<f64> { serde_json::from_value(page.value(designs)).unwrap() };
+
+    // A race to the end of both.
+    page.click("[data-action=start]");
+    page.wait("document.getElementById('run').dataset.status === 'Paused'");
+    page.value("(() => { document.getElementById('rival-method').value = 'mma'; return 0; })()");
+    page.click("#rival-begin");
+    page.wait("document.getElementById('race').dataset.status === 'Paused'");
+    page.click("[data-action=run]");
+    page.wait("['run', 'race'].every((id) => ['Converged', 'CycleLimit', 'Stalled'].includes(document.getElementById(id).dataset.status))");
+    assert_eq!(page.value("document.querySelectorAll('#rivals tbody tr').length"), 2);
+    page.wait("document.querySelectorAll('#convergence g.series').length === 2");
+
+    // Two stored runs in the plot, and their differences.
+    page.click("#stored-runs summary");
+    page.wait("document.getElementById('stored-runs').dataset.listed === '4 1'");
+    let row = |name: &str| {
+        format!(
+            "[...document.querySelectorAll('#stored tbody tr')].find((row) => row.children[1].textContent === '{name}')"
+        )
+    };
+    for name in ["out/absorber", "out/absorber-2"] {
+        page.value(&format!("(() => {{ {}.querySelector('input[type=checkbox]').click(); return 0; }})()", row(name)));
+        page.wait(&format!(
+            "[...document.querySelectorAll('#convergence li')].some((e) => e.textContent.startsWith('{name} '))"
+        ));
+    }
+    page.wait("document.querySelector('#differences table')");
+    assert!(page.text("document.getElementById('differences').textContent").contains("gcmma"));
+    page.value(&format!("(() => {{ const e = {}.querySelector('input[type=text]'); e.value = 'first try'; e.dispatchEvent(new Event('change')); return 0; }})()", row("out/absorber")));
+    for _ in 0..500 {
+        if place.0.join("out/absorber/note.txt").exists() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert_eq!(place.read("out/absorber/note.txt"), "first try");
+    page.value(&format!(
+        "(() => {{ {}.querySelectorAll('.acts button')[2].click(); return 0; }})()",
+        row("out/absorber-2")
+    ));
+    page.wait("document.querySelector('#pins tbody th')?.textContent.includes('out/absorber-2')");
+
+    // A point of the study shows its design.
+    page.click("#studies tbody button");
+    page.wait("document.querySelectorAll('#study .rows circle').length === 24");
+    let before = design(&mut page);
+    page.click("#study .rows circle");
+    page.wait("document.getElementById('study').dataset.row !== undefined");
+    let run: usize = page.text("document.getElementById('study').dataset.row").parse().unwrap();
+    let rows = server.post("study", &json!({ "folder": "out/points" })).1;
+    let values = &rows["phases"][0]["rows"][run]["values"];
+    let now = design(&mut page);
+    assert_ne!(now, before);
+    assert!((now[0] - values[0].as_f64().unwrap()).abs() < 1e-12, "{now:?} and {values}");
+    page.wait(settled);
+    page.value("(() => { const s = document.querySelector('#study svg'); s.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight' })); return 0; })()");
+    page.wait(&format!("document.getElementById('study').dataset.row !== '{run}'"));
+    if let Some(folder) = std::env::var_os("APP_PICTURES") {
+        page.picture(&Path::new(&folder).join("open-stored.png"), true);
+    }
+
+    // Words in the editor, chosen with the keyboard.
+    page.value("(() => { const e = document.getElementById('text'); e.value += '\\n[[cons'; e.focus(); e.setSelectionRange(e.value.length, e.value.length); e.scrollTop = 1e6; return 0; })()");
+    page.wait("document.activeElement.id === 'text'");
+    let key = |kind: &str, name: &str| {
+        format!(
+            "(() => {{ document.getElementById('text').dispatchEvent(new KeyboardEvent('keydown', {{ key: '{name}', ctrlKey: {}, cancelable: true }})); return 0; }})()",
+            kind == "ctrl"
+        )
+    };
+    page.value(&key("ctrl", " "));
+    page.wait("!document.getElementById('words').hidden");
+    assert!(page.text("document.querySelector('#words li b').textContent").starts_with("[[constraint]]"));
+    if let Some(folder) = std::env::var_os("APP_PICTURES") {
+        page.picture(&Path::new(&folder).join("open-words.png"), false);
+    }
+    page.value(&key("", "Enter"));
+    page.wait("document.getElementById('text').value.endsWith('[[constraint]]')");
+    page.wait("document.getElementById('words').hidden");
+    assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
+}
