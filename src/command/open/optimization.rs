@@ -10,7 +10,7 @@ use super::guard::message;
 use super::stored;
 use anyhow::{Context, bail, ensure};
 use linkwright::model_file::{Model, read, with_setting};
-use linkwright::problem::{AnalyzedDesign, Problem};
+use linkwright::problem::Problem;
 use linkwright::report::outcome;
 use linkwright::sao::{Cycle, State, Status, presets};
 use linkwright::storage::Directory;
@@ -23,8 +23,6 @@ use tokio::sync::watch;
 
 /// Steps that can be taken back.
 const MEMORY: usize = 200;
-/// Factor of the move limits after a proposal was refused by hand.
-const REFUSED: f64 = 0.5;
 
 /// A request of a page about a run.
 #[derive(Debug, Deserialize)]
@@ -294,42 +292,16 @@ impl SteeredRun {
         self.store()
     }
 
-    /// The last trial step, for a decision by hand.
-    fn last(&self) -> anyhow::Result<Cycle> {
-        ensure!(
-            self.model.method().automatic.is_none(),
-            "the automatic method decides itself which proposals it accepts; set method.preset to another method, such as slp"
-        );
-        let last = self.state.history.last().filter(|cycle| cycle.cycle > 0);
-        last.cloned().context("there is no proposal yet")
-    }
-
     fn refuse(&mut self) -> anyhow::Result<()> {
-        let mut cycle = self.last()?;
-        ensure!(cycle.accepted, "the proposal was rejected already");
-        let counters = self.state.counters;
-        let mut state = self.earlier.last().cloned().context("the proposal is not one of this session")?;
-        cycle.accepted = false;
-        let base = state.clone();
-        state.history.push(cycle);
-        state.counters = counters;
-        state.factors.iter_mut().for_each(|factor| *factor *= REFUSED);
+        let base = self.earlier.last().cloned().context("the proposal is not one of this session")?;
+        let state = self.model.method().refuse_by_hand(&self.problem, base.clone(), &self.state)?;
         self.replace(base, state, "proposal refused by hand")
     }
 
     fn accept(&mut self) -> anyhow::Result<()> {
-        let mut cycle = self.last()?;
-        ensure!(!cycle.accepted, "the proposal was accepted already");
-        ensure!(cycle.failure.is_none(), "the proposal could not be analysed");
-        let AnalyzedDesign { design, responses, evaluation } = self.problem.analyze_design(&cycle.design)?;
-        let mut state = self.state.clone();
-        cycle.accepted = true;
-        state.last_step = Some(design.iter().zip(&state.design).map(|(to, from)| to - from).collect());
-        state.history.pop();
-        let base = State { history: state.history.clone(), ..self.state.clone() };
-        state.history.push(cycle);
-        state.data = None;
-        (state.design, state.responses, state.evaluation) = (design, responses, evaluation);
+        let state = self.model.method().accept_by_hand(&self.problem, self.state.clone())?;
+        let mut base = self.state.clone();
+        base.history.pop();
         self.replace(base, state, "proposal accepted by hand")
     }
 
@@ -384,7 +356,6 @@ impl SteeredRun {
             "rows": rows,
             "region": region.map(|region| json!({ "lower": own(&region.lower), "upper": own(&region.upper) })),
             "factors": own(&state.factors),
-            "steerable": model.method().automatic.is_none(),
             "method": linkwright::model_file::settings("", text).ok().and_then(|all| all.get("method.preset").map(|name| name.trim_matches('"').to_owned())),
             "methods": presets().iter().map(|preset| preset.name).collect::<Vec<_>>(),
             "analyses": state.counters.analyses, "sensitivity_analyses": state.counters.sensitivity_analyses,

@@ -139,7 +139,7 @@ impl Method {
         self.conclude(problem, state)
     }
 
-    fn screen_and_differentiate(&self, problem: &Problem, state: &mut State) -> Result<CycleData> {
+    pub(super) fn screen_and_differentiate(&self, problem: &Problem, state: &mut State) -> Result<CycleData> {
         let retained = self.screening.retain(problem, &state.evaluation);
         self.differentiate_rows(problem, state, retained)
     }

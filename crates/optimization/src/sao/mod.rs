@@ -4,6 +4,7 @@
 //! one [`State`]. It can be written to a file, and a run that continues from the file has the same bits.
 
 mod automatic;
+mod by_hand;
 mod confirmation;
 mod conservatism;
 mod cycle;

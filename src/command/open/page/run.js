@@ -65,8 +65,8 @@ export class Run {
     this.buttons.run.disabled = this.buttons.step.disabled = !either("Paused");
     this.buttons.pause.disabled = !either("Running");
     this.buttons.back.disabled = !run?.can_go_back || status === "Running";
-    this.buttons.accept.disabled = !(run?.steerable && last && last.cycle > 0 && !last.accepted && !last.failure) || status === "Running";
-    this.buttons.refuse.disabled = !(run?.steerable && last && last.cycle > 0 && last.accepted && run.can_go_back) || status === "Running";
+    this.buttons.accept.disabled = !(last && last.cycle > 0 && !last.accepted && !last.failure) || status === "Running";
+    this.buttons.refuse.disabled = !(last && last.cycle > 0 && last.accepted && run.can_go_back) || status === "Running";
     this.buttons.close.disabled = !run;
     this.method.disabled = !is_there || status === "Running";
     if (is_there) {

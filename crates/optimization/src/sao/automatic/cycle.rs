@@ -215,6 +215,48 @@ impl Automatic {
         Ok(Continuation { is_feasible, largest_change })
     }
 
+    /// Makes a rejected design, which is analysed, that of the state; `data` belongs to the design before it.
+    pub(in crate::sao) fn accept(
+        &self,
+        method: &Method,
+        problem: &Problem,
+        state: &mut State,
+        (accepted, data): (AnalyzedDesign, CycleData),
+    ) -> Result<()> {
+        let (mut memory, data) = match state.automatic.take() {
+            Some(memory) => (memory, data),
+            None => self.begin(method, problem, state)?,
+        };
+        let next = method.differentiate(problem, &accepted)?;
+        state.counters.sensitivity_analyses += usize::from(next.has_derivatives());
+        memory.filter.clear();
+        (memory.rejections, memory.rejected) = (0, vec![]);
+        state.advance(accepted, data.sensitivities, 0);
+        self.store(problem, state, &next, &mut memory);
+        (state.automatic, state.data) = (Some(memory), Some(next));
+        Ok(())
+    }
+
+    /// Limits the next step to half the one to a `refused` design.
+    pub(in crate::sao) fn narrow(
+        &self,
+        method: &Method,
+        problem: &Problem,
+        state: &mut State,
+        refused: &[f64],
+    ) -> Result<()> {
+        let (mut memory, data) = match (state.automatic.take(), state.data.take()) {
+            (Some(memory), Some(data)) => (memory, data),
+            _ => self.begin(method, problem, state)?,
+        };
+        let step: Vec<f64> = refused.iter().zip(&state.design).map(|(to, from)| to - from).collect();
+        widths_after_rejection(&mut memory.widths, &step, true);
+        let lengths = Situation::new(self, problem, state, &data, &memory).units.lengths;
+        state.factors = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
+        (state.automatic, state.data) = (Some(memory), Some(data));
+        Ok(())
+    }
+
     /// Stores the current design with its numbers.
     fn store(&self, problem: &Problem, state: &State, data: &CycleData, memory: &mut AutomaticState) {
         let State { design, responses, evaluation, .. } = state;
