@@ -612,6 +612,27 @@ fn the_page_steers_edits_and_draws() {
     assert!(text.contains("drawn limit 1") && text.contains("at_most"), "{text}");
     place.run(&["analyze", "lift"], 0);
 
+    // A limit of several pieces: points by clicks, the last one by a double click. It is a curve beside the history.
+    page.click(".plot .tools button");
+    let [x, y] = page.middle(".plot svg");
+    for (dx, dy) in [(-80.0, -30.0), (0.0, -10.0), (80.0, -40.0)] {
+        page.mouse("mousePressed", [x + dx, y + dy]);
+        page.mouse("mouseReleased", [x + dx, y + dy]);
+    }
+    page.value(
+        "(() => { document.querySelector('.plot svg').dispatchEvent(new MouseEvent('dblclick')); return 0; })()",
+    );
+    page.wait(&format!("document.querySelectorAll('.margin').length === {}", limits + 2));
+    page.wait("document.querySelectorAll('.plot:first-of-type path.limit').length >= 2");
+    if let Some(folder) = std::env::var_os("APP_PICTURES") {
+        page.picture(&Path::new(&folder).join("open-limits.png"), false);
+    }
+    page.click("#save");
+    page.wait("document.getElementById('save').disabled");
+    let text = place.read("lift.toml");
+    assert!(text.contains("drawn_2(time)") && text.contains("interpolation = \"linear\""), "{text}");
+    place.run(&["analyze", "lift"], 0);
+
     // A wrong word in the text: the error has its line, and a button that leads there.
     let type_text = |page: &mut Page, text: &str| {
         page.value(&format!("(() => {{ const e = document.getElementById('text'); e.value = {}; e.dispatchEvent(new Event('input')); return 0; }})()", json!(text)));

@@ -54,6 +54,36 @@ fn two_methods_race_on_the_same_problem() {
     wait(&server, "run", "closed", |value| value["rival"] == Value::Null);
 }
 
+/// Proposals of the automatic method are refused and accepted by hand, too; the run that was steered goes on with `resume`.
+#[test]
+fn proposals_of_the_automatic_method_are_decided_by_hand() {
+    let place = absorber("open-by-hand");
+    let text = place.read("absorber.toml");
+    let text = text.lines().filter(|line| !line.starts_with("preset")).collect::<Vec<_>>().join("\n");
+    std::fs::write(place.0.join("absorber.toml"), text).unwrap();
+    let server = Server::start(&place.0, "absorber.toml");
+    let act = |action: &str| assert_eq!(server.post("run", &json!({ "action": action })).0, 200);
+    let design = start_design(&server.get("model"));
+    server.post("run", &json!({ "action": "start", "design": design }));
+    rests(&server, "Paused", |tries| tries == 0);
+    act("step");
+    let one = rests(&server, "Paused", |tries| tries == 1);
+    assert_eq!(one["method"], Value::Null, "{one}");
+    let accepted = one["cycles"][1]["accepted"] == true;
+    assert!(accepted, "{one}");
+    act("refuse");
+    let refused = wait(&server, "run", "refused", |value| value["run"]["cycles"][1]["accepted"] == false);
+    assert_eq!((&refused["run"]["design"], &refused["run"]["fault"]), (&json!(design), &Value::Null));
+    act("accept");
+    let again = wait(&server, "run", "accepted", |value| value["run"]["cycles"][1]["accepted"] == true);
+    assert_eq!(again["run"]["design"], one["design"]);
+    act("step");
+    rests(&server, "Paused", |tries| tries == 2);
+    drop(server);
+    let end = place.run(&["resume", "absorber"], 0);
+    assert!(end.contains("Converged"), "{end}");
+}
+
 /// Cycles, designs, differences and notes of stored runs, rows of studies with their designs; other folders are unknown.
 #[test]
 fn stored_runs_and_studies_are_listed_and_opened() {
@@ -204,6 +234,7 @@ fn the_page_races_compares_and_completes() {
     }
 
     // Words in the editor, chosen with the keyboard.
+    page.middle("#text");
     page.value("(() => { const e = document.getElementById('text'); e.value += '\\n[[cons'; e.focus(); e.setSelectionRange(e.value.length, e.value.length); e.scrollTop = 1e6; return 0; })()");
     page.wait("document.activeElement.id === 'text'");
     let key = |kind: &str, name: &str| {
@@ -222,4 +253,123 @@ fn the_page_races_compares_and_completes() {
     page.wait("document.getElementById('text').value.endsWith('[[constraint]]')");
     page.wait("document.getElementById('words').hidden");
     assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
+}
+
+/// The numbers of the tour, by its steps.
+#[test]
+fn the_tour_leads_to_the_optimum_that_it_names() {
+    let Some(program) = browser() else { return };
+    let tour = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/tour.md")).unwrap();
+    let place = TempFolder::new("open-tour");
+    place.example("shaper");
+    let server = Server::start(&place.0, "shaper.toml");
+    let mut page = Page::open(&program, &place.0, [1400, 1200]);
+    page.show(&server.address());
+    let settled = "document.documentElement.dataset.settled?.endsWith('differentiated')";
+    page.wait(settled);
+    let objective = |page: &mut Page| page.text("document.getElementById('objective-value').textContent");
+    let named = |shown: &str| assert!(tour.contains(shown), "the tour does not name {shown}");
+    named(&objective(&mut page));
+    assert_eq!(page.value("document.querySelectorAll('.margin .pill.bad').length"), 2);
+
+    // 2: a number is typed, the design pinned.
+    page.value("(() => { const e = document.getElementById('value-0'); e.value = '0.13'; e.dispatchEvent(new Event('change')); return 0; })()");
+    page.wait(&format!("{settled} && document.getElementById('objective-value').textContent.startsWith('319')"));
+    named(&objective(&mut page));
+    assert_eq!(page.value("document.querySelectorAll('.margin .pill.bad').length"), 0);
+    page.click("#pin");
+    assert_eq!(page.value("document.querySelectorAll('#pins tbody tr').length"), 1);
+
+    // 3: a step is refused, accepted, and the run goes on to its end.
+    let status = |wanted: &str| format!("document.getElementById('run').dataset.status === '{wanted}'");
+    let tries = |count: usize| format!("document.getElementById('run').dataset.tries === '{count}'");
+    let edits = |count: usize| format!("document.querySelectorAll('#edits li').length === {count}");
+    page.click("[data-action=start]");
+    page.wait(&status("Paused"));
+    page.click("[data-action=step]");
+    page.wait(&tries(1));
+    page.click("[data-action=refuse]");
+    page.wait(&edits(1));
+    page.click("[data-action=accept]");
+    page.wait(&edits(2));
+    page.click("[data-action=run]");
+    page.wait(&status("Converged"));
+    page.wait(&format!("{settled} && document.getElementById('objective-value').textContent.startsWith('285')"));
+    named(&objective(&mut page));
+
+    // 4: the bound excludes the design; from the start it does not.
+    let set = |page: &mut Page| {
+        page.value("(() => { const f = document.getElementById('setting'); f.elements.key.value = 'design.link.upper'; f.elements.value.value = '0.3'; f.requestSubmit(); return 0; })()");
+    };
+    set(&mut page);
+    page.wait("document.getElementById('run-note').textContent.includes('exclude')");
+    while page.value("Number(document.getElementById('run').dataset.tries)").as_u64().unwrap() > 0 {
+        let before = page.text("document.getElementById('run').dataset.tries");
+        page.click("[data-action=back]");
+        page.wait(&format!("document.getElementById('run').dataset.tries !== '{before}'"));
+    }
+    set(&mut page);
+    page.wait("document.getElementById('edits').textContent.includes('design.link.upper')");
+
+    // 5: the rival has the bound, too.
+    page.value("(() => { document.getElementById('rival-method').value = 'mma'; return 0; })()");
+    page.click("#rival-begin");
+    page.wait("document.getElementById('race').dataset.status === 'Paused'");
+    page.click("[data-action=run]");
+    page.wait("['run', 'race'].every((id) => document.getElementById(id).dataset.status === 'Converged')");
+    let ends = "[...document.querySelectorAll('#rivals tbody tr')].map((row) => row.children[5].textContent)";
+    let ends: Vec<String> = serde_json::from_value(page.value(ends)).unwrap();
+    assert_eq!(ends[0], ends[1]);
+    named(&format!("{} N·m", ends[0]));
+    assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
+}
+
+/// Frames in a second while a slider is dragged, and the time from a drag to its analysis, for the example models. The figures
+/// depend on the machine and its load, so they are printed only:
+/// `cargo test --release --test model frames_and_answers -- --ignored --nocapture`.
+#[test]
+#[ignore = "a measurement"]
+fn frames_and_answers_while_a_slider_is_dragged() {
+    let Some(program) = browser() else { return };
+    const DRAG: &str = "(async () => {
+        const root = document.documentElement.dataset;
+        const slider = document.querySelector('#sliders input[type=range]');
+        const [low, high] = [Number(slider.min), Number(slider.max)];
+        const middle = Number(slider.value);
+        const put = (k) => { slider.value = middle + 0.02 * (high - low) * Math.sin(k / 10); slider.dispatchEvent(new Event('input')); };
+        let [frames, longest, last, begin] = [0, 0, null, null];
+        await new Promise((done) => {
+            const step = (now) => {
+                begin ??= now;
+                if (last !== null) longest = Math.max(longest, now - last);
+                last = now;
+                frames += 1;
+                put(frames);
+                if (now - begin < 3000) requestAnimationFrame(step); else done();
+            };
+            requestAnimationFrame(step);
+        });
+        const rate = (1000 * (frames - 1)) / (last - begin);
+        const times = [];
+        for (let k = 0; k < 20; k++) {
+            await new Promise((done) => setTimeout(done, 400));
+            const [before, since] = [root.answered, performance.now()];
+            put(frames + 7 * k);
+            await new Promise((done) => { const look = () => (root.answered !== before ? done() : setTimeout(look, 1)); look(); });
+            times.push(performance.now() - since);
+        }
+        times.sort((a, b) => a - b);
+        return [rate, longest, times[10], times[18]];
+    })()";
+    println!("model                   frames/s  longest frame ms  answer ms (median)  (95 %)");
+    for name in ["impact-absorber", "slider-crank", "shaper", "four-bar", "two-link-arm", "trebuchet", "walking-leg"] {
+        let place = TempFolder::new("open-speed");
+        place.example(name);
+        let server = Server::start(&place.0, &format!("{name}.toml"));
+        let mut page = Page::open(&program, &place.0, [1400, 1000]);
+        page.show(&server.address());
+        page.wait("document.documentElement.dataset.settled?.endsWith('differentiated')");
+        let [rate, longest, median, most]: [f64; 4] = serde_json::from_value(page.value(DRAG)).unwrap();
+        println!("{name:<24}{rate:>8.0}{longest:>18.0}{median:>20.1}{most:>8.1}");
+    }
 }

@@ -334,7 +334,7 @@ impl SteeredRun {
     /// The run as pages show it.
     fn record(&mut self) -> Value {
         let folder = self.folder.folder().directory().path().display().to_string();
-        let Self { problem, state, model, text, .. } = &*self;
+        let Self { problem, state, text, .. } = &*self;
         let own = |values: &[f64]| own(problem, values);
         let name = |row: linkwright::problem::RowId| problem.row_in_words(row);
         let last = state.history.last();

@@ -375,6 +375,7 @@ fn constraints(problem: &Problem) -> Vec<Value> {
         json!({
             "name": outcome::name(problem, j), "unit": outcome::unit(problem, j), "relation": relation,
             "output": constraint.quantity.as_response(), "changes": constraint.quantity.is_transient(),
+            "follows": constraint.quantity.as_shifted_response(&problem.grids, &problem.start()),
             "window": constraint.window,
         })
     };

@@ -6,6 +6,9 @@ use super::{Function, Functional, Intermediates, TimeGrid, WeightedSum};
 use autodiff::Scalar;
 use std::sync::Arc;
 
+/// Relative rounding below which a quantity counts as a response minus a function of time.
+const SHIFTED: f64 = 1e-9;
+
 /// The function of a quantity, and its arguments.
 #[derive(Clone)]
 pub(crate) enum QuantityForm {
@@ -95,6 +98,21 @@ impl Quantity {
     /// Index of the response if the quantity is a response itself; `None` for a function of responses.
     pub fn as_response(&self) -> Option<usize> {
         self.uses.first().copied().filter(|_| self.is_response)
+    }
+
+    /// Index of the response r if the quantity is r(t) − f(b, t): its limit is then a curve beside the history of r. The form is
+    /// found by values of the quantity at this design, at some times of its grid.
+    pub fn as_shifted_response(&self, grids: &[TimeGrid], design: &[f64]) -> Option<usize> {
+        let (QuantityForm::EachPoint(grid, _), [response]) = (&self.form, &self.uses[..]) else { return None };
+        let signed = SignedQuantity { quantity: self, sign: 1.0, bound: None };
+        let points = &grids.get(*grid)?.points;
+        let is_shifted = |&time: &f64| {
+            let [at_zero, others @ ..] = [0.0, 1.0, -0.7, 2.9].map(|r| (r, signed.value_at(&[r], design, time)));
+            let off = |(r, value): &(f64, f64)| value - at_zero.1 - r;
+            others.iter().all(|other| off(other).abs() <= SHIFTED * (1.0 + at_zero.1.abs()))
+        };
+        let some = points.iter().step_by((points.len() / 4).max(1));
+        (!points.is_empty() && some.into_iter().all(is_shifted)).then_some(*response)
     }
 
     /// The grid over which the quantity is evaluated, if any.

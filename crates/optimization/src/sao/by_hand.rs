@@ -74,7 +74,11 @@ fn require(holds: bool, why: &str) -> Result<()> {
     if holds {
         Ok(())
     } else {
-        Err(Error::definition("the last proposal", why, "decide about a proposal that the method has decided otherwise"))
+        Err(Error::definition(
+            "the last proposal",
+            why,
+            "decide about a proposal that the method has decided otherwise",
+        ))
     }
 }
 

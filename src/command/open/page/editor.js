@@ -94,15 +94,24 @@ export class Editor {
   }
 }
 
-// The text of a constraint that keeps an output on one side of a line from (t0, v0) to (t1, v1).
-export function limitText(text, output, relation, [[t0, v0], [t1, v1]], digits) {
+// The text of a constraint that keeps an output on one side of a line through points (t, v) of increasing times.
+export function limitText(text, output, relation, points, digits) {
   const round = (v) => Number(v.toPrecision(digits));
   const names = new Set([...text.matchAll(/name\s*=\s*"([^"]*)"/g)].map((found) => found[1]));
   let k = 1;
   while (names.has(`drawn limit ${k}`)) k += 1;
   const key = relation === "≤" ? "at_most" : "at_least";
-  const slope = (v1 - v0) / (t1 - t0);
-  const flat = Math.abs(v1 - v0) < 0.02 * Math.max(Math.abs(v0), Math.abs(v1));
-  const [value, limit] = flat ? [output, round((v0 + v1) / 2)] : [`${output} - (${round(v0)} + ${round(slope)}*(time - ${round(t0)}))`.replaceAll("+ -", "- ").replaceAll("- -", "+ "), 0];
-  return `${text.trimEnd()}\n\n[[constraint]]\nname = "drawn limit ${k}"\nvalue = "${value}"\n${key} = ${limit}\nfrom = ${round(t0)}\nto = ${round(t1)}\n`;
+  const values = points.map(([, v]) => v);
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  const [[t0, v0], [t1, v1]] = [points[0], points[points.length - 1]];
+  const head = (value, limit) => `${text.trimEnd()}\n\n[[constraint]]\nname = "drawn limit ${k}"\nvalue = "${value}"\n${key} = ${limit}\nfrom = ${round(t0)}\nto = ${round(t1)}\n`;
+  if (high - low < 0.02 * Math.max(Math.abs(low), Math.abs(high))) return head(output, round((low + high) / 2));
+  if (points.length === 2) {
+    const slope = (v1 - v0) / (t1 - t0);
+    return head(`${output} - (${round(v0)} + ${round(slope)}*(time - ${round(t0)}))`.replaceAll("+ -", "- ").replaceAll("- -", "+ "), 0);
+  }
+  let n = k;
+  while (text.includes(`[table.drawn_${n}]`)) n += 1;
+  const list = (numbers) => `[${numbers.map(round).join(", ")}]`;
+  return `${head(`${output} - drawn_${n}(time)`, 0)}\n[table.drawn_${n}]\nx = ${list(points.map(([t]) => t))}\ny = ${list(values)}\ninterpolation = "linear"\n`;
 }

@@ -204,9 +204,15 @@ function take(record) {
   if (record.number === sequence) root.dataset.settled = `${record.number}${record.derivatives || !model.objective ? " differentiated" : ""}`;
 }
 
+// True for a constraint that is a curve beside the history of an output.
+const isCurve = (c, output) => c.output === null && c.follows === output;
+
 function limitsOf(output, constraint) {
   const all = model.constraints.map((c, j) => ({ ...c, value: shown.constraints[j].limit, j }));
-  return all.filter((c) => (output === undefined ? c.j === constraint : c.output === output));
+  if (output === undefined) return all.filter((c) => c.j === constraint);
+  // The limit of x(t) − f(t) is the curve f(t) + limit beside x(t).
+  const curve = (c) => shown.constraints[c.j].values.map((v, p) => (v === null ? null : shown.outputs[output][p] - v + c.value));
+  return all.filter((c) => c.output === output || isCurve(c, output)).map((c) => (c.output === output ? c : { ...c, curve: curve(c) }));
 }
 
 function showPrediction() {
@@ -340,7 +346,7 @@ function buildPlots() {
       if (model.objective) one.plot.drawable((relation, ends) => editor.replace(limitText(editor.area.value, output.name, relation, ends, 4)));
       return [one];
     }),
-    ...model.constraints.flatMap((c, j) => (c.changes && c.output === null ? [of(`${c.name} (constrained)`, c.unit, { constraint: j })] : [])),
+    ...model.constraints.flatMap((c, j) => (c.changes && c.output === null && c.follows === null ? [of(`${c.name} (constrained)`, c.unit, { constraint: j })] : [])),
   ];
   by("histories").hidden = plots.length === 0;
 }

@@ -5,7 +5,7 @@ import { element } from "./mechanism.js";
 const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [480, 220, 58, 10, 8, 30];
 
 export const short = (value) => (value === null || value === undefined || !Number.isFinite(value) ? "–"
-  : String(Number(value.toPrecision(5))).replace("-", "\u2212"));
+  : String(Number(value.toPrecision(5))).replaceAll("-", "\u2212"));
 export const withUnit = (value, unit) => (unit ? `${short(value)} ${unit}` : short(value));
 
 // Round numbers in an interval, about `count` of them.
@@ -44,49 +44,66 @@ export class Plot {
     this.limits = limits;
   }
 
-  // Lets a limit be drawn with the pointer: `drawn` gets its relation and its two ends.
+  // Lets a limit be drawn with the pointer: `drawn` gets its relation and its points. A drag makes a straight line; clicks make a line
+  // of several pieces, which a double click or Enter ends.
   drawable(drawn) {
-    let [relation, from] = [null, null];
+    let [relation, points, from] = [null, [], null];
+    const line = element("path", { class: "drawn" });
     const buttons = [["≤", "Draw an upper limit"], ["≥", "Draw a lower limit"]].map(([sign, text]) => {
       const button = document.createElement("button");
-      Object.assign(button, { type: "button", textContent: sign, title: text, ariaLabel: `${text} of ${this.name}`, ariaPressed: "false" });
+      Object.assign(button, { type: "button", textContent: sign, title: `${text}: drag a line, or click points and end with a double click`, ariaLabel: `${text} of ${this.name}`, ariaPressed: "false" });
       button.dataset.relation = sign;
       button.addEventListener("click", () => arm(relation === sign ? null : sign));
       return button;
     });
     const arm = (sign) => {
-      [relation, from] = [sign, null];
+      [relation, points, from] = [sign, [], null];
+      line.remove();
       this.figure.classList.toggle("drawing", sign !== null);
       buttons.forEach((button) => { button.ariaPressed = String(button.dataset.relation === sign); });
     };
+    const all = () => this.time.points;
+    const least = () => 0.01 * (all().at(-1) - all()[0]);
     const point = (event) => {
       const box = this.svg.getBoundingClientRect();
       const [x, y] = [((event.clientX - box.left) / box.width) * WIDTH, ((event.clientY - box.top) / box.height) * HEIGHT];
-      const { points } = this.time;
-      const [first, last] = [points[0], points[points.length - 1]];
-      const t = first + ((x - LEFT) / (WIDTH - LEFT - RIGHT)) * (last - first);
-      return [Math.min(Math.max(t, first), last), this.range[1] - ((y - TOP) / (HEIGHT - TOP - BOTTOM)) * (this.range[1] - this.range[0])];
+      const t = all()[0] + ((x - LEFT) / (WIDTH - LEFT - RIGHT)) * (all().at(-1) - all()[0]);
+      return [Math.min(Math.max(t, all()[0]), all().at(-1)), this.range[1] - ((y - TOP) / (HEIGHT - TOP - BOTTOM)) * (this.range[1] - this.range[0])];
     };
-    const line = element("path", { class: "drawn" });
+    // A point at the time of another one takes its place.
+    const add = (next) => { points = [...points.filter(([t]) => Math.abs(t - next[0]) >= least()), next].sort((a, b) => a[0] - b[0]); };
+    const show = (next) => {
+      const shown = next ? [...points, next].sort((a, b) => a[0] - b[0]) : points;
+      line.setAttribute("d", shown.map(([t, v], k) => `${k ? "L" : "M"}${this.x(t)} ${this.y(v)}`).join(""));
+      this.svg.append(line);
+    };
+    const end = () => {
+      const [sign, ends] = [relation, points];
+      arm(null);
+      if (ends.length > 1) drawn(sign, ends);
+    };
     this.svg.addEventListener("pointerdown", (event) => {
       if (!relation) return;
       event.preventDefault();
       from = point(event);
+      add(from);
       this.svg.setPointerCapture(event.pointerId);
     });
-    this.svg.addEventListener("pointermove", (event) => {
-      if (!from) return;
-      const to = point(event);
-      line.setAttribute("d", `M${this.x(from[0])} ${this.y(from[1])}L${this.x(to[0])} ${this.y(to[1])}`);
-      this.svg.append(line);
-    });
+    this.svg.addEventListener("pointermove", (event) => { if (relation && points.length) show(point(event)); });
     this.svg.addEventListener("pointerup", (event) => {
-      if (!from) return;
-      const ends = [from, point(event)].sort((a, b) => a[0] - b[0]);
-      const sign = relation;
-      line.remove();
-      arm(null);
-      if (ends[1][0] - ends[0][0] > 0.01 * (this.time.points[this.time.points.length - 1] - this.time.points[0])) drawn(sign, ends);
+      if (!relation || !from) return;
+      const to = point(event);
+      const is_drag = Math.abs(to[0] - from[0]) > 3 * least();
+      from = null;
+      if (!is_drag) return show();
+      add(to);
+      if (points.length === 2) end(); else show();
+    });
+    this.svg.addEventListener("dblclick", () => { if (relation) end(); });
+    this.svg.tabIndex = 0;
+    this.svg.addEventListener("keydown", (event) => {
+      if (relation && event.key === "Enter") end();
+      if (relation && event.key === "Escape") arm(null);
     });
     this.tools.replaceChildren(...buttons);
   }
@@ -107,7 +124,8 @@ export class Plot {
     this.series.forEach(({ values }) => values.forEach(add));
     const [bottom, top] = [low, high];
     // A limit far away would flatten the history.
-    this.limits.forEach(({ value }) => { if (Math.abs(value - (bottom + top) / 2) <= 3 * (top - bottom)) add(value); });
+    const near = (value) => { if (value !== null && Math.abs(value - (bottom + top) / 2) <= 3 * (top - bottom)) add(value); };
+    this.limits.forEach(({ value, curve }) => (curve ?? [value]).forEach(near));
     if (!(low <= high)) [low, high] = [0, 1];
     const pad = 0.06 * (high - low) || 0.1 * Math.abs(high) || 1;
     const wanted = [low - pad, high + pad];
@@ -151,7 +169,8 @@ export class Plot {
       parts.push(element("path", { class: "grid", d: `M${x} ${TOP}V${bottom}` }), text(x, bottom + 14, "middle", short(t)));
     });
     parts.push(text(WIDTH - RIGHT, HEIGHT - 3, "end", `${this.time.name} / ${this.time.unit}`));
-    this.limits.forEach(({ relation, value, window }) => {
+    this.limits.forEach(({ relation, value, window, curve }) => {
+      if (curve) return parts.push(...this.curvedLimit(relation, curve, bottom));
       const [from, to] = (window ?? [first, last]).map((t) => this.x(Math.min(Math.max(t, first), last)));
       if (value < this.range[0] || value > this.range[1]) return;
       const y = this.y(value);
@@ -162,6 +181,18 @@ export class Plot {
     parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: bottom - TOP }));
     this.cursor = element("path", { class: "now" });
     this.svg.replaceChildren(...parts, this.lines, this.cursor);
+  }
+
+  // A limit that changes with time, and the side that it forbids.
+  curvedLimit(relation, curve, bottom) {
+    const { points } = this.time;
+    const inside = (y) => Math.min(Math.max(y, TOP), bottom);
+    const at = curve.flatMap((v, p) => (v === null || !Number.isFinite(v) ? [] : [[this.x(points[p]).toFixed(1), inside(this.y(v)).toFixed(1)]]));
+    if (at.length < 2) return [];
+    const line = `M${at.map((one) => one.join(" ")).join("L")}`;
+    const side = { "≤": TOP, "≥": bottom }[relation];
+    const beyond = side === undefined ? [] : [element("path", { class: "beyond", d: `${line}V${side}H${at[0][0]}Z` })];
+    return [...beyond, element("path", { class: "limit", d: line })];
   }
 
   // The time of the picture.

@@ -4,7 +4,7 @@ import { element } from "./mechanism.js";
 import { options } from "./elements.js";
 import { short, ticks, withUnit } from "./plots.js";
 
-const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [640, 300, 70, 12, 10, 40];
+const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [640, 312, 70, 12, 22, 40];
 // Distance in the units of the picture within which a click finds a point.
 const REACH = 24;
 
@@ -77,7 +77,7 @@ export class StudyPicture {
     const parts = [];
     ticks(y0, y1).forEach((v) => parts.push(element("path", { class: "grid", d: `M${LEFT} ${y(v)}H${WIDTH - RIGHT}` }), text(LEFT - 6, y(v) + 4, "end", word(j, v))));
     ticks(x0, x1, 6).forEach((v) => parts.push(element("path", { class: "grid", d: `M${x(v)} ${TOP}V${HEIGHT - BOTTOM}` }), text(x(v), HEIGHT - BOTTOM + 15, "middle", word(i, v))));
-    parts.push(text(WIDTH - RIGHT, HEIGHT - 5, "end", this.label(i)), element("text", { x: LEFT + 6, y: TOP + 14 }, this.label(j)));
+    parts.push(text(WIDTH - RIGHT, HEIGHT - 5, "end", this.label(i)), element("text", { x: LEFT, y: TOP - 8 }, this.label(j)));
     parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }));
     this.points = own.map((row) => ({ row, x: x(row.values[i]), y: y(row.values[j]) })).sort((a, b) => a.x - b.x);
     const dots = this.points.map((point) => {
