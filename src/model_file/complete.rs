@@ -58,7 +58,12 @@ pub fn completions(text: &str, at: usize) -> Completions {
         }
     };
     let lower = word.to_lowercase();
-    let words = found.into_iter().filter(|one| one.text.to_lowercase().starts_with(&lower) && one.text != word);
+    // A word that takes quotes is found by its beginning without them, too.
+    let begins = |text: &str| {
+        let text = text.to_lowercase();
+        text.starts_with(&lower) || text.trim_start_matches('"').starts_with(&lower)
+    };
+    let words = found.into_iter().filter(|one| begins(&one.text) && one.text != word);
     Completions { from: at - word.len(), words: words.collect() }
 }
 

@@ -8,7 +8,7 @@ use linkwright::problem::{
     Analysis, ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity,
     ResponseAt, Responses, TimeGrid,
 };
-use linkwright::sao::{Method, State, Status, preset};
+use linkwright::sao::{Method, Screening, State, Status, preset};
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
 
@@ -294,4 +294,29 @@ fn no_claim_about_a_problem_of_the_suites_is_false() {
     assert!(wrong.is_empty(), "false: {wrong:?}");
     let unsolved = of(&|v| !v.is_solved());
     assert!(100 * unsolved.len() <= 5 * runs.len(), "{} of {} unsolved: {unsolved:?}", unsolved.len(), runs.len());
+}
+
+/// Screening removes all rows at a heavy start, so that nothing keeps the first step from the lower bounds: the step is repeated with the
+/// rows that it violates.
+#[test]
+fn a_step_that_violates_rows_which_screening_has_removed_is_repeated_with_them() {
+    let method = Method::automatic().with_screening(Screening::above(0.5));
+    let problem = case("cantilever");
+    let end = method.resume(&problem, method.start_at(&problem, vec![8.0; 5]).unwrap(), |_| ()).unwrap();
+    assert_eq!(end.status, Status::Converged, "{}", end.reason);
+    let largest = end.history.iter().filter(|c| c.accepted).map(|c| c.violation_pct).fold(0.0, f64::max);
+    assert!(largest < 100.0, "a design is accepted that violates by {largest} %");
+    let seen: Vec<_> = end.history.iter().map(|c| (c.accepted, c.objective, c.violation_pct)).collect();
+    assert!(end.history.iter().any(|c| !c.accepted && c.violation_pct > 100.0), "no step was repeated: {seen:?}");
+
+    // Starts of the flexible four-bar mechanism within 30 % of the paper's.
+    let problem = case("four-bar");
+    let start = problem.start();
+    for signs in [[0, 0, 0], [-1, 0, 1], [1, 1, -1], [0, -1, 1], [1, 0, 0], [-1, 1, 1]] {
+        let design = start.iter().zip(signs).map(|(b, s)| b * (1.0 + 0.29 * f64::from(s))).collect();
+        let end = method.resume(&problem, method.start_at(&problem, design).unwrap(), |_| ()).unwrap();
+        let largest = end.history.iter().filter(|c| c.accepted).map(|c| c.violation_pct).fold(0.0, f64::max);
+        assert_eq!(end.status, Status::Converged, "{signs:?} after {:?}: {}", work(&end), end.reason);
+        assert!(end.evaluation.max_violation_pct() < 1e-3 && largest < 200.0, "{signs:?}: {largest} %");
+    }
 }

@@ -256,9 +256,12 @@ impl SteeredRun {
         );
         let mut before = self.state.clone();
         self.state = self.model.method().step(&self.problem, before.clone())?;
-        // The trace of an analysis is large, and the derivatives have the same bits without it.
-        before.responses.trace = None;
-        self.earlier.push(before);
+        // The end of a run may be found without another trial step.
+        if self.state.history.len() > before.history.len() {
+            // The trace of an analysis is large, and the derivatives have the same bits without it.
+            before.responses.trace = None;
+            self.earlier.push(before);
+        }
         if self.earlier.len() > MEMORY {
             self.earlier.remove(0);
         }

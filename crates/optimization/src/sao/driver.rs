@@ -144,7 +144,12 @@ impl Method {
         self.differentiate_rows(problem, state, retained)
     }
 
-    fn differentiate_rows(&self, problem: &Problem, state: &mut State, mut retained: Vec<RowId>) -> Result<CycleData> {
+    pub(super) fn differentiate_rows(
+        &self,
+        problem: &Problem,
+        state: &mut State,
+        mut retained: Vec<RowId>,
+    ) -> Result<CycleData> {
         retained.sort_unstable();
         let State { design, responses, evaluation, .. } = &*state;
         let second_order = self.approximation.wants_curvature();

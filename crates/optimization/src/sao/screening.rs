@@ -36,7 +36,7 @@ impl Screening {
 
     /// All rows at all time points.
     pub fn all() -> Self {
-        Self { cutoff: None, selection: Selection::All, repeats: false }
+        Self { cutoff: None, selection: Selection::All, repeats: true }
     }
 
     /// Retains rows above this cut-off, at the time points near local maxima that the paper retains.
@@ -86,7 +86,8 @@ impl Screening {
     /// continuous time have a row for each peak at the start of the cycle and no others.
     pub(super) fn missed(&self, problem: &Problem, retained: &[RowId], proposed: &Evaluation, all: bool) -> Vec<RowId> {
         const VIOLATED: f64 = 1e-7;
-        if !self.repeats {
+        // Without a cut-off each constraint has retained rows.
+        if !self.repeats || (self.cutoff.is_none() && !all) {
             return vec![];
         }
         let is_missed = |row: &RowId| {

@@ -9,6 +9,9 @@ const FEASIBLE: f64 = 1e-6;
 const MARGIN: f64 = 0.999;
 /// Decrease of the objective, per σ_f h, by which a design of less violation may be dominated.
 const ENVELOPE: f64 = 1e-5;
+/// Largest violation of an accepted design, in units of the rows or of the violation before it: in these units, rows change by 1 to first
+/// order. Without a bound, a first step with rows that seem far from their limits may go anywhere.
+const LARGEST: f64 = 10.0;
 /// Fraction of the predicted decrease that must be reached.
 const FRACTION: f64 = 0.01;
 /// Fraction of the possible decrease of the violation that a restoration must reach.
@@ -67,6 +70,9 @@ impl Step {
         if let Some(least) = self.restoration {
             let decreases = h - next >= RESTORED * (h - least) && next < h;
             return if decreases { Decision::Violation } else { Decision::Rejected };
+        }
+        if next > LARGEST * h.max(1.0) {
+            return Decision::Rejected;
         }
         let envelope = ENVELOPE * self.objective_per_violation * next;
         let dominates = |e: Merit| next > MARGIN * e.violation && to.objective > e.objective - envelope;

@@ -99,9 +99,19 @@ impl Automatic {
         };
         let mut analyzed = problem.analyze_design(&proposal.design);
         let mut decision = analyzed.as_ref().map_or(Decision::Rejected, |a| situation.decide(&proposal, a));
+        let missed = match &analyzed {
+            Ok(next) if decision != Decision::Rejected => {
+                method.screening.missed(problem, &data.retained, &next.evaluation, false)
+            }
+            _ => vec![],
+        };
+        if !missed.is_empty() {
+            // It was not predicted: the step is repeated with these rows.
+            decision = Decision::Rejected;
+        }
         let mut differentiated = None;
         // The derivatives of a step that was made to see a curvature show more of it than its value.
-        let is_wanted = decision != Decision::Rejected || situation.shows_curvature(&proposal);
+        let is_wanted = decision != Decision::Rejected || (missed.is_empty() && situation.shows_curvature(&proposal));
         if let (Ok(a), true) = (&analyzed, is_wanted) {
             match method.differentiate(problem, a) {
                 Ok(found) => differentiated = Some(found),
@@ -162,6 +172,10 @@ impl Automatic {
                 self.forget(&mut memory);
                 state.data = Some(data);
             }
+            _ if !missed.is_empty() => {
+                let retained = [data.retained, missed].concat();
+                state.data = Some(self.retain(method, problem, &mut state, &mut memory, retained)?);
+            }
             _ if matches!(purpose, Purpose::Curvature | Purpose::Flat) => state.data = Some(data),
             (analyzed, _) => {
                 widths_after_rejection(&mut memory.widths, &step, analyzed.is_ok() && memory.rejections == 0);
@@ -213,6 +227,23 @@ impl Automatic {
         let largest_change = largest_change(&situation.here.slope, &situation.units.lengths);
         (state.automatic, state.data) = (Some(memory), Some(data));
         Ok(Continuation { is_feasible, largest_change })
+    }
+
+    /// Differentiates the current design again with other retained rows, and stores it with them.
+    fn retain(
+        &self,
+        method: &Method,
+        problem: &Problem,
+        state: &mut State,
+        memory: &mut AutomaticState,
+        retained: Vec<RowId>,
+    ) -> Result<CycleData> {
+        let data = method.differentiate_rows(problem, state, retained)?;
+        memory.points.pop();
+        // The rejected designs have the numbers of other rows.
+        memory.rejected.clear();
+        self.store(problem, state, &data, memory);
+        Ok(data)
     }
 
     /// Makes a rejected design, which is analysed, that of the state; `data` belongs to the design before it.
