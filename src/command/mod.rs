@@ -206,13 +206,14 @@ mod tests {
         let has = |command: &str, option: &str| all[command].iter().any(|arg| arg.get_long() == Some(option));
         // Commands that have an option; all others have a reason: they print a text that is their only output, or serve a page.
         let models = ["analyze", "sensitivities", "check", "optimize", "resume", "compare", "study"];
+        let budgets = [&models[..], &["report"]].concat();
         let files =
             ["analyze", "sensitivities", "check", "optimize", "compare", "runs", "report", "reproduce", "study"];
         let printing = [&files[..], &["resume", "study merge"]].concat();
         let numbers: Vec<&str> = printing.iter().copied().filter(|c| !["report", "reproduce"].contains(c)).collect();
         for (option, commands) in [
             ("set", &models[..]),
-            ("memory", &models),
+            ("memory", &budgets),
             ("out", &files),
             ("json", &printing),
             ("quiet", &printing),

@@ -3,6 +3,7 @@
 mod any_text;
 #[cfg(feature = "cli")]
 mod browser;
+mod budget;
 mod combinations;
 mod commands;
 mod database;
@@ -26,14 +27,18 @@ mod notice;
 #[cfg(feature = "app")]
 mod open;
 #[cfg(feature = "app")]
+mod open_journey;
+#[cfg(feature = "app")]
 mod open_results;
 #[cfg(feature = "cli")]
 mod page;
+mod peak;
 mod program;
 #[cfg(feature = "cli")]
 mod report;
 mod robust;
 mod runs;
+mod scale;
 mod shell;
 mod space;
 mod study;

@@ -97,24 +97,15 @@ impl Asymptotes {
     pub fn of(&self, k: usize, subproblem_box: &SubproblemBox) -> Result<(f64, f64)> {
         let history = &subproblem_box.history;
         let x = history.last().map_or(0.0, |b| b[k]);
+        let distances = || {
+            let why = "the designs before this one were not followed";
+            let remedy = "return the rule from `Approximation::asymptotes`";
+            history.distances(self, k).ok_or_else(|| Error::definition("moving asymptotes", why, remedy))
+        };
         match *self {
-            Self::Moving { initial, shrink, grow, least, most } => {
-                let sign_change = |w: &[Vec<f64>]| (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]);
-                let factor = |product: f64| {
-                    if product < 0.0 {
-                        shrink
-                    } else if product > 0.0 {
-                        grow
-                    } else {
-                        1.0
-                    }
-                };
-                let width = history
-                    .windows(3)
-                    .map(sign_change)
-                    .fold(initial, |sigma, t| (sigma * factor(t)).clamp(least, most));
-                let sigma = width * subproblem_box.scale[k];
-                Ok((x - sigma, x + sigma))
+            Self::Moving { .. } => {
+                let [below, above] = distances()?.map(|width| width * subproblem_box.scale[k]);
+                Ok((x - below, x + above))
             }
             Self::Each(rules) => rules[k.min(rules.len() - 1)].of(k, subproblem_box),
             Self::Proportional(_) | Self::Relative { .. } if !(x > 0.0) => {
@@ -122,28 +113,67 @@ impl Asymptotes {
                 Err(Error::definition("proportional asymptotes", why, "use moving asymptotes, or bound it above zero"))
             }
             Self::Proportional(s) => Ok((s * x, x / s)),
-            Self::Relative { initial, rate, least, most } => {
-                let within = |d: [f64; 2], x: f64| [0, 1].map(|i| d[i].clamp(least[i] * x, most[i] * x));
-                let first = |x: f64| within(initial.map(|d| d * x), x);
-                // The first two designs have the first distances.
-                let begin = history.get(1).or(history.first()).map_or(initial, |b| first(b[k]));
-                let next = |d: [f64; 2], w: &[Vec<f64>]| {
-                    let reverses = (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]) < 0.0;
-                    within(d.map(|d| if reverses { d * rate } else { d / rate }), w[2][k])
-                };
-                let [below, above] = history.windows(3).fold(begin, next);
+            Self::Relative { .. } => {
+                let [below, above] = distances()?;
                 Ok((x - below, x + above))
             }
         }
     }
+
+    /// The rules for single variables that this one consists of.
+    pub(super) fn parts(&self) -> &[Self] {
+        match self {
+            Self::Each(rules) => rules,
+            one => std::slice::from_ref(one),
+        }
+    }
+
+    /// Distances of variable k after the first design, or after the first two, which have the same ones.
+    pub(super) fn first(&self, k: usize, designs: &[Vec<f64>]) -> [f64; 2] {
+        match *self {
+            Self::Moving { initial, .. } => [initial; 2],
+            Self::Relative { initial, least, most, .. } => {
+                designs.last().map_or(initial, |b| within(initial.map(|d| d * b[k]), [least, most], b[k]))
+            }
+            Self::Proportional(_) | Self::Each(_) => [0.0; 2],
+        }
+    }
+
+    /// Distances of variable k after three designs, from those after the second of them.
+    pub(super) fn next(&self, distances: [f64; 2], k: usize, designs: &[Vec<f64>]) -> [f64; 2] {
+        let [a, b, c] = [0, 1, 2].map(|i| designs[i][k]);
+        let change = (c - b) * (b - a);
+        match *self {
+            Self::Moving { shrink, grow, least, most, .. } => {
+                let factor = if change < 0.0 {
+                    shrink
+                } else if change > 0.0 {
+                    grow
+                } else {
+                    1.0
+                };
+                distances.map(|width| (width * factor).clamp(least, most))
+            }
+            Self::Relative { rate, least, most, .. } => {
+                within(distances.map(|d| if change < 0.0 { d * rate } else { d / rate }), [least, most], c)
+            }
+            Self::Proportional(_) | Self::Each(_) => distances,
+        }
+    }
+}
+
+/// Distances of a variable with value `x` within limits relative to it.
+fn within(distances: [f64; 2], [least, most]: [[f64; 2]; 2], x: f64) -> [f64; 2] {
+    [0, 1].map(|i| distances[i].clamp(least[i] * x, most[i] * x))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::approximation::DesignHistory;
 
     fn of(rule: Asymptotes, history: &[f64]) -> (f64, f64) {
-        let history = history.iter().map(|&x| vec![x]).collect();
+        let history = DesignHistory::new(&[rule]).after(history.chunks(1));
         rule.of(0, &SubproblemBox { history, lower: vec![0.0], upper: vec![1.0], scale: vec![2.0] }).unwrap()
     }
 
@@ -183,7 +213,12 @@ mod tests {
     fn rejects_invalid_settings() {
         assert!(Asymptotes::Proportional(1.0).check().is_err());
         assert!(Asymptotes::Moving { initial: 0.0, shrink: 0.7, grow: 1.2, least: 0.01, most: 1.0 }.check().is_err());
-        let at_zero = SubproblemBox { history: vec![vec![0.0]], lower: vec![0.0], upper: vec![1.0], scale: vec![1.0] };
+        let at_zero = SubproblemBox {
+            history: DesignHistory::default().after([&[0.0][..]]),
+            lower: vec![0.0],
+            upper: vec![1.0],
+            scale: vec![1.0],
+        };
         let message = Asymptotes::Proportional(0.5).of(0, &at_zero).unwrap_err().to_string();
         assert!(message.contains("variable 0") && message.contains("positive"), "{message}");
     }

@@ -58,6 +58,10 @@ impl Approximation for Mma {
         Error::check_option("flatness of MMA", "at least 0", self.flatness, not_negative(self.flatness))
     }
 
+    fn asymptotes(&self) -> Vec<Asymptotes> {
+        vec![self.asymptotes]
+    }
+
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
         let (here, around) = (expansion.here, expansion.subproblem_box);
         let n = here.design.len();

@@ -1,13 +1,14 @@
 //! The box of a cycle, the designs before it, and options of the approximate problem.
 
+use super::DesignHistory;
 use crate::problem::Problem;
 use nlp::LowRank;
 
 /// The box in which the approximate problem is solved, and the designs accepted so far.
 #[derive(Clone, Debug)]
 pub struct SubproblemBox {
-    /// Accepted designs, the oldest first; the last is the start design of the cycle.
-    pub history: Vec<Vec<f64>>,
+    /// Accepted designs; the last is the start design of the cycle.
+    pub history: DesignHistory,
     /// Lower sides of the search subregion.
     pub lower: Vec<f64>,
     /// Upper sides of the search subregion.
@@ -19,15 +20,12 @@ pub struct SubproblemBox {
 
 impl SubproblemBox {
     /// Creates the box of a cycle after the accepted designs `history`.
-    pub fn new(problem: &Problem, history: Vec<Vec<f64>>, (lower, upper): (Vec<f64>, Vec<f64>)) -> Self {
-        let extent = |k: usize| {
-            let side = |from: f64, pick: fn(f64, f64) -> f64| history.iter().map(|b| b[k]).fold(from, pick);
-            side(f64::NEG_INFINITY, f64::max) - side(f64::INFINITY, f64::min)
-        };
+    pub fn new(problem: &Problem, history: DesignHistory, (lower, upper): (Vec<f64>, Vec<f64>)) -> Self {
         let mut scale = problem.scales();
         for (k, variable) in problem.variables.iter().enumerate() {
             if !(variable.upper - variable.lower).is_finite() {
-                scale[k] = scale[k].max(extent(k));
+                let [least, most] = history.extent(k);
+                scale[k] = scale[k].max(most - least);
             }
         }
         Self { history, lower, upper, scale }

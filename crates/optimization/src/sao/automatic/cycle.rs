@@ -7,7 +7,7 @@ use super::super::trial::{Proposal as Record, Trial};
 use super::super::{Cycle, Method, Region, State, Status, Verdict};
 use super::acceptance::{Decision, FilterEntry, Merit, Step, widths_after_acceptance, widths_after_rejection};
 use super::candidates::{AcceptedPoint, Candidate, Model, Samples, gradient_changes};
-use super::convergence::{Optimality, StopTest, feasibility_factor, is_feasible, largest_change, stalled};
+use super::convergence::{LONGER, Optimality, StopTest, feasibility_factor, is_feasible, largest_change, stalled};
 use super::lengths::{Units, spread, start_lengths};
 use super::linearized::Linearized;
 use super::numbers::{NumberGroup, collect, find};
@@ -334,7 +334,7 @@ impl<'a> Situation<'a> {
         data: &'a CycleData,
         memory: &'a AutomaticState,
     ) -> Self {
-        let units = Units::new(memory, &state.history, &state.evaluation);
+        let units = Units::new(memory, &state.trace(), &state.evaluation);
         let violation = units.violation(&state.evaluation.violations());
         let here = Linearized::new(problem, (&state.design, &state.responses, &state.evaluation), data);
         Self { settings, problem, state, data, memory, here, units, violation }
@@ -449,7 +449,9 @@ impl<'a> Situation<'a> {
             }
         }
         let proposal = self.solve(&surrogate, region, restoration)?;
-        let objectives: Vec<f64> = self.state.history.iter().filter(|c| c.accepted).map(|c| c.objective).collect();
+        let accepted = self.state.history.iter().rev().filter(|c| c.accepted);
+        let mut objectives: Vec<f64> = accepted.map(|c| c.objective).take(LONGER + 1).collect();
+        objectives.reverse();
         let λ = &proposal.solution.multipliers;
         let test = StopTest {
             violation: self.violation,
@@ -459,11 +461,13 @@ impl<'a> Situation<'a> {
             at_limit: proposal.at_limit.contains(&true),
             optimality: Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths),
             objectives: &objectives,
+            objective_range: self.units.objective_range,
             rejected_change: self.rejected_change(),
             tolerance: self.memory.tolerance,
         };
         // Where the objective has no slope at all, the start may as well be a maximum or a saddle point.
-        let is_start = self.state.history.iter().all(|cycle| !cycle.accepted || cycle.design == *design);
+        let trace = self.state.trace();
+        let is_start = design.iter().enumerate().all(|(j, &b)| trace.designs.extent(j) == [b; 2]);
         let is_flat = is_start && self.here.slope.iter().all(|g| *g == 0.0);
         if is_flat && self.violation == 0.0 {
             return Ok(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[0], |_| true))));
