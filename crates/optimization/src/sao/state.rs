@@ -1,11 +1,12 @@
 //! The state of a run: one record that can be written to a file.
 
 use super::trace::Trace;
-use super::{AcceptedPoint, AutomaticState, Confirmation, Cycle, GlobalizationState, state_shape};
-use crate::approximation::{CycleData, LinearizationPoint, PreviousPoint};
+use super::{AcceptedPoint, AutomaticState, Cycle, GlobalizationState};
+use crate::approximation::{Asymptotes, CycleData, LinearizationPoint, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId, Sensitivities};
 use error::{Error, Result};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::path::Path;
 
 /// Version of the state file; a file of another version is rejected.
@@ -95,6 +96,36 @@ pub struct State {
     pub(super) trace: Trace,
 }
 
+/// The end of the automatic method from the design of a run that had settled.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Confirmation {
+    /// Number of trial steps of the run before it.
+    pub trials: usize,
+    /// [`Problem::fingerprint`] of the problem, whose bounds may be changed later.
+    pub fingerprint: u64,
+    /// The cycle where it began if that is not the last one: an earlier design was better.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub begun_at: Option<usize>,
+    /// Objective where the run had settled.
+    pub from: f64,
+    /// True if the design where it began is feasible by the stop test of the automatic method, to the accuracy of the run.
+    pub is_feasible: bool,
+    /// Largest violation where the run had settled, in units of its constraint.
+    pub violation_before: f64,
+    /// Analyses and sensitivity analyses that it needed.
+    pub work: [usize; 2],
+    /// How it ended.
+    pub status: Status,
+    /// The reason in words.
+    pub reason: String,
+    /// Objective at its end.
+    pub objective: f64,
+    /// Largest violation there, in the same units.
+    pub violation: f64,
+    /// Change of the objective over the run, relative to which a difference of the objective is judged.
+    pub unit: f64,
+}
+
 impl State {
     /// The state as JSON; every number reads back with the same bits.
     pub fn to_json(&self) -> String {
@@ -139,7 +170,7 @@ impl State {
         check_version(self.version)?;
         self.history = history.unwrap_or(self.history);
         (self.fingerprint, self.problem) = (problem.fingerprint(), problem.name.clone());
-        state_shape::check(&self, problem)?;
+        self.check_shape(problem)?;
         Ok(self)
     }
 
@@ -150,7 +181,7 @@ impl State {
             let why = format!("it belongs to another problem (`{}`, here `{}`)", self.problem, problem.name);
             return Err(fault(why, "continue it with the problem, bounds and limits that it was written with"));
         }
-        state_shape::check(self, problem)
+        self.check_shape(problem)
     }
 
     /// Writes the state to a file atomically: a temporary file is written and then renamed.
@@ -224,6 +255,21 @@ impl State {
             violation == 0.0 && last[1] - objective > tolerance * trace.stated.width()
         };
         is_better.then_some(best)
+    }
+
+    /// Quantities of all steps.
+    pub(super) fn trace(&self) -> Cow<'_, Trace> {
+        if self.trace.is_complete(&self.history) {
+            return Cow::Borrowed(&self.trace);
+        }
+        let mut trace = self.trace.clone();
+        trace.follow(&self.history);
+        Cow::Owned(trace)
+    }
+
+    /// Reads the last steps, and follows the distances by rules for asymptotes.
+    pub(super) fn follow(&mut self, rules: &[Asymptotes]) {
+        self.trace.follow_with(rules, &self.history);
     }
 
     /// Number of accepted cycles.

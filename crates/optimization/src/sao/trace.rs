@@ -1,8 +1,7 @@
 //! Quantities of all trial steps of a run, so that a cycle costs as much early as late.
 
-use super::{Cycle, State};
+use super::Cycle;
 use crate::approximation::{Asymptotes, DesignHistory};
-use std::borrow::Cow;
 
 /// Quantities of the trial steps of a history. They follow it: each step is read once.
 #[derive(Clone, Debug, Default)]
@@ -56,8 +55,21 @@ impl Range {
 }
 
 impl Trace {
+    /// True if it has read all steps of the history.
+    pub fn is_complete(&self, history: &[Cycle]) -> bool {
+        self.steps == history.len() && self.is_of(history)
+    }
+
+    /// Reads the steps that it has not read, and follows the distances by rules for asymptotes.
+    pub fn follow_with(&mut self, rules: &[Asymptotes], history: &[Cycle]) {
+        if !self.designs.follows(rules) {
+            *self = Self { designs: DesignHistory::new(rules), ..Self::default() };
+        }
+        self.follow(history);
+    }
+
     /// Reads the steps that it has not read; all of them if these are other ones.
-    fn follow(&mut self, history: &[Cycle]) {
+    pub fn follow(&mut self, history: &[Cycle]) {
         if !self.is_of(history) {
             let rules = self.designs.rules();
             *self = Self { designs: DesignHistory::new(&rules), ..Self::default() };
@@ -103,26 +115,6 @@ impl Trace {
     pub fn best(&self, tolerance: f64) -> Option<usize> {
         let feasible = self.best.partition_point(|c| c.violation <= tolerance);
         self.best.get(feasible.saturating_sub(1)).map(|c| c.step)
-    }
-}
-
-impl State {
-    /// The quantities of all steps.
-    pub(super) fn trace(&self) -> Cow<'_, Trace> {
-        if self.trace.steps == self.history.len() && self.trace.is_of(&self.history) {
-            return Cow::Borrowed(&self.trace);
-        }
-        let mut trace = self.trace.clone();
-        trace.follow(&self.history);
-        Cow::Owned(trace)
-    }
-
-    /// Reads the last steps, and follows the distances by rules for asymptotes.
-    pub(super) fn follow(&mut self, rules: &[Asymptotes]) {
-        if !self.trace.designs.follows(rules) {
-            self.trace = Trace { designs: DesignHistory::new(rules), ..Trace::default() };
-        }
-        self.trace.follow(&self.history);
     }
 }
 
