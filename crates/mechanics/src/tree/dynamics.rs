@@ -6,9 +6,12 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::StateScalar;
 use crate::system::System;
 use crate::system::state::{State, evaluate};
-use crate::tree::articulated::{Articulated, Inertia};
-use crate::tree::joint::{JointParameters, Levers};
+use crate::tree::articulated::{Articulated, Inertia, SolveWorkspace, TreeInertias};
+use crate::tree::place::{TreeGeometry, TreeParameters};
 use crate::tree::plan::Tree;
+use crate::tree::space::articulated::Inertia3;
+use crate::tree::space::rigid::RigidProperties;
+use crate::tree::space::sweep::{Placed, Twist};
 use crate::{Error, Result};
 
 impl Tree {
@@ -25,8 +28,11 @@ impl Tree {
 /// Residual of a tree in any number type: positions of all bodies from joint coordinates, and the rows of the joints.
 #[derive(Clone)]
 pub(crate) struct TreeResidual<T> {
-    parameters: Vec<JointParameters<T>>,
-    levers: Vec<Levers<T>>,
+    parameters: TreeParameters<T>,
+    geometry: TreeGeometry<T>,
+    /// Bodies in space, with their nodes.
+    properties: Vec<(usize, RigidProperties<T>)>,
+    wrenches: Vec<Twist<T>>,
     /// Mass or moment of inertia of the bodies by coordinate, and their weights.
     masses: Vec<T>,
     weights: Vec<T>,
@@ -52,7 +58,9 @@ impl<T: StateScalar> TreeResidual<T> {
         let (weights, moving) = (rows_of(0.0), rows_of(1.0));
         Self {
             parameters: tree.parameters(mechanism),
-            levers: vec![Levers::zero(); tree.nodes.len()],
+            geometry: TreeGeometry::new(tree),
+            properties: properties(tree, mechanism),
+            wrenches: vec![[T::from(0.0); 6]; tree.space.nodes.len()],
             masses: moving.iter().zip(&weights).map(|(all, weight)| *all - *weight).collect(),
             weights,
             rows: vec![T::from(0.0); n],
@@ -64,7 +72,7 @@ impl<T: StateScalar> TreeResidual<T> {
     #[inline(always)]
     pub fn place(&mut self, tree: &Tree, mechanism: &Mechanism<T>, y: &[T], state: &mut State<T>) {
         tree.prescribe(mechanism, state);
-        tree.place(&self.parameters, y, state, &mut self.levers);
+        tree.place(&self.parameters, y, state, &mut self.geometry);
     }
 
     /// Writes the rows of the joint coordinates for their accelerations `a`, in the position of the last [`Self::place`].
@@ -77,18 +85,45 @@ impl<T: StateScalar> TreeResidual<T> {
         state: &mut State<T>,
         out: &mut [T],
     ) {
-        tree.place_accelerations(y, a, state, &self.levers);
+        tree.place_accelerations(y, a, state, &mut self.geometry);
         let bodies = self.weights.iter().zip(&self.masses).zip(&state.a);
         self.rows.iter_mut().zip(bodies).for_each(|(row, ((weight, mass), a))| *row = *mass * *a + *weight);
         for &k in &tree.forces {
             add_rows(mechanism, k, state, &mut self.workspace, &mut self.rows);
         }
-        tree.collect(&self.levers, &mut self.rows, out);
+        let Self { geometry, properties, wrenches, rows, .. } = self;
+        add_bodies(properties, &geometry.placed, wrenches);
+        if !tree.forces.is_empty() {
+            tree.space.add_rows(&geometry.placed, rows, wrenches);
+        }
+        let (q, v) = y.split_at(tree.count);
+        tree.collect(geometry, q, (rows, wrenches), out);
+        tree.space.add_lengths((q, v), a, out);
     }
 
     /// Writes the reactions of the joints to `state`, after [`Self::evaluate`] with the accelerations of the motion.
     pub fn reactions(&self, tree: &Tree, y: &[T], state: &mut State<T>) {
-        tree.reactions(y, &self.levers, &self.rows, &mut state.l);
+        tree.reactions(y, &self.geometry, (&self.rows, &self.wrenches), &mut state.l);
+    }
+}
+
+/// The bodies in space of `mechanism`, with their nodes.
+fn properties<T: StateScalar>(tree: &Tree, mechanism: &Mechanism<T>) -> Vec<(usize, RigidProperties<T>)> {
+    let of = |&(k, node): &(usize, usize)| (node, RigidProperties::of(&mechanism.elements[k]));
+    tree.space.bodies.iter().map(of).collect()
+}
+
+/// Writes inertia − weight of the bodies in space.
+#[inline(always)]
+fn add_bodies<T: StateScalar>(
+    properties: &[(usize, RigidProperties<T>)],
+    placed: &[Placed<T>],
+    wrenches: &mut [Twist<T>],
+) {
+    wrenches.fill([T::from(0.0); 6]);
+    for (node, body) in properties {
+        let own = body.wrench(&placed[*node]);
+        wrenches[*node].iter_mut().zip(own).for_each(|(to, from)| *to += from);
     }
 }
 
@@ -111,20 +146,30 @@ pub(crate) struct TreeDynamics {
     /// The bodies.
     pub tree: Tree,
     /// Vectors of the joints in the current position.
-    pub levers: Vec<Levers<f64>>,
+    pub geometry: TreeGeometry<f64>,
     /// Mass matrix, factorized at the last evaluation of accelerations.
     pub factor: Articulated,
-    parameters: Vec<JointParameters<f64>>,
-    /// Inertia of each body.
+    parameters: TreeParameters<f64>,
+    /// Inertia of each body in the plane.
     inertias: Vec<Inertia>,
+    /// Bodies in space, with their nodes.
+    properties: Vec<(usize, RigidProperties<f64>)>,
+    /// Inertia of each body in space in the current position.
+    inertias_in_space: Vec<Inertia3>,
+    /// Constant masses by coordinate, of coordinates that belong to no body.
+    masses: Vec<f64>,
     /// Rows of the bodies' weights, by coordinate.
     weights: Vec<f64>,
     /// Inertia − force by coordinate; after an evaluation, wrenches of the parts of the tree.
     pub rows: Vec<f64>,
+    /// Inertia − force of each body in space; after an evaluation, wrenches of the parts of the trees.
+    pub wrenches: Vec<Twist<f64>>,
+    /// Inertia − force of each body in space alone, after [`Self::complete`].
+    pub own_wrenches: Vec<Twist<f64>>,
     joint_rows: Vec<[f64; 1]>,
     values: Vec<f64>,
     zeros: Vec<f64>,
-    work: Vec<[[f64; 1]; 3]>,
+    work: SolveWorkspace<1>,
     workspace: ElementWorkspace<f64>,
 }
 
@@ -159,17 +204,23 @@ impl TreeDynamics {
             add_rows(mechanism, k, &rest, &mut workspace, &mut weights);
         }
         let singles: Vec<f64> = tree.singles.iter().map(|&i| masses[i]).collect();
+        let in_space = tree.space.nodes.len();
         Self {
             parameters: tree.parameters(mechanism),
-            levers: vec![Levers::zero(); tree.nodes.len()],
+            geometry: TreeGeometry::new(&tree),
             factor: Articulated::new(&tree, &singles),
             inertias,
+            properties: properties(&tree, mechanism),
+            inertias_in_space: vec![Inertia3::default(); in_space],
+            masses,
+            wrenches: vec![[0.0; 6]; in_space],
+            own_wrenches: vec![[0.0; 6]; in_space],
             weights,
             rows: vec![0.0; n],
             joint_rows: vec![[0.0]; tree.count],
             values: vec![0.0; tree.count],
             zeros: vec![0.0; tree.count],
-            work: Vec::new(),
+            work: SolveWorkspace::default(),
             workspace,
             tree,
         }
@@ -179,7 +230,7 @@ impl TreeDynamics {
     pub fn place(&mut self, mechanism: &Mechanism<f64>, t: f64, y: &[f64], state: &mut State<f64>) {
         state.t = t;
         self.tree.prescribe(mechanism, state);
-        self.tree.place(&self.parameters, y, state, &mut self.levers);
+        self.tree.place(&self.parameters, y, state, &mut self.geometry);
     }
 
     /// Writes the accelerations of the joint coordinates to `out`, in the position of the last [`Self::place`].
@@ -194,13 +245,21 @@ impl TreeDynamics {
         state: &mut State<f64>,
         out: &mut [f64],
     ) -> Result<()> {
-        self.tree.place_accelerations(y, &self.zeros, state, &self.levers);
+        self.tree.place_accelerations(y, &self.zeros, state, &mut self.geometry);
         self.add_rows(mechanism, state);
-        self.tree.collect(&self.levers, &mut self.rows, &mut self.values);
+        let (q, v) = y.split_at(self.tree.count);
+        self.tree.collect(&self.geometry, q, (&mut self.rows, &mut self.wrenches), &mut self.values);
+        self.tree.space.add_lengths((q, v), &self.zeros, &mut self.values);
         if self.values.iter().any(|row| !row.is_finite()) {
             return Err(self.non_finite_error(mechanism, state));
         }
-        self.factor.factorize(&self.tree, &self.inertias, &self.levers, state.t)?;
+        self.inertias_in_space.fill(Inertia3::default());
+        for (node, body) in &self.properties {
+            self.inertias_in_space[*node].add_rigid(body, &self.geometry.placed[*node].rotation);
+        }
+        let inertias =
+            TreeInertias { plane: &self.inertias, space: &self.inertias_in_space, coordinates: &self.masses };
+        self.factor.factorize(&self.tree, &inertias, &self.geometry, q, state.t)?;
         self.joint_rows.iter_mut().zip(&self.values).for_each(|(row, value)| *row = [-value]);
         self.factor.solve(&self.tree, &mut self.joint_rows, &mut self.work);
         out.iter_mut().zip(&self.joint_rows).for_each(|(out, row)| *out = row[0]);
@@ -210,10 +269,12 @@ impl TreeDynamics {
     /// Writes accelerations of all bodies and the reactions of the joints to `state`, for the accelerations `a` of the joint
     /// coordinates.
     pub fn complete(&mut self, mechanism: &Mechanism<f64>, (y, a): (&[f64], &[f64]), state: &mut State<f64>) {
-        self.tree.place_accelerations(y, a, state, &self.levers);
+        self.tree.place_accelerations(y, a, state, &mut self.geometry);
         self.add_rows(mechanism, state);
-        self.tree.collect(&self.levers, &mut self.rows, &mut self.values);
-        self.tree.reactions(y, &self.levers, &self.rows, &mut state.l);
+        self.own_wrenches.copy_from_slice(&self.wrenches);
+        let q = &y[..self.tree.count];
+        self.tree.collect(&self.geometry, q, (&mut self.rows, &mut self.wrenches), &mut self.values);
+        self.tree.reactions(y, &self.geometry, (&self.rows, &self.wrenches), &mut state.l);
     }
 
     /// Inertia times the accelerations of a body, by coordinate.
@@ -239,6 +300,20 @@ impl TreeDynamics {
             let forces = self.inertia_times(k, node.coordinates.map(|i| state.a[i]));
             node.coordinates.iter().zip(forces).for_each(|(&i, force)| self.rows[i] += force);
         }
+        for node in &self.tree.space.nodes {
+            for attached in &node.attached {
+                self.rows[attached.coordinate] += self.masses[attached.coordinate] * state.a[attached.coordinate];
+            }
+        }
+        add_bodies(&self.properties, &self.geometry.placed, &mut self.wrenches);
+        if has_forces {
+            self.tree.space.add_rows(&self.geometry.placed, &self.rows, &mut self.wrenches);
+        }
+    }
+
+    /// Inertia times a motion of a body in space: a wrench.
+    pub fn inertia_in_space_times(&self, node: usize, twist: &Twist<f64>) -> Twist<f64> {
+        self.inertias_in_space[node].times(twist)
     }
 
     /// The error of rows that are not finite.

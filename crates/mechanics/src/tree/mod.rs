@@ -1,4 +1,4 @@
-//! Relative (joint) coordinates of open chains and trees in the plane.
+//! Relative (joint) coordinates of open chains and trees, in the plane and in space.
 //!
 //! Bodies hang on each other by joints: a revolute joint adds an angle, a prismatic joint a displacement. The joint coordinates q
 //! are the unknowns. Positions, velocities and accelerations of the bodies in the plane are computed from them, so that
@@ -17,6 +17,7 @@
 //! | `collect` | from the tips to the ground: rows of the joints, wrenches and reactions, any scalar |
 //! | `articulated` | from the tips to the ground and back: factorization of the mass matrix, and its solutions |
 //! | `transpose` | from the tips to the ground: derivatives with respect to bodies become those of joints |
+//! | `space` | the same for bodies in space |
 //! | `dynamics` | accelerations of the joint coordinates |
 
 pub(crate) mod articulated;
@@ -25,6 +26,7 @@ pub(crate) mod dynamics;
 pub(crate) mod joint;
 pub(crate) mod place;
 pub(crate) mod plan;
+pub(crate) mod space;
 pub(crate) mod transpose;
 
 pub(crate) use dynamics::TreeDynamics;

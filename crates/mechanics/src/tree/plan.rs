@@ -8,6 +8,9 @@ use crate::mechanism::{CoordinateData, ElementInstance, Mechanism};
 use crate::system::System;
 use crate::system::state::{State, gather};
 use crate::tree::joint::Joint;
+use crate::tree::space::Space;
+use crate::tree::space::plan::Node3;
+use crate::tree::space::rigid::is_body as is_body_in_space;
 use crate::{Error, Result};
 use std::collections::{BTreeMap, VecDeque};
 
@@ -43,8 +46,10 @@ impl Node {
 /// The bodies of a mechanism in relative coordinates, the same for all designs.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
-    /// Bodies, each after its parent.
+    /// Bodies in the plane, each after its parent.
     pub nodes: Vec<Node>,
+    /// Bodies in space, whose joint coordinates follow those of the bodies in the plane.
+    pub space: Space,
     /// Unknown coordinates that belong to no body, such as those of flywheels; they are joint coordinates as well.
     pub singles: Vec<usize>,
     /// Joint coordinate of the first of the singles.
@@ -76,29 +81,40 @@ impl Tree {
         }
         let mut plan = Plan::new(mechanism)?;
         plan.attach_all()?;
-        let Plan { nodes, owner, .. } = plan;
-        check_forces(mechanism, system, &owner)?;
+        let Plan { nodes, mut owner, bodies: planar, .. } = plan;
+        let in_plane: usize = nodes.iter().map(|node| node.joint.count()).sum();
+        let space = Space::new(mechanism, in_plane)?;
         let is_unknown = |&i: &usize| mechanism.coordinates[i].motion.is_none();
+        for (k, node) in space.nodes.iter().enumerate() {
+            let own = node.coordinates.iter().filter(|i| is_unknown(i));
+            own.for_each(|&i| owner[i] = Some(planar.len() + k));
+            for attached in &node.attached {
+                owner[attached.coordinate] = Some(planar.len() + space.nodes.len() + attached.coordinate);
+            }
+        }
+        check_forces(mechanism, system, &owner)?;
         let singles: Vec<usize> =
             (0..mechanism.coordinates.len()).filter(|i| is_unknown(i) && owner[*i].is_none()).collect();
-        let first_single = nodes.iter().map(|node| node.joint.count()).sum();
-        let names = names(mechanism, &nodes, &singles);
+        let first_single = in_plane + space.count;
+        let names = names(mechanism, (&nodes, &space), &singles);
         let acts = |k: &usize| {
             let ElementInstance { coordinates, num_constraints, element, .. } = &mechanism.elements[*k];
             *num_constraints == 0 && !element.is_sensor() && coordinates.iter().any(is_unknown)
         };
+        let own = |k: &usize| !is_body_in_space(&mechanism.elements[*k]);
         let (bodies, forces) =
-            (0..mechanism.elements.len()).filter(acts).partition(|&k| is_body(&mechanism.elements[k]));
+            (0..mechanism.elements.len()).filter(acts).filter(own).partition(|&k| is_body(&mechanism.elements[k]));
         let moves =
             |coordinate: &CoordinateData<f64>| coordinate.motion.as_ref().is_some_and(|(motion, _)| !motion.is_fixed());
         let moving = (0..mechanism.coordinates.len()).filter(|&i| moves(&mechanism.coordinates[i])).collect();
         let count = first_single + singles.len();
-        Ok(Self { nodes, singles, first_single, count, bodies, forces, moving, names })
+        Ok(Self { nodes, space, singles, first_single, count, bodies, forces, moving, names })
     }
 
-    /// Returns whether it has joints, in place of constraints.
+    /// Returns whether it has joints or Euler parameters, in place of constraints.
     pub fn has_joints(&self) -> bool {
-        self.nodes.iter().any(|node| node.element.is_some())
+        let replaces = |node: &Node3| node.element.is_some() || node.rotates();
+        self.space.nodes.iter().any(replaces) || self.nodes.iter().any(|node| node.element.is_some())
     }
 
     /// The parameters of the element of a joint.
@@ -107,7 +123,8 @@ impl Tree {
     }
 }
 
-fn unsupported(what: &str, why: &str) -> Error {
+/// The error of a part that relative coordinates do not support.
+pub(crate) fn unsupported(what: &str, why: &str) -> Error {
     Error::unsupported(what, why, REMEDY)
 }
 
@@ -155,7 +172,7 @@ impl<'m> Plan<'m> {
             if is_kind(instance, &rigid_body::DESCRIPTOR) {
                 body_of(&instance.coordinates);
             }
-            if instance.num_constraints == 0 {
+            if instance.num_constraints == 0 || Space::has_constraint(instance) {
                 continue;
             }
             let joint = match () {
@@ -163,8 +180,7 @@ impl<'m> Plan<'m> {
                 () if is_kind(instance, &prismatic::DESCRIPTOR) => Joint::Prismatic,
                 () if is_kind(instance, &fixed_joint::DESCRIPTOR) => Joint::Fixed,
                 () => {
-                    let why =
-                        "a tree has revolute, prismatic and fixed joints of bodies in the plane, no other constraint";
+                    let why = "a tree has joints of bodies, no other constraint";
                     return Err(unsupported(&instance.name, why));
                 }
             };
@@ -286,7 +302,7 @@ fn check_forces(mechanism: &Mechanism<f64>, system: &System, owner: &[Option<usi
     let mut switching = Vec::new();
     let is_unknown = |i: usize| mechanism.coordinates[i].motion.is_none();
     for (k, instance) in mechanism.elements.iter().enumerate() {
-        if instance.num_constraints > 0 || instance.element.is_sensor() {
+        if instance.num_constraints > 0 || instance.element.is_sensor() || is_body_in_space(instance) {
             continue;
         }
         if instance.num_reactions > 0 {
@@ -322,7 +338,7 @@ fn check_forces(mechanism: &Mechanism<f64>, system: &System, owner: &[Option<usi
 }
 
 /// Names of the joint coordinates.
-fn names(mechanism: &Mechanism<f64>, nodes: &[Node], singles: &[usize]) -> Vec<String> {
+fn names(mechanism: &Mechanism<f64>, (nodes, space): (&[Node], &Space), singles: &[usize]) -> Vec<String> {
     let mut names = Vec::new();
     for node in nodes {
         let joint = |what| node.element.map(|k| format!("{what} of {}", mechanism.elements[k].name));
@@ -332,6 +348,7 @@ fn names(mechanism: &Mechanism<f64>, nodes: &[Node], singles: &[usize]) -> Vec<S
             _ => names.extend(node.free_coordinates().map(|i| mechanism.coordinates[i].name.clone())),
         }
     }
+    space.names(mechanism, &mut names);
     names.extend(singles.iter().map(|&i| mechanism.coordinates[i].name.clone()));
     names
 }

@@ -24,9 +24,12 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::Dual8;
 use crate::system::System;
 use crate::system::state::State;
+use crate::tree::articulated::SolveWorkspace;
 use crate::tree::dynamics::TreeDynamics;
 use crate::tree::joint::{Joint, joint_coordinate, motion_of};
 use crate::tree::plan::{Node, Tree};
+use crate::tree::space::sweep::Twist;
+use crate::tree::space::transpose::{NodeJacobian, SpacePoint, StartVariable};
 use crate::tree::transpose::{BodyAdjoint, TreePoint, VirtualDisplacements};
 use autodiff::WIDTH;
 use nalgebra::DMatrix;
@@ -80,7 +83,7 @@ impl<'m> ReverseRelativeSteps<'m> {
         let playback = ReversePlayback::new(&recording.store, || Ok(start(mechanism, settings, times, false)?.0))?;
         let (driver, begin) = start(mechanism, settings, times, true)?;
         let (method, system) = (driver.stepper.method, &driver.stepper.rhs.system);
-        let new = |_| RelativeAdjoint::new(mechanism, system, dynamics.tree.count, method);
+        let new = |_| RelativeAdjoint::new(mechanism, system, &dynamics.tree, method);
         let adjoints = (0..problem.batches()).map(new).collect();
         let stage = RelativeStage::new(problem, system, dynamics, begin.state);
         let (mut first, at) = (Vec::new(), driver.stepper.old.clone());
@@ -93,7 +96,7 @@ impl<'m> ReverseRelativeSteps<'m> {
     fn load_stage(&mut self, slot: usize) -> Result<()> {
         let relative = self.driver.stepper.rhs.relative.as_ref().expect("the coordinates are relative");
         let stage = &relative.stages.as_ref().expect("the stages are recorded")[slot];
-        self.stage.load(stage.t, &stage.y)
+        self.stage.load(stage.t, &stage.y, slot == SAMPLE)
     }
 
     /// Propagates from the rates at the stage in `slot` to the beginning of the step and to the rates of earlier stages.
@@ -171,6 +174,8 @@ impl ReverseSteps for ReverseRelativeSteps<'_> {
         for adjoint in &mut self.adjoints {
             adjoint.differentiate_rates(&mut self.stage, end);
             adjoint.add_joints(1.0, Target::End);
+            let relative = self.driver.stepper.rhs.relative.as_ref().expect("the coordinates are relative");
+            self.stage.dynamics.tree.space.transpose_normalization(&relative.unprojected, &mut adjoint.end);
             adjoint.differentiate_end(method, self.h);
         }
         (1..end).rev().try_for_each(|slot| self.differentiate_stage(slot))?;
@@ -200,6 +205,8 @@ struct RelativeStage<'m> {
     /// Derivatives that are the same in every state: coordinate of the row, coordinate, and derivatives with respect to position,
     /// velocity and acceleration.
     constants: Vec<([usize; 2], [f64; 3])>,
+    /// Derivatives of the bodies in space, for the current stage.
+    jacobians: Vec<NodeJacobian>,
     element: ElementVjp,
 }
 
@@ -225,6 +232,13 @@ impl<'m> RelativeStage<'m> {
                 }),
             );
         }
+        for &(k, _) in &dynamics.tree.space.bodies {
+            let all = 0..mechanism.elements[k].coordinates.len();
+            let orders = [ElementVariable::Position, ElementVariable::Velocity, ElementVariable::Acceleration];
+            let state = orders.into_iter().flat_map(|order| all.clone().map(order));
+            let parameters = activity.parameters[k].iter().map(|&i| ElementVariable::Parameter(i));
+            variables.push((k, state.chain(parameters).collect()));
+        }
         variables.retain(|(_, variables): &(usize, Vec<_>)| !variables.is_empty());
         let count = dynamics.tree.count;
         Self {
@@ -235,18 +249,31 @@ impl<'m> RelativeStage<'m> {
             dynamics,
             variables,
             constants,
+            jacobians: Vec::new(),
             element: ElementVjp::default(),
         }
     }
 
-    /// Computes the stage at the time `t` (s) with the joint coordinates and velocities `y`.
-    fn load(&mut self, t: f64, y: &[f64]) -> Result<()> {
-        let Self { problem, dynamics, state, accelerations, .. } = self;
+    /// Computes the stage at the time `t` (s) with the joint coordinates and velocities `y`, for the derivatives of reactions as well if
+    /// `has_reactions`.
+    fn load(&mut self, t: f64, y: &[f64], has_reactions: bool) -> Result<()> {
+        let Self { problem, dynamics, state, accelerations, jacobians, .. } = self;
         let mechanism = &problem.mechanism;
         self.y.copy_from_slice(y);
         dynamics.place(mechanism, t, y, state);
         dynamics.accelerations(mechanism, y, state, accelerations)?;
         dynamics.complete(mechanism, (y, accelerations), state);
+        let (q, v) = y.split_at(dynamics.tree.count);
+        let point = SpacePoint {
+            state,
+            joints: [q, v, accelerations],
+            placed: &dynamics.geometry.placed,
+            wrenches: &dynamics.wrenches,
+            own: &dynamics.own_wrenches,
+        };
+        let parameters = |k: usize| &mechanism.elements[k].parameters[..];
+        let is_active = |k: usize| !problem.activity.parameters[k].is_empty();
+        *jacobians = dynamics.tree.space.jacobians(&point, parameters, is_active, has_reactions);
         Ok(())
     }
 }
@@ -272,7 +299,7 @@ struct RelativeAdjoint {
     /// Virtual displacements ψ of the joint coordinates, and of all coordinates.
     psi: Vec<BatchValues>,
     body_psi: Vec<BatchValues>,
-    work: Vec<[BatchValues; 3]>,
+    work: SolveWorkspace<BATCH>,
     lane: Lane,
 }
 
@@ -281,23 +308,29 @@ struct RelativeAdjoint {
 struct Lane {
     joints: Vec<f64>,
     bodies: Vec<f64>,
+    /// Virtual displacements of the bodies in space, and wrenches.
+    twists: Vec<Twist<f64>>,
+    wrenches: Vec<Twist<f64>>,
     gaps: Vec<f64>,
     adjoint: BodyAdjoint,
     out: Vec<f64>,
 }
 
 impl RelativeAdjoint {
-    fn new(mechanism: &Mechanism<f64>, system: &System, count: usize, method: &Tableau) -> Self {
+    fn new(mechanism: &Mechanism<f64>, system: &System, tree: &Tree, method: &Tableau) -> Self {
+        let count = tree.count;
         let (n, zeros) = (mechanism.coordinates.len(), vec![[0.0; BATCH]; 2 * count]);
         let adjoint = BodyAdjoint { q: vec![0.0; n], v: vec![0.0; n], a: vec![0.0; n] };
         let (joints, bodies, out) = (vec![0.0; count], vec![0.0; n], vec![0.0; 2 * count]);
-        let lane = Lane { joints, bodies, gaps: vec![0.0; mechanism.multipliers], adjoint, out };
+        let twists = vec![[0.0; 6]; tree.space.nodes.len()];
+        let wrenches = twists.clone();
+        let lane = Lane { joints, bodies, twists, wrenches, gaps: vec![0.0; mechanism.multipliers], adjoint, out };
         Self {
             batch: AdjointBatch::new(mechanism, system.size()),
             rates: vec![zeros.clone(); method.slots()],
             psi: vec![[0.0; BATCH]; count],
             body_psi: vec![[0.0; BATCH]; n],
-            work: Vec::new(),
+            work: SolveWorkspace::default(),
             joints: zeros.clone(),
             begin: zeros.clone(),
             end: zeros,
@@ -351,17 +384,23 @@ impl RelativeAdjoint {
 
     /// Writes the derivatives with respect to accelerations of the joint coordinates, of accelerations of bodies and of reactions.
     fn load_reactions(&mut self, stage: &RelativeStage<'_>) {
-        let (tree, levers) = (&stage.dynamics.tree, &stage.dynamics.levers);
-        let Lane { joints, bodies, gaps, adjoint, .. } = &mut self.lane;
+        let (dynamics, tree, geometry) = (&stage.dynamics, &stage.dynamics.tree, &stage.dynamics.geometry);
+        let q = &stage.y[..tree.count];
+        let Lane { joints, bodies, twists, wrenches, gaps, adjoint, .. } = &mut self.lane;
         for lane in 0..BATCH {
             joints.fill(0.0);
             gaps.iter_mut().zip(&self.batch.state.l).for_each(|(gap, l)| *gap = l[lane]);
-            tree.place_virtual(&stage.y, joints, Some(gaps), levers, bodies);
+            tree.place_virtual(&stage.y, joints, Some(gaps), geometry, (twists, bodies));
             adjoint.a.iter_mut().zip(&self.batch.state.a).for_each(|(to, from)| *to = from[lane]);
             for &([row, coordinate], [_, _, mass]) in &stage.constants {
                 adjoint.a[coordinate] += mass * bodies[row];
             }
-            tree.collect(levers, &mut adjoint.a, joints);
+            for (k, wrench) in wrenches.iter_mut().enumerate() {
+                *wrench = dynamics.inertia_in_space_times(k, &twists[k]);
+            }
+            tree.space.add_rows(&geometry.placed, &adjoint.a, wrenches);
+            tree.collect(geometry, q, (&mut adjoint.a, wrenches), joints);
+            tree.space.collect_lengths(&geometry.placed, &adjoint.a, joints);
             self.psi.iter_mut().zip(&*joints).for_each(|(psi, joint)| psi[lane] = *joint);
         }
     }
@@ -369,11 +408,12 @@ impl RelativeAdjoint {
     /// Propagates from accelerations of the joint coordinates (in ψ), and from what outputs have added to the batch, to the components
     /// of the current stage and to parameters.
     fn differentiate_accelerations(&mut self, stage: &mut RelativeStage<'_>, has_reactions: bool) {
-        let RelativeStage { problem, dynamics, state, y, accelerations, variables, constants, element } = stage;
+        let RelativeStage { problem, dynamics, state, y, accelerations, variables, constants, jacobians, element } =
+            stage;
         let (tree, mechanism) = (&dynamics.tree, &problem.mechanism);
         self.psi.iter_mut().for_each(|psi| *psi = psi.map(|x| -x));
         dynamics.factor.solve(tree, &mut self.psi, &mut self.work);
-        let Self { batch, psi, body_psi, lane: Lane { joints, bodies, gaps, adjoint, out }, .. } = self;
+        let Self { batch, psi, body_psi, lane: Lane { joints, bodies, twists, gaps, adjoint, out, .. }, .. } = self;
         let load = |lane: usize, psi: &[BatchValues], l: &[BatchValues], joints: &mut [f64], gaps: &mut [f64]| {
             joints.iter_mut().zip(psi).for_each(|(to, from)| *to = from[lane]);
             if has_reactions {
@@ -384,7 +424,8 @@ impl RelativeAdjoint {
         };
         for lane in 0..BATCH {
             load(lane, psi, &batch.state.l, joints, gaps);
-            tree.place_virtual(y, joints, has_reactions.then_some(&gaps[..]), &dynamics.levers, bodies);
+            let open = has_reactions.then_some(&gaps[..]);
+            tree.place_virtual(y, joints, open, &dynamics.geometry, (twists, bodies));
             body_psi.iter_mut().zip(&*bodies).for_each(|(to, from)| to[lane] = *from);
         }
         for &([row, coordinate], [stiffness, damping, mass]) in &*constants {
@@ -401,7 +442,15 @@ impl RelativeAdjoint {
                 batch.add(*k, instance, variable, &derivative);
             });
         }
-        let point = TreePoint { state, y, a: accelerations, levers: &dynamics.levers, wrenches: &dynamics.rows };
+        let point = TreePoint {
+            state,
+            y,
+            a: accelerations,
+            geometry: &dynamics.geometry,
+            wrenches: &dynamics.rows,
+            in_space: [&dynamics.wrenches, &dynamics.own_wrenches],
+            jacobians,
+        };
         for lane in 0..BATCH {
             load(lane, psi, &batch.state.l, joints, gaps);
             bodies.iter_mut().zip(&*body_psi).for_each(|(to, from)| *to = from[lane]);
@@ -463,6 +512,16 @@ impl RelativeAdjoint {
             }
         }
         tree.singles.iter().enumerate().for_each(|(k, &i)| take(batch, tree.first_single + k, i, end));
+        let parameters = |k: usize| &mechanism.elements[k].parameters[..];
+        tree.space.differentiate_joint_state(values, parameters, |at, variable, [coordinate, velocity]| {
+            let to = match variable {
+                StartVariable::Position(i) => &mut batch.state.q[i],
+                StartVariable::Velocity(i) => &mut batch.state.v[i],
+                StartVariable::Parameter(k, i) => &mut batch.design.parameters[k][i],
+            };
+            add(to, coordinate, &end[at]);
+            add(to, velocity, &end[n + at]);
+        });
     }
 }
 

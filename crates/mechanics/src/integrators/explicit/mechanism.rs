@@ -69,6 +69,8 @@ pub struct MechanismRhs<'m> {
 /// A mechanism in relative coordinates as a system of first-order equations.
 pub(crate) struct RelativeRhs {
     pub dynamics: TreeDynamics,
+    /// Joint coordinates and velocities at the end of the step before the projection of Euler parameters, for its derivatives.
+    pub unprojected: Vec<f64>,
     /// Evaluations at each slot of the current step, if they are recorded; the last one is for outputs.
     pub stages: Option<Vec<RelativeStageRecord>>,
 }
@@ -111,6 +113,18 @@ impl RelativeRhs {
             std::mem::swap(&mut stage.factor, &mut self.dynamics.factor);
         }
         Ok(())
+    }
+}
+
+impl RelativeRhs {
+    /// Projects Euler parameters among the joint coordinates onto their length one.
+    fn project(&mut self, y: &mut [f64]) {
+        let Self { dynamics, unprojected, stages } = self;
+        if stages.is_some() {
+            unprojected.copy_from_slice(y);
+        }
+        let (q, v) = y.split_at_mut(dynamics.tree.count);
+        dynamics.tree.space.normalize(q, v);
     }
 }
 
@@ -332,7 +346,11 @@ impl OdeRhs for MechanismRhs<'_> {
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<()> {
         self.mechanism.tick(t);
-        if self.mechanism.multipliers == 0 || self.relative.is_some() {
+        if let Some(relative) = &mut self.relative {
+            relative.project(y);
+            return Ok(());
+        }
+        if self.mechanism.multipliers == 0 {
             return Ok(());
         }
         self.set_state(t, y);
@@ -413,14 +431,15 @@ pub(crate) fn start<'m>(
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
     projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
     state.l.fill(0.0);
-    if let Some(tree) = relative_tree(mechanism, &system, settings)? {
+    if let Some(mut tree) = relative_tree(mechanism, &system, settings)? {
+        tree.choose_signs(mechanism, &state);
         let y = tree.joint_state(mechanism, &state);
         let dynamics = TreeDynamics::new(tree, mechanism, &system);
         let a = vec![0.0; dynamics.tree.count];
         let stage = || RelativeStageRecord { t: settings.start, y: y.clone(), a, factor: dynamics.factor.clone() };
         let stages = recorded.then(|| vec![stage(); SAMPLE + 1]);
         let mut rhs = MechanismRhs::new(mechanism, system, state.clone());
-        rhs.relative = Some(Box::new(RelativeRhs { dynamics, stages }));
+        rhs.relative = Some(Box::new(RelativeRhs { dynamics, unprojected: y.clone(), stages }));
         return Ok((OdeDriver::new(rhs, settings, y, times)?, ConsistentState { state, projection }));
     }
     let y = MechanismRhs::vector(&state);

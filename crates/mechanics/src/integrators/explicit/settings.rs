@@ -45,8 +45,8 @@ impl Tolerance {
 
 /// Choice of the unknowns of a mechanism in explicit steps.
 ///
-/// Open chains and trees of rigid bodies in the plane with revolute, prismatic and fixed joints have joint angles and
-/// displacements as unknowns in relative coordinates: fewer of them, no constraints that drift, and a cost per step that is
+/// Open chains and trees of rigid bodies have joint angles and displacements as unknowns in relative coordinates, and Euler
+/// parameters of spherical joints and of free bodies in space: fewer of them, no constraints that drift, and a cost per step that is
 /// proportional to the number of bodies. Outputs and their derivatives are the same up to the tolerance of the steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]

@@ -21,6 +21,7 @@ use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::System;
 use crate::system::state::State;
 use crate::tree::Tree;
+use crate::tree::articulated::SolveWorkspace;
 use crate::tree::dynamics::TreeResidual;
 
 /// Smallest product of joint coordinates, mechanisms and derivatives of each for which threads are faster.
@@ -116,7 +117,7 @@ struct RelativeSteps<'m, T, const L: usize> {
     accelerations: Vec<T>,
     rows: Vec<T>,
     changes: Vec<[f64; L]>,
-    work: Vec<[[f64; L]; 3]>,
+    work: SolveWorkspace<L>,
     sampler: Sampler<T>,
     outputs: Vec<T>,
     /// Of the outputs, by time, output and design variable.
@@ -179,7 +180,7 @@ where
             accelerations: vec![zero; count],
             rows: vec![zero; count],
             changes: vec![[0.0; L]; count],
-            work: Vec::new(),
+            work: SolveWorkspace::default(),
             sampler: Sampler::new(mechanism),
             outputs: Vec::new(),
             derivatives: Vec::with_capacity(times * mechanism.outputs.len() * L),
@@ -201,6 +202,10 @@ where
     /// The rates of a slot.
     fn evaluate(&mut self, stages: &[RelativeStageRecord], slot: usize) {
         self.combine(slot);
+        if slot == self.method.end {
+            let (q, v) = self.stage.split_at_mut(self.tree.count);
+            self.tree.space.normalize(q, v);
+        }
         self.accelerate(&stages[slot]);
         self.store_rates(slot);
     }
