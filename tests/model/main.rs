@@ -23,6 +23,7 @@ mod kinds;
 mod limits;
 mod mechanics_benchmarks;
 mod mistakes;
+mod mjcf;
 mod notice;
 #[cfg(feature = "app")]
 mod open;

@@ -1,5 +1,6 @@
 //! Spatial mechanisms compared with closed forms, conservation laws, planar mechanisms and finite differences.
 
+mod beam_references;
 mod beams;
 mod derivatives;
 mod elements;
