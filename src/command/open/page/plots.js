@@ -31,7 +31,12 @@ export class Plot {
     this.tools.className = "tools";
     figure.append(this.tools, caption, this.svg);
     place.append(figure);
-    Object.assign(this, { figure, name, time, series: new Map(), limits: [], range: null, lines: element("g") });
+    Object.assign(this, { figure, name, time, series: new Map(), limits: [], range: null, lines: element("g"), seen: true, stale: false });
+    // Plots outside the screen are drawn when they come near it.
+    new IntersectionObserver((entries) => {
+      this.seen = entries.at(-1).isIntersecting;
+      if (this.seen && this.stale) this.draw();
+    }, { rootMargin: "200px" }).observe(figure);
   }
 
   // Points of a series under a key; null removes it.
@@ -136,6 +141,8 @@ export class Plot {
 
   // Draws the series anew, and the axes if they have changed.
   draw() {
+    this.stale = !this.seen;
+    if (this.stale) return;
     this.scale();
     const axes = JSON.stringify([this.range, this.limits]);
     if (axes !== this.axes) {
