@@ -39,6 +39,7 @@ mod shell;
 mod space;
 mod study;
 mod study_kinds;
+mod sweeps;
 mod transcripts;
 mod twins;
 mod units;

@@ -419,6 +419,22 @@ fn impossible_mechanisms_in_space_are_named() {
     }
 }
 
+/// Mirrored halves of which one is upside down: the copy is named, at its place in the file.
+#[test]
+fn a_mirrored_joint_that_is_upside_down_is_named() {
+    let text = "version = 2\nspace = 3\n[time]\nto = 1\npoints = 2\n[analysis]\nkind = \"dynamics\"\n\
+                [[body]]\neach = { side = [\"left\", \"right\"] }\nname = \"{side}\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n\
+                [[joint]]\neach = [{ side = \"left\", s = -1 }, { side = \"right\", s = 1 }]\nname = \"{side}_hinge\"\n\
+                a = { body = \"ground\", z = [0, 0, -1] }\nb = { body = \"{side}\", z = [0, 0, \"{s}\"] }\n\
+                [[output]]\nname = \"x\"\nvalue = \"left.x\"\n";
+    let model = read("m.toml", text).unwrap_or_else(|report| panic!("{report}"));
+    let error = model.simulate(&[]).unwrap_err();
+    let report = model.locate(&error).unwrap().to_string();
+    for words in ["right_hinge", "wrong way round", "initial orientations", "m.toml:14"] {
+        assert!(report.contains(words), "{report}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 

@@ -23,6 +23,7 @@
 //! # Ok::<(), linkwright::model_file::Diagnostic>(())
 //! ```
 
+mod axis;
 mod compile;
 mod compiled;
 mod dimension;
@@ -33,6 +34,7 @@ mod reduction;
 mod table;
 mod tree;
 
+pub use axis::Axis;
 pub use compile::{OtherUnit, Scope};
 pub use compiled::{CompiledExpression, Inputs};
 pub use dimension::Known;
