@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `complete` | completion of a text at a place |
 //! | `attached` | files that a model names: `include`, tables of numbers |
+//! | `text_parts` | the parts of a text: the own text of a model, and those of attached files |
 //! | `diagnostics` | errors and notes about a file, with their locations |
 //! | [`unit`](mod@unit) | units of numbers: `120 mm` |
 //! | [`robot`] | robots of URDF and MJCF files as model files |
@@ -50,6 +51,7 @@ mod file;
 mod limits;
 pub mod robot;
 mod settings;
+mod text_parts;
 pub mod unit;
 mod version;
 

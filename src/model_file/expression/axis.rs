@@ -1,6 +1,6 @@
 //! The quantity over which histories are: the time, or that of a sweep.
 
-use super::dimension::Known;
+use super::known::Known;
 use crate::model_file::unit::Unit;
 
 /// The time under the name `time`, or another quantity, such as a travel, with a name of the file.

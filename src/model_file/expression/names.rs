@@ -2,8 +2,8 @@
 
 use super::Tree;
 use super::axis::Axis;
-use super::dimension::Known;
 use super::function::FUNCTIONS;
+use super::known::Known;
 use super::table::Table;
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
