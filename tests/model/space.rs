@@ -482,7 +482,7 @@ fn a_mirrored_joint_that_is_upside_down_is_named() {
     let model = read("m.toml", text).unwrap_or_else(|report| panic!("{report}"));
     let error = model.simulate(&[]).unwrap_err();
     let report = model.locate(&error).unwrap().to_string();
-    for words in ["right_hinge", "wrong way round", "initial orientations", "m.toml:14"] {
+    for words in ["right_hinge", "wrong way round", "initial orientations", "m.toml:15"] {
         assert!(report.contains(words), "{report}");
     }
 }

@@ -11,7 +11,7 @@ length = "200 mm"
 name = "arm"
 mass = 1
 inertia = 0.01
-angle = 0.1
+position = [0, 0]
 
 [[joint]]
 name = "hinge"
