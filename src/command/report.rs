@@ -240,6 +240,7 @@ pub fn mechanism(
     };
     let time = QuantityLabel::literal(&grid.name, &grid.unit);
     // A mechanism without a visible body has no animation.
+    let times = times.iter().map(|&t| grid.shown(t)).collect();
     let Ok(motion) = Animation::new(literal(&description), axes, times, scenes) else { return Ok((None, None)) };
     let motion = motion.lasting(shown)?.over(time);
     let motion = if designs.len() > 1 { motion.compared() } else { motion };

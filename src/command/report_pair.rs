@@ -88,6 +88,7 @@ fn mechanisms(runs: &[LastRun; 2]) -> anyhow::Result<Option<PageSection>> {
     let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
     let span = times[times.len() - 1] - times[0];
     let shown = if grid.unit == "s" { span.clamp(3.0, 10.0) } else { 5.0 };
+    let times = times.iter().map(|&t| grid.shown(t)).collect();
     let Ok(motion) = Animation::new("The last designs of both runs.", axes, times, scenes) else { return Ok(None) };
     let motion = motion.lasting(shown)?.over(QuantityLabel::literal(&grid.name, &grid.unit));
     Ok(Some(PageSection::new("mechanism", "Mechanisms").html(motion.fragment())))
@@ -149,7 +150,7 @@ fn histories(runs: &[LastRun; 2]) -> anyhow::Result<PageSection> {
         let figure = time_history(&TimeHistory {
             time: QuantityLabel::literal(&grid.name, &grid.unit),
             response: QuantityLabel::literal(&response.name, &response.unit),
-            times: &grid.points,
+            times: &grid.shown_points(),
             histories: &[
                 ResponseHistory { name: "A", values: &a.state.responses.values[h] },
                 ResponseHistory { name: "B", values: &b.state.responses.values[k] },

@@ -44,6 +44,7 @@ mod shell;
 mod space;
 mod study;
 mod study_kinds;
+mod sweeps;
 mod transcripts;
 mod twins;
 mod units;

@@ -298,7 +298,8 @@ fn files_that_are_no_robots_or_attack_are_refused() {
     for (text, word) in [
         ("", "repair"),
         ("<robot name=\"r\">", "repair"),
-        ("<mujoco/>", "<mujoco>"),
+        ("<mujoco/>", "nothing moves"),
+        ("<sdf/>", "<sdf>"),
         ("<robot name=\"r\"/>", "no link"),
         ("<robot name=\"r\"><link name=\"a\"/></robot>", "nothing moves"),
         (bomb, "entities"),
