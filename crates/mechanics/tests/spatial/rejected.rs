@@ -111,11 +111,21 @@ type Add = fn(&mut Mechanism<f64>, &str, Marker3<f64>, Marker3<f64>);
 
 /// Joints with axes that must have the same direction, and whether they keep all of them.
 const ALIGNED: [(&str, bool, Add); 5] = [
-    ("revolute", false, |m, name, a, b| drop(m.revolute3(name, a, b))),
-    ("prismatic", true, |m, name, a, b| drop(m.prismatic3(name, a, b))),
-    ("cylindrical", false, |m, name, a, b| drop(m.cylindrical(name, a, b))),
-    ("planar", false, |m, name, a, b| drop(m.planar_joint(name, a, b))),
-    ("fixed", true, |m, name, a, b| drop(m.fixed_joint3(name, a, b))),
+    ("revolute", false, |m, name, a, b| {
+        m.revolute3(name, a, b);
+    }),
+    ("prismatic", true, |m, name, a, b| {
+        m.prismatic3(name, a, b);
+    }),
+    ("cylindrical", false, |m, name, a, b| {
+        m.cylindrical(name, a, b);
+    }),
+    ("planar", false, |m, name, a, b| {
+        m.planar_joint(name, a, b);
+    }),
+    ("fixed", true, |m, name, a, b| {
+        m.fixed_joint3(name, a, b);
+    }),
 ];
 
 /// The equations of perpendicular axes hold upside down, too: every joint that has them says so, with its name and a remedy.
@@ -145,10 +155,18 @@ fn every_joint_that_is_upside_down_is_named() {
 #[test]
 fn every_joint_with_an_impossible_axis_is_named() {
     let others: [(&str, Add); 4] = [
-        ("universal", |m, name, a, b| drop(m.universal(name, a, b))),
-        ("point-on-line", |m, name, a, b| drop(m.point_on_line3(name, a, b))),
-        ("point-on-plane", |m, name, a, b| drop(m.point_on_plane(name, a, b))),
-        ("angle", |m, name, a, b| drop(m.joint_angle(name, a, b))),
+        ("universal", |m, name, a, b| {
+            m.universal(name, a, b);
+        }),
+        ("point-on-line", |m, name, a, b| {
+            m.point_on_line3(name, a, b);
+        }),
+        ("point-on-plane", |m, name, a, b| {
+            m.point_on_plane(name, a, b);
+        }),
+        ("angle", |m, name, a, b| {
+            m.joint_angle(name, a, b);
+        }),
     ];
     let all = ALIGNED.map(|(kind, _, add)| (kind, add)).into_iter().chain(others);
     for (kind, add) in all {
