@@ -236,6 +236,8 @@ fn the_page_races_compares_and_completes() {
     page.middle("#text");
     page.value("(() => { const e = document.getElementById('text'); e.value += '\\n[[cons'; e.focus(); e.setSelectionRange(e.value.length, e.value.length); e.scrollTop = 1e6; return 0; })()");
     page.wait("document.activeElement.id === 'text'");
+    // The list is closed by a scroll, whose event comes with the next frame.
+    page.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))");
     let key = |kind: &str, name: &str| {
         format!(
             "(() => {{ document.getElementById('text').dispatchEvent(new KeyboardEvent('keydown', {{ key: '{name}', ctrlKey: {}, cancelable: true }})); return 0; }})()",
