@@ -162,7 +162,7 @@ fn the_job_script_of_slurm_does_a_part_for_each_task() {
     let path = format!("{}:{}", program.parent().unwrap().display(), std::env::var("PATH").unwrap());
     let task = |number: usize| {
         let mut command = Command::new("sh");
-        command.args([concat!(env!("CARGO_MANIFEST_DIR"), "/examples/studies/slurm.sh"), "s.toml", "4"]);
+        command.args([concat!(env!("CARGO_MANIFEST_DIR"), "/examples/slurm.sh"), "s.toml", "4"]);
         command.env("PATH", &path).env("SLURM_ARRAY_TASK_ID", number.to_string()).env("SLURM_CPUS_PER_TASK", "1");
         command.current_dir(&place.0);
         command

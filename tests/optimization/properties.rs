@@ -129,8 +129,7 @@ fn with_approximate_problem(problem: &Problem, b: &[f64], judge: impl FnOnce(&Ap
     let data = CycleData::first_order(problem, &analyzed, retained).unwrap();
     let point = LinearizationPoint::first_order(&analyzed, &data);
     let region = RelativeLimits::default().region(problem, b, &vec![0.2; b.len()]);
-    let subproblem_box =
-        SubproblemBox::new(problem, DesignHistory::default().after([&b[..]]), (region.lower, region.upper));
+    let subproblem_box = SubproblemBox::new(problem, DesignHistory::default().after([b]), (region.lower, region.upper));
     judge(
         &ApproximateProblem::new(problem, &Linear, point, (subproblem_box, ApproximationOptions::default())).unwrap(),
     );

@@ -62,6 +62,8 @@ export class Plot {
       return button;
     });
     const arm = (sign) => {
+      // The observer may not have seen yet that the plot has come into view.
+      if (this.stale) this.render();
       [relation, points, from] = [sign, [], null];
       line.remove();
       this.figure.classList.toggle("drawing", sign !== null);
@@ -139,10 +141,14 @@ export class Plot {
     if (!fits) this.range = wanted;
   }
 
-  // Draws the series anew, and the axes if they have changed.
+  // Draws the series anew if the plot is near the screen.
   draw() {
     this.stale = !this.seen;
-    if (this.stale) return;
+    if (!this.stale) this.render();
+  }
+
+  // Draws the series, and the axes if they have changed.
+  render() {
     this.scale();
     const axes = JSON.stringify([this.range, this.limits]);
     if (axes !== this.axes) {
