@@ -130,7 +130,11 @@ impl<'p> Progress<'p> {
         let c = &state.history[k];
         let mark = if c.accepted { ' ' } else { 'R' };
         let objective = readable(outcome::objective_of_step(self.problem, state, k)?, self.digits);
-        let errors = format!("{:>7.2} {:>7.2} {:>8.2}", c.objective_error_pct, c.constraint_error_pct, c.violation_pct);
+        let violation = match self.problem.constraints.is_empty() {
+            true => format!("{:>8}", "–"),
+            false => format!("{:>8.2}", c.violation_pct),
+        };
+        let errors = format!("{:>7.2} {:>7.2} {violation}", c.objective_error_pct, c.constraint_error_pct);
         let counts = format!("{:>7} {:>6}", c.active_limits, c.retained.len());
         let number = |b: &f64| format!(" {:>width$}", readable(*b, self.digits));
         let design: String = c.design.iter().take(COLUMNS).map(number).collect();

@@ -72,12 +72,21 @@ impl Diagnostic {
                 diagnostic.label("not known").help(format!("did you mean `{best}`?"))
             }
             Some(_) => {
+                let known = of_same_owner(asked, known);
                 let list: Vec<String> = known.iter().take(12).map(|k| format!("`{k}`")).collect();
                 let more = if known.len() > 12 { ", …" } else { "" };
                 diagnostic.label("not known").help(format!("known: {}{more}", list.join(", ")))
             }
         }
     }
+}
+
+/// The known names of the part that `asked` names before its last dot, if there are any; otherwise all of them.
+fn of_same_owner<'k>(asked: &str, known: Vec<&'k str>) -> Vec<&'k str> {
+    let owner = |name: &str| name.rsplit_once('.').map(|(owner, _)| owner.to_owned());
+    let same = |name: &&&str| owner(name).is_some() && owner(name) == owner(asked);
+    let own: Vec<&str> = known.iter().filter(same).copied().collect();
+    if own.is_empty() { known } else { own }
 }
 
 /// Usual words for measures, with the names that they have here.
@@ -90,11 +99,21 @@ const SYNONYMS: &[(&[&str], &[&str])] = &[
 
 /// Usual words for keys, with the names that they have here.
 const KEYS: &[(&[&str], &[&str])] = &[
-    (&["length", "rest", "rest_length", "free_length", "natural_length", "unloaded_length"], &["unloaded", "length"]),
+    (
+        &["length", "rest", "rest_length", "free_length", "natural_length", "unloaded_length", "unloaded"],
+        &["unloaded", "length"],
+    ),
     (&["b", "at", "on", "target", "dof"], &["coordinate", "at", "b"]),
     (&["k", "spring", "spring_constant", "rate"], &["stiffness"]),
     (&["c", "damper", "damping_constant"], &["damping"]),
     (&["torque", "effort", "value"], &["generalized_force", "force"]),
+    (&["ks", "kreisselmeier_steinhauser", "logsumexp", "softmax"], &["smooth_max"]),
+    (&["p_norm", "pnorm", "lp_norm"], &["norm"]),
+    (&["crossing_time", "time_of_crossing", "first_crossing"], &["crossing"]),
+    (&["argmax", "time_at_max"], &["time_of_max"]),
+    (&["argmin", "time_at_min"], &["time_of_min"]),
+    (&["value", "value_at", "interpolate"], &["at"]),
+    (&["average", "avg"], &["mean"]),
     (&["rotation", "theta", "orientation", "phi"], &["angle"]),
     (&["mu", "friction"], &["coulomb_force", "coefficient"]),
     (&["link", "bar", "rod", "part", "mass", "slider", "rigid_body"], &["body"]),

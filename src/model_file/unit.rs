@@ -22,6 +22,9 @@ impl Dimension {
     /// That of a number.
     pub const NUMBER: Self = Self::of([0; 4]);
 
+    /// The dimension of a time.
+    pub const TIME: Self = Self::of([0, 0, 1, 0]);
+
     const fn of([length, mass, time, angle]: [i16; 4]) -> Self {
         Self { exponents: [WHOLE * length, WHOLE * mass, WHOLE * time, WHOLE * angle] }
     }

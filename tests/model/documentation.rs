@@ -267,3 +267,14 @@ fn every_page_is_in_the_book_and_every_link_resolves() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
+
+/// The reference states a formula, with signs, for every joint, drive, force and contact.
+#[test]
+fn every_joint_drive_force_and_contact_has_its_law() {
+    let text = document();
+    let entries: Vec<&str> = text.split("\n**`kind = \"").skip(1).collect();
+    let elements = entries.iter().filter(|entry| entry.lines().next().unwrap().contains("`** ("));
+    let without = elements.filter(|entry| !entry.contains("\n\nLaw: "));
+    let without: Vec<&str> = without.map(|entry| entry.split('"').next().unwrap()).collect();
+    assert!(without.is_empty(), "{without:?}");
+}

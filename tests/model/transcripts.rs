@@ -91,3 +91,32 @@ fn the_transcripts_of_the_pages_are_those_of_the_commands() {
     }
     assert!(commands > 5, "{commands} commands");
 }
+
+/// The counts of analyses in the table of the models are those of runs with default settings.
+#[test]
+fn the_models_need_as_many_analyses_as_their_table_says() {
+    let place = TempFolder::new("counts");
+    prepare(&place);
+    let root = env!("CARGO_MANIFEST_DIR");
+    let index = std::fs::read_to_string(format!("{root}/docs/models/index.md")).unwrap();
+    let mut rows = 0;
+    for row in index.lines().filter(|line| line.starts_with("| [")) {
+        let page = row.split("](").nth(1).unwrap().split(')').next().unwrap();
+        let text = std::fs::read_to_string(format!("{root}/docs/models/{page}")).unwrap();
+        let files = text.split("`examples/models/").skip(1).map(|rest| rest.split('`').next().unwrap());
+        let counts: Vec<String> = files
+            .map(|file| {
+                let output = linkwright(&["optimize", file, "--force", "--json"], &place.0);
+                let end: serde_json::Value = serde_json::from_slice(
+                    output.stdout.split(|b| *b == b'\n').rfind(|line| !line.is_empty()).unwrap(),
+                )
+                .unwrap();
+                assert_eq!(end["status"], "Converged", "{file}");
+                end["analyses"].to_string()
+            })
+            .collect();
+        assert_eq!(row.rsplit('|').nth(1).unwrap().trim(), counts.join(", "), "{page}");
+        rows += 1;
+    }
+    assert_eq!(rows, 10);
+}

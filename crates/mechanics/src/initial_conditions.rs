@@ -83,7 +83,7 @@ fn assemble_nearest(
         _ => {
             system.allow_redundancy(false);
             state.copy_from(&guess);
-            Err(error)
+            Err(with_largest_gap(error, system, mechanism, &guess))
         }
     }
 }
@@ -140,7 +140,9 @@ fn close_joints(
     for _ in 0..settings.iterations {
         system.assemble(mechanism, state, Linearization::projection(), &mut rows);
         for (row, unknown) in rows.iter_mut().zip(system.unknowns()) {
-            if let Unknown::Coordinate(i) = *unknown {
+            if let Unknown::Coordinate(i) = *unknown
+                && !mechanism.coordinates[i].is_follower
+            {
                 row[0] += state.q[i] - guess[i];
             }
         }
@@ -167,6 +169,25 @@ fn close_joints(
     let what = system.dominant_residual(mechanism, &rows);
     let why = format!("the mechanism cannot be assembled at t = {:.6e} s", state.t);
     Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))
+}
+
+/// Error of a constraint in the built positions, in m or rad, from which on a failure names it.
+const LARGE_GAP: f64 = 1e-2;
+
+/// The `error` of a failed assembly, with the largest error of a constraint in the built positions `guess`: a drive that asks for
+/// another position than the one that was built is the usual reason.
+fn with_largest_gap(error: Error, system: &mut System, mechanism: &Mechanism<f64>, guess: &State<f64>) -> Error {
+    let mut rows = vec![[0.0]; system.size()];
+    let gap = largest_gap(system, mechanism, guess, &mut rows);
+    match error {
+        Error::Analysis { what, why, remedy } if gap > LARGE_GAP && gap.is_finite() => {
+            let worst = system.dominant_residual(mechanism, &rows);
+            let why =
+                format!("{why}; in the positions of the model the largest error is {gap:.3} m or rad, of {worst}");
+            Error::Analysis { what, why, remedy }
+        }
+        error => error,
+    }
 }
 
 /// Writes Φ to the rows of the constraints, and zero to the others. Returns the largest absolute value.

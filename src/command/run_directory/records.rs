@@ -283,8 +283,10 @@ impl Summary {
             violation_pct: cycle.violation_pct,
             design: cycle.design.clone(),
         });
+        let is_peak = |k: usize| problem.objective.peak().is_some_and(|peak| peak.variable == k);
         let at_bounds = state.design.iter().enumerate().filter_map(|(k, &value)| {
-            let bound = outcome::at_bound(problem, k, value)?;
+            // The variable that bounds a peak is no choice of the user.
+            let bound = outcome::at_bound(problem, k, value).filter(|_| !is_peak(k))?;
             Some(format!("{} is {bound}", problem.variables[k].name))
         });
         Self {

@@ -3,7 +3,7 @@
 //! # Sources
 //! Pratt, *Proc. ACM Symp. Principles of Programming Languages* (1973) 41–51.
 
-use super::function::MathFunction;
+use super::function::{FUNCTIONS, MathFunction};
 use super::reduction::{REDUCTIONS, Reduction};
 use super::tree::{Node, Operator, Tree};
 use crate::Readable;
@@ -202,8 +202,10 @@ impl<'t> Parser<'t> {
         }
         if function.is_none() && !is_reduction {
             let Ok([argument]) = <[Tree; 1]>::try_from(arguments) else {
+                let known = FUNCTIONS.iter().map(|f| f.0).chain(REDUCTIONS.iter().map(|r| r.0)).chain(["if"]);
+                let error = Diagnostic::unknown(token.span.clone(), "function", name, known);
                 let message = format!("`{name}` is not a function of several arguments");
-                return Err(Diagnostic::new(span, message));
+                return Err(Diagnostic { message, unknown_name: None, ..error });
             };
             // The name of a table, which is looked up when the expression is compiled.
             return Ok(Tree { node: Node::Table(name.to_owned(), Box::new(argument)), span });

@@ -121,7 +121,7 @@ fn changed(word: &Word, change: Change, parts: &Parts, elements: &[ElementSpec])
     let can = |element: &ElementSpec| match (change, element.kind.descriptor.family) {
         (Change::Release, Family::Joint) => own_coordinate(element.kind.descriptor).is_none(),
         (Change::Release, Family::Drive) => !element.kind.is_prescribed(),
-        (Change::SwitchOn | Change::SwitchOff, Family::Force | Family::Contact) => !element.kind.is_rigid_contact(),
+        (Change::SwitchOn | Change::SwitchOff, Family::Force | Family::Contact) => !element.kind.has_modes(),
         _ => false,
     };
     let number = |name: &str| match parts.get(name) {

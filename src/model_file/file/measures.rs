@@ -179,7 +179,6 @@ impl<'p> Sensors<'p> {
                 return Ok(vec![match context.elements[*k] {
                     Added::Element(element) => context.mechanism.measure(element, what)?,
                     Added::Motion(coordinate) => context.mechanism.driving_force(coordinate),
-                    Added::Contact => unreachable!("a rigid contact measures nothing"),
                 }]);
             }
             MeasureRef::Node(beam, node, what) => return at_node(*beam, *node, what, context),

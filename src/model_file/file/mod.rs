@@ -129,6 +129,20 @@ pub(super) const KEYS: &[Key] = &[
     optional("method", Accepts::Table, "optimization method; by default `automatic`"),
 ];
 
+/// The tables that have a key of this name.
+fn owners(key: &str) -> Vec<&'static str> {
+    let file = TableKeys { name: "", kind: None, about: "the file", keys: KEYS };
+    let has = |table: &TableKeys| table.keys.iter().any(|known| known.name == key);
+    let mut names = Vec::new();
+    for table in std::iter::once(file).chain(families()).filter(has) {
+        let name = table.name.trim_end_matches('3'); // tables in space
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
 /// Declarations of all tables, without the top level of the file.
 pub(super) fn families() -> Vec<TableKeys> {
     let mut all = vec![TableKeys { name: "design.NAME", kind: None, about: "a design variable", keys: naming::DESIGN }];
@@ -198,7 +212,7 @@ pub(crate) fn read_document<T>(
     open: impl FnOnce(&DeTable<'_>, FileSource<'_>) -> Read<T>,
 ) -> std::result::Result<T, Box<DiagnosticReport>> {
     let (log, words) = (DiagnosticLog::default(), Modernizer::default());
-    let source = FileSource { text, log: &log, words: &words };
+    let source = FileSource { text, log: &log, words: &words, owners: |_| Vec::new() };
     let read = settings::parse(text).and_then(|table| open(&table, source));
     let read = log.keep(read);
     let (errors, locations) = log.into_parts();
@@ -218,7 +232,7 @@ fn model_of_text(file: &str, text: &str, log: &DiagnosticLog) -> Read<Model> {
             words.update(name, table, text);
         }
     }
-    let model = log.keep(model_of_document(file, &table, FileSource { text, log, words: &words }));
+    let model = log.keep(model_of_document(file, &table, FileSource { text, log, words: &words, owners }));
     if version == version::CURRENT {
         words.errors().into_iter().for_each(|error| log.note(error));
     }

@@ -67,7 +67,9 @@ impl<'a> Section<'a> {
         for key in self.table.keys().filter(|key| !is_known(key.get_ref())) {
             let error = Diagnostic::unknown(key.span(), "key", key.get_ref(), self.keys.iter().map(|k| k.name));
             let message = error.message.replacen("there is", &format!("{} has", self.title), 1);
-            let error = Diagnostic { message, unknown_name: None, ..error };
+            let is_near = error.help.as_ref().is_some_and(|help| help.starts_with("did you mean"));
+            let help = if is_near { None } else { self.elsewhere(key.get_ref()) }.or(error.help.clone());
+            let error = Diagnostic { message, unknown_name: None, help, ..error };
             self.source.log.note(error.clone());
             unknown = Err(error);
         }
@@ -77,6 +79,18 @@ impl<'a> Section<'a> {
         let message = format!("{} lacks `{}`", self.title, missing.name);
         let help = format!("`{}` takes: {} — {}", missing.name, missing.accepts.words(), missing.about);
         Err(Diagnostic::new(self.source.first_line(&self.span), message).help(help))
+    }
+
+    /// Names the tables in which a key belongs, if they are others than this one, and few.
+    fn elsewhere(&self, key: &str) -> Option<String> {
+        let owners = (self.source.owners)(key);
+        let is_own = owners.iter().any(|name| !name.is_empty() && self.title.trim_start_matches('[').starts_with(name));
+        let word = |name: &&str| match *name {
+            "" => "the file, above its first table".to_owned(),
+            name => format!("`{name}`"),
+        };
+        let words: Vec<String> = owners.iter().map(word).collect();
+        (!is_own && (1..=3).contains(&words.len())).then(|| format!("`{key}` is a key of {}", words.join(", ")))
     }
 
     /// The value of a key, if the table has it.

@@ -28,6 +28,8 @@ pub struct FileSource<'a> {
     pub text: &'a str,
     pub log: &'a DiagnosticLog,
     pub words: &'a Modernizer,
+    /// The tables of the format that have a key of this name; that of the file itself is empty.
+    pub owners: fn(&str) -> Vec<&'static str>,
 }
 
 impl FileSource<'_> {

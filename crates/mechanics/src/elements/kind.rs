@@ -21,6 +21,7 @@ enum Constructor<F, L> {
     OfTime(fn(F) -> Arc<dyn AnyElement>),
     OfState(fn(L) -> Arc<dyn AnyElement>),
     RigidContact(Arc<dyn AnyElement>),
+    DryFriction,
     Prescribed,
 }
 
@@ -58,8 +59,6 @@ pub enum Added {
     Element(ElementIndex),
     /// A prescribed motion of this coordinate.
     Motion(Coordinate),
-    /// A rigid contact, which measures nothing.
-    Contact,
 }
 
 impl<F: Motion, L: StateFunction> ElementKind<F, L> {
@@ -91,12 +90,22 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
         Self::new(descriptor, Constructor::RigidContact(gap))
     }
 
+    /// Dry friction between two coordinates.
+    pub fn dry_friction(descriptor: &'static ElementDescriptor) -> Self {
+        Self::new(descriptor, Constructor::DryFriction)
+    }
+
     /// A prescribed motion of one coordinate.
     pub fn prescribed(descriptor: &'static ElementDescriptor) -> Self {
         Self::new(descriptor, Constructor::Prescribed)
     }
 
-    /// Returns whether it is a rigid contact, which only implicit schemes support.
+    /// Returns whether its modes follow from the motion, which only simulations in time support: a rigid contact, dry friction.
+    pub fn has_modes(&self) -> bool {
+        matches!(self.constructor, Constructor::RigidContact(_) | Constructor::DryFriction)
+    }
+
+    /// Returns whether it is a rigid contact.
     pub fn is_rigid_contact(&self) -> bool {
         matches!(self.constructor, Constructor::RigidContact(_))
     }
@@ -162,8 +171,12 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
             Constructor::OfState(of) => of(of_state.expect(declared)),
             Constructor::RigidContact(gap) => {
                 let restitution = parameters.pop();
-                mechanism.add_event(name.into(), gap.clone(), &coordinates, &parameters, restitution);
-                return Added::Contact;
+                let joint = mechanism.add_event(name.into(), gap.clone(), &coordinates, &parameters, restitution);
+                return Added::Element(joint.expect("a contact with restitution has a joint"));
+            }
+            Constructor::DryFriction => {
+                let parameters = parameters.try_into().expect("as many as it declares");
+                return Added::Element(mechanism.dry_friction(name, coordinates[0], coordinates[1], parameters));
             }
             Constructor::Prescribed => {
                 mechanism.drive(coordinates[0], of_time.expect(declared), &parameters);

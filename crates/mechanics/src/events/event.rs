@@ -1,9 +1,8 @@
 //! Rigid contacts and switches of a mechanism, and the record of an event.
 
 use crate::elements::contacts::rigid;
-use crate::elements::joints::point_on_line::PointOnLine;
 use crate::mechanism::element::{AnyElement, Element, ElementState};
-use crate::mechanism::{Coordinate, Marker, Mechanism};
+use crate::mechanism::{Coordinate, ElementIndex, Marker, Mechanism};
 use crate::{Error, Result};
 use autodiff::Scalar;
 use std::sync::Arc;
@@ -21,8 +20,9 @@ pub struct Event {
 ///
 /// A rigid contact is an element with one constraint, the gap Φ(q, t) ≥ 0 in m or rad. When the gap closes, an impulse Λ
 /// along Φ_q makes velocities jump, M (v⁺ − v⁻) + Φ_qᵀ Λ = 0, and joints hold. The gap opens again by Newton's impact law,
-/// Φ̇⁺ = −e Φ̇⁻. There is no friction. For contacts that last, take compliant ones ([`Mechanism::wall_contact`],
-/// [`Mechanism::bump_stop`]).
+/// Φ̇⁺ = −e Φ̇⁻. There is no friction. A contact stays closed if the next flight would be shorter than a millionth of a step, at
+/// once if e = 0: Φ = 0 is then a joint, until its force −λ, an output of the contact, becomes zero. Contacts that close at the same
+/// time are an error; take compliant ones ([`Mechanism::wall_contact`], [`Mechanism::bump_stop`]).
 ///
 /// # Sources
 ///
@@ -48,16 +48,25 @@ impl<S: Scalar> Mechanism<S> {
     }
 
     /// Adds a rigid stop between two coordinates: `b` − `a` does not fall below `clearance` (m or rad).
-    pub fn rigid_stop(&mut self, name: &str, a: Coordinate, b: Coordinate, clearance: S, restitution: S) {
-        self.add_event(name.into(), rigid::stop_gap(), &[a, b], &[clearance], Some(restitution));
+    pub fn rigid_stop(
+        &mut self,
+        name: &str,
+        a: Coordinate,
+        b: Coordinate,
+        clearance: S,
+        restitution: S,
+    ) -> ElementIndex {
+        self.add_event(name.into(), rigid::stop_gap(), &[a, b], &[clearance], Some(restitution))
+            .expect("it has a restitution")
     }
 
     /// Adds a rigid wall: the line through point `a` at the angle `line` (rad) in the body of `a`. Point `b` stays on its left
     /// side, as seen along the line.
-    pub fn rigid_wall(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, restitution: S) {
+    pub fn rigid_wall(&mut self, name: &str, a: Marker<S>, line: S, b: Marker<S>, restitution: S) -> ElementIndex {
         let coordinates = [a.body.coordinates(), b.body.coordinates()].concat();
         let parameters = [a.x, a.y, line, b.x, b.y];
-        self.add_event(name.into(), PointOnLine::object(), &coordinates, &parameters, Some(restitution));
+        self.add_event(name.into(), rigid::wall_gap(), &coordinates, &parameters, Some(restitution))
+            .expect("it has a restitution")
     }
 
     /// Adds a switch: a time step ends where the constraint of the element `of` crosses zero, in either direction.

@@ -48,6 +48,9 @@ where
         if let Some(when) = &self.when {
             return -when.value(state);
         }
+        if let Some(value) = self.unilateral.as_ref().and_then(|law| law.value(self, state)) {
+            return value;
+        }
         self.evaluate(state, T::from(0.0)).constraint[0]
     }
 
@@ -56,19 +59,27 @@ where
         if let Some(when) = &self.when {
             return -when.rate(state, v);
         }
+        if let Some(rate) = self.unilateral.as_ref().and_then(|law| law.rate(self, state)) {
+            return rate;
+        }
+        self.gap_jet(state, v).v1
+    }
+
+    /// The gap of a contact with its first and second derivative along the motion with the velocities `v`.
+    pub fn gap_jet(&self, state: &State<T>, v: &[T]) -> Jet2<T> {
         let (zero, one) = (T::from(0.0), T::from(1.0));
         let constant = |x: T| Jet2::new(x, zero, zero);
         let coordinates = &self.gap.coordinates;
         let mut workspace = ElementWorkspace::<Jet2<T>> {
             p: self.gap.parameters.iter().map(|&p| constant(p)).collect(),
-            q: coordinates.iter().map(|&i| Jet2::new(state.q[i], v[i], zero)).collect(),
+            q: coordinates.iter().map(|&i| Jet2::new(state.q[i], v[i], state.a[i])).collect(),
             v: vec![constant(zero); coordinates.len()],
             a: vec![constant(zero); coordinates.len()],
             l: vec![constant(zero)],
             ..ElementWorkspace::default()
         };
         Jet2::<T>::residual(self.gap.element.as_ref(), Jet2::new(state.t, one, zero), &mut workspace);
-        workspace.constraint[0].v1
+        workspace.constraint[0]
     }
 
     /// Evaluates Φ_qᵀ times the `impulse`, and the gap.
@@ -98,19 +109,19 @@ where
     /// Residual of a jump from the state `before`.
     ///
     /// Writes M Δv + Φ_qᵀ Λ (joints and contact) and Φ̇ of the joints with the new velocities to `rows`, by equation; returns
-    /// Φ̇⁺ + e Φ̇⁻ of the contact.
+    /// Φ̇⁺ + e Φ̇⁻ of the contact, with e = 0 if it `stays` closed.
     pub fn rows(
         &self,
         system: &System,
         mechanism: &Mechanism<T>,
         before: &State<T>,
-        jump: &Jump<T>,
+        (jump, stays): (&Jump<T>, bool),
         rows: &mut [T],
     ) -> T {
         let after = joint_rows(system, mechanism, before, jump, rows);
         self.add_impulse(system, before, jump.contact, rows);
-        let restitution = self.restitution.unwrap_or(T::from(0.0));
-        self.rate(before, &after.v) + self.rate(before, &before.v) * restitution
+        let restitution = self.restitution.filter(|_| !stays).unwrap_or(T::from(0.0));
+        self.gap_jet(before, &after.v).v1 + self.gap_jet(before, &before.v).v1 * restitution
     }
 }
 
@@ -244,6 +255,7 @@ const POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Rounding of the gap of a `switch` at `state`, the end of a step `h` (s).
 pub(crate) fn gap_rounding(switch: &EventElement<f64>, state: &State<f64>, h: f64) -> f64 {
     let largest = switch.gap.coordinates.iter().map(|&i| state.q[i].abs()).fold(0.0, f64::max);
+    let largest = switch.unilateral.as_ref().map_or(largest, |law| law.size(switch, state));
     TIME_ROUNDING * (state.t.abs() + h) * switch.rate(state, &state.v).abs() + POSITION_ROUNDING * largest
 }
 
@@ -266,15 +278,14 @@ pub(crate) fn simultaneous_switches(
 }
 
 /// Time after the event at `state` at which forces are evaluated: `longest` (s), but less than half of the time to the next
-/// switch other than those `at_event`. It is zero if all of these are events by a condition, whose effects do not depend on
+/// switch other than those `at_event`. It is zero if none of these is a switch: the effects of other events do not depend on
 /// the sign of a function.
 pub(crate) fn switch_offset(mechanism: &Mechanism<f64>, at_event: &[usize], state: &State<f64>, longest: f64) -> f64 {
-    if at_event.iter().all(|&k| mechanism.events[k].when.is_some()) {
+    if at_event.iter().all(|&k| !mechanism.events[k].is_switch()) {
         return 0.0;
     }
     let others = (0..mechanism.events.len()).filter(|k| !at_event.contains(k));
-    let is_switch = |event: &&EventElement<f64>| event.restitution.is_none() && event.when.is_none();
-    let switches = others.map(|k| &mechanism.events[k]).filter(is_switch);
+    let switches = others.map(|k| &mechanism.events[k]).filter(|event| event.is_switch());
     let times = switches.map(|switch| -switch.gap(state) / switch.rate(state, &state.v));
     times.filter(|time| *time > 0.0).fold(longest, |offset, time| offset.min(0.5 * time))
 }
@@ -295,23 +306,23 @@ pub(crate) fn apply_switch(
     Ok(after)
 }
 
-/// Applies the impact at the contact with the number `contact`: velocities jump, accelerations and multipliers are solved for.
+/// Applies the impact at the contact with the number `contact` to the velocities of `state`; without restitution if the contact
+/// `stays` closed.
 pub(crate) fn apply_impact(
     system: &mut System,
     mechanism: &Mechanism<f64>,
-    contact: usize,
+    (contact, stays): (usize, bool),
     state: &mut State<f64>,
 ) -> Result<Jump<f64>> {
     let impact = &mechanism.events[contact];
     let bordered = BorderedSystem::new(system, mechanism, impact, state)?;
     let mut jump = Jump::none(state);
     let mut rows = vec![0.0; system.size()];
-    let off = impact.rows(system, mechanism, state, &jump, &mut rows);
+    let off = impact.rows(system, mechanism, state, (&jump, stays), &mut rows);
     let mut changes: Vec<[f64; 1]> = rows.iter().map(|row| [*row]).collect();
     let [impulse] = bordered.solve(system, &mut changes, [off]);
     jump.add(system, |equation| -changes[equation][0], -impulse);
     state.v.iter_mut().zip(&jump.velocity).for_each(|(v, change)| *v += change);
-    AccelerationSolver::default().solve(system, mechanism, state)?;
     Ok(jump)
 }
 

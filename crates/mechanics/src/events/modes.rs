@@ -26,6 +26,16 @@ impl Modes {
         instance.switch.is_none_or(|switch| self.active.get(switch).copied().unwrap_or(true))
     }
 
+    /// Returns whether the switch with the number `switch` is on.
+    pub(crate) fn is_on(&self, switch: usize) -> bool {
+        self.active[switch]
+    }
+
+    /// Sets the switch with the number `switch`.
+    pub(crate) fn set(&mut self, switch: usize, is_on: bool) {
+        self.active[switch] = is_on;
+    }
+
     /// Returns whether event number `event` has happened.
     pub(crate) fn has_happened(&self, event: usize) -> bool {
         self.happened.get(event).copied().unwrap_or(false)

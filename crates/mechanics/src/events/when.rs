@@ -78,6 +78,11 @@ impl<S: Scalar> Mechanism<S> {
         let mut changes = Vec::new();
         for action in actions {
             match *action {
+                Action::Activate(element) | Action::Deactivate(element) if self.is_unilateral(element) => {
+                    let why =
+                        format!("it changes `{}`, whose modes follow from the motion", self.elements[element.0].name);
+                    return Err(Error::definition(name, why, "take a smooth friction or a compliant contact"));
+                }
                 Action::Activate(element) if self.elements[element.0].num_constraints > 0 => {
                     let why = format!("it activates the joint `{}`", self.elements[element.0].name);
                     return Err(Error::definition(name, why, "activate forces only: a joint that closes is an impact"));
@@ -91,7 +96,7 @@ impl<S: Scalar> Mechanism<S> {
         let formula: Arc<dyn AnyFormula> = Arc::new(formula);
         let when = When { terms: terms.to_vec(), formula, measured, changes, is_terminal };
         let gap = ElementInstance::new(name, Arc::new(NoGap), &[], &[], 0);
-        self.events.push(EventElement { gap, restitution: None, when: Some(when) });
+        self.events.push(EventElement { gap, restitution: None, when: Some(when), unilateral: None });
         Ok(EventIndex(self.events.len() - 1))
     }
 

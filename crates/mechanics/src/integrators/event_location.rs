@@ -5,6 +5,7 @@ use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{
     TIME_ROUNDING, apply_impact, apply_switch, gap_rounding, make_consistent, simultaneous_switches, switch_offset,
 };
+use crate::events::unilateral::{TOUCHING, Unilateral, passage};
 use crate::integrators::generalized_alpha::{Integrator, Step};
 use crate::integrators::settings::StepSize;
 use crate::mechanism::Mechanism;
@@ -24,6 +25,9 @@ const SHORTEST_FLIGHT: f64 = 1e-6;
 /// Fraction of the gap at which a contact counts as closed: the step to close the rest has the size of rounding errors.
 const CLOSED_GAP: f64 = 1e-6;
 
+/// Opening at the beginning of a mode, which takes the place of rounding errors.
+const BEGUN: f64 = f64::MIN_POSITIVE;
+
 /// Fraction of the time within which two contacts close at the same time.
 const SAME_TIME: f64 = 16.0 * f64::EPSILON;
 
@@ -34,6 +38,11 @@ pub(crate) trait TrialStep {
 
     /// The mechanism.
     fn mechanism(&self) -> &Mechanism<f64>;
+
+    /// Prepares the step, as it has been solved, for the search.
+    fn begin(&mut self) -> Result<()> {
+        Ok(())
+    }
 
     /// The states at the beginning and at the end.
     fn ends(&self) -> [&State<f64>; 2];
@@ -58,12 +67,18 @@ impl TrialStep for Integrator<'_> {
         self.mechanism
     }
 
+    fn begin(&mut self) -> Result<()> {
+        self.consistent.as_mut().map_or(Ok(()), |ends| ends.begin(self.mechanism, &self.step))
+    }
+
     fn ends(&self) -> [&State<f64>; 2] {
-        [&self.step.old, &self.step.new]
+        let consistent = self.consistent.as_ref().and_then(|ends| ends.states());
+        consistent.unwrap_or([&self.step.old, &self.step.new])
     }
 
     fn solve(&mut self, h: f64) -> Result<()> {
-        self.solve(h)
+        self.solve(h)?;
+        self.update_end()
     }
 
     /// Starts from accelerations and multipliers extrapolated linearly from the beginning of the step and the earlier end.
@@ -75,7 +90,8 @@ impl TrialStep for Integrator<'_> {
         };
         extrapolate(&mut step.new.a, &step.old.a, &earlier.state.a);
         extrapolate(&mut step.new.l, &step.old.l, &earlier.state.l);
-        self.solve_from_guess(h)
+        self.solve_from_guess(h)?;
+        self.update_end()
     }
 
     fn solution(&self, _h: f64) -> Step<f64> {
@@ -84,7 +100,14 @@ impl TrialStep for Integrator<'_> {
 
     fn restore(&mut self, solution: Step<f64>) -> Result<()> {
         self.step = solution;
-        Ok(())
+        self.update_end()
+    }
+}
+
+impl Integrator<'_> {
+    /// Computes the forces of held parts at the end of the step.
+    fn update_end(&mut self) -> Result<()> {
+        self.consistent.as_mut().map_or(Ok(()), |ends| ends.end(self.mechanism, &self.step))
     }
 }
 
@@ -99,6 +122,8 @@ pub(crate) struct EventLocator {
     pub opened: Option<usize>,
     /// Switches that cross zero at the time of the event at the beginning of the current step.
     simultaneous: Vec<usize>,
+    /// True if the event at the beginning of the current step is an impact after which the contact opens.
+    is_bounce: bool,
     /// Outputs that keep their value from an event on.
     pub held: Option<HeldOutputs<f64>>,
     step: StepSize,
@@ -111,17 +136,29 @@ impl EventLocator {
     ///
     /// [`Error::Analysis`] if a contact is closed at the start of the motion.
     pub fn new(mechanism: &Mechanism<f64>, state: &State<f64>, step: StepSize) -> Result<Self> {
-        for impact in mechanism.events.iter().filter(|impact| impact.restitution.is_some()) {
+        for impact in mechanism.events.iter().filter(|impact| impact.is_open_contact(&state.modes)) {
             let (gap, rate) = (impact.gap(state), impact.rate(state, &state.v));
-            let is_open = gap > 0.0 || (gap == 0.0 && rate > 0.0);
+            let is_open = gap > 0.0 || (gap >= -TOUCHING && rate >= -TOUCHING);
             if !is_open {
                 let why =
                     format!("the motion starts at t = {:.6e} s with a gap of {gap:.3e} that is not opening", state.t);
-                return Err(Error::analysis(&impact.gap.name, why, "start with the contact open"));
+                return Err(Error::analysis(
+                    &impact.gap.name,
+                    why,
+                    "start with the contact open, or at rest with a gap of 0",
+                ));
             }
         }
         let held = HeldOutputs::new(mechanism);
-        Ok(Self { events: Vec::new(), closed: None, opened: None, simultaneous: Vec::new(), held, step })
+        Ok(Self {
+            events: Vec::new(),
+            closed: None,
+            opened: None,
+            simultaneous: Vec::new(),
+            is_bounce: false,
+            held,
+            step,
+        })
     }
 
     /// Returns the state from which the next step begins, if the last one, of the length `h` (s), ends at an event, in the
@@ -145,18 +182,17 @@ impl EventLocator {
         if let Some(held) = &mut self.held {
             held.hold(mechanism, &at_event, &state);
         }
-        let is_impact = mechanism.events[contact].restitution.is_some();
-        if !is_impact {
-            make_consistent(system, mechanism, &mut state)?;
-        }
-        state.modes.apply(mechanism, &at_event);
-        if is_impact {
-            apply_impact(system, mechanism, contact, &mut state)?;
-        }
-        if !is_impact || !self.simultaneous.is_empty() {
-            let offset = switch_offset(mechanism, &at_event, &state, self.switch_offset());
-            apply_switch(system, mechanism, offset, &mut state)?;
-        }
+        let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
+        let passage = passage(system, mechanism, (contact, &at_event), end, self.step)?;
+        state.modes = passage.jump;
+        self.is_bounce = is_impact && !passage.stays;
+        match is_impact {
+            true => apply_impact(system, mechanism, (contact, passage.stays), &mut state)?,
+            false => make_consistent(system, mechanism, &mut state)?,
+        };
+        state.modes = passage.after;
+        let offset = switch_offset(mechanism, &at_event, &state, self.step.switch_offset());
+        apply_switch(system, mechanism, offset, &mut state)?;
         for &k in [contact].iter().chain(&self.simultaneous) {
             let event = Event { contact: mechanism.events[k].gap.name.clone(), t: state.t };
             let is_same =
@@ -168,9 +204,9 @@ impl EventLocator {
         Ok(Some(state))
     }
 
-    /// Longest time in s after an event at which forces are evaluated.
-    pub fn switch_offset(&self) -> f64 {
-        self.step.switch_offset()
+    /// The steps, whose nominal length bounds the times between events.
+    pub fn step(&self) -> StepSize {
+        self.step
     }
 
     /// Returns whether the last step, of the length `h` (s), ends at an event that ends the motion, in `state`.
@@ -189,6 +225,7 @@ impl EventLocator {
     ///
     /// [`Error::Analysis`] if two contacts close at the same time: the law of impact is stated for one of them.
     pub fn locate<S: TrialStep>(&mut self, step: &mut S, mut h: f64) -> Result<f64> {
+        step.begin()?;
         let mut later = Vec::new();
         while let Some(contact) = self.first_closed(step, h, &later) {
             let earlier = self.closed.map(|_| step.solution(h));
@@ -233,7 +270,21 @@ impl EventLocator {
     ) -> [f64; 2] {
         let impact = &mechanism.events[contact];
         let (before, after) = (impact.gap(old), impact.gap(new));
-        let is_at_zero = self.opened == Some(contact) || self.simultaneous.contains(&contact) || before == 0.0;
+        let has_begun = self.opened == Some(contact) || self.simultaneous.contains(&contact);
+        let has_bounced = self.opened == Some(contact) && self.is_bounce;
+        if !has_bounced && impact.is_unilateral_at_rest(&old.modes, before, has_begun) {
+            let rate = impact.rate(old, &old.v);
+            let is_leaving = has_begun || after > before;
+            return match impact.is_sliding(&old.modes) && rate > 0.0 && has_begun {
+                true => [rate, after / h],
+                false if is_leaving => [BEGUN; 2],
+                false => [BEGUN, after],
+            };
+        }
+        if impact.is_held(&old.modes) {
+            return [before.max(BEGUN), if after == 0.0 { BEGUN } else { after }];
+        }
+        let is_at_zero = has_begun || before == 0.0;
         // A switch has crossed zero with a gap of rounding size, from which it returns.
         let passed = if impact.restitution.is_none() { before } else { 0.0 };
         let [begin, end] = match is_at_zero {
@@ -262,7 +313,7 @@ impl EventLocator {
         let others = (0..step.mechanism().events.len()).filter(is_other);
         let openings = others.map(|contact| (contact, self.openings(step, contact, h)));
         let closed =
-            openings.filter(|(_, [begin, end])| *end <= CLOSED_GAP * begin.max(0.0) && (*end < 0.0 || *begin > 0.0));
+            openings.filter(|(_, [begin, end])| *end <= CLOSED_GAP * begin.max(0.0) && (*end < 0.0 || *begin > BEGUN));
         let share = |[begin, end]: [f64; 2]| begin.max(0.0) / (begin.max(0.0) - end);
         closed.min_by(|a, b| share(a.1).total_cmp(&share(b.1))).map(|(contact, _)| contact)
     }
@@ -272,8 +323,8 @@ impl EventLocator {
     /// Returns the length of the step in s, or `None` if the contact does not close.
     fn close(&self, step: &mut impl TrialStep, contact: usize, h: f64) -> Result<Option<f64>> {
         let [begin, end] = self.openings(step, contact, h);
-        if !(begin > 0.0) {
-            return Err(lasting_contact(step, contact));
+        if !(begin > BEGUN) {
+            return Err(immediate(step, contact));
         }
         let found = match is_impact(step, contact) {
             true => self.close_gap(step, contact, h, [begin, end])?,
@@ -281,7 +332,7 @@ impl EventLocator {
         };
         let is_short = found.is_some_and(|found| found <= SHORTEST_FLIGHT * self.step.nominal());
         if is_short && self.opened == Some(contact) {
-            return Err(lasting_contact(step, contact));
+            return Err(immediate(step, contact));
         }
         Ok(found)
     }
@@ -378,10 +429,11 @@ impl EventLocator {
             }
         }
         if before.h == 0.0 {
-            return Err(lasting_contact(step, switch));
+            return Err(immediate(step, switch));
         }
         step.solve_after(&before, before.h)?;
-        if before.h >= h * (1.0 - CLOSED_GAP) {
+        let is_spent = step.mechanism().events[switch].unilateral.is_some() && before.opening <= CLOSED_GAP * begin;
+        if before.h >= h * (1.0 - CLOSED_GAP) && !is_spent {
             // The switch opens again, or the step ends before it.
             step.solve_after(&before, h)?;
             return Ok(None);
@@ -406,7 +458,7 @@ fn is_at_switch(step: &impl TrialStep, switch: usize, h: f64) -> bool {
 }
 
 fn is_impact(step: &impl TrialStep, contact: usize) -> bool {
-    step.mechanism().events[contact].restitution.is_some()
+    step.mechanism().events[contact].is_open_contact(&step.ends()[0].modes)
 }
 
 /// The error of two contacts that close at the same time.
@@ -417,10 +469,18 @@ fn simultaneous(step: &impl TrialStep, contacts: [usize; 2]) -> Error {
     Error::analysis(first, why, remedy)
 }
 
-/// The error of a contact that does not open again.
-fn lasting_contact(step: &impl TrialStep, contact: usize) -> Error {
-    let name = &step.mechanism().events[contact].gap.name;
-    let why = format!("it stays closed from t = {:.6e} s on: the rebounds have died out", step.ends()[0].t);
-    let remedy = "model a contact that lasts with stiffness and damping (a wall contact, a bump stop), or end before";
-    Error::analysis(name, why, remedy)
+/// The error of an event that follows the one at the beginning of the step at once.
+fn immediate(step: &impl TrialStep, event: usize) -> Error {
+    let (event, t) = (&step.mechanism().events[event], step.ends()[0].t);
+    let (why, remedy) = match event.unilateral {
+        Some(Unilateral::Friction { .. }) => {
+            ("sticks and slides in turns without end", "make static_ratio larger, or take smooth friction")
+        }
+        Some(Unilateral::Contact { .. }) => (
+            "opens and closes in turns without end",
+            "take shorter steps, or model the contact with stiffness and damping (a wall contact, a bump stop)",
+        ),
+        None => ("happens again at once", "end the motion before, or smooth the force that jumps"),
+    };
+    Error::analysis(&event.gap.name, format!("it {why} at t = {t:.6e} s"), remedy)
 }

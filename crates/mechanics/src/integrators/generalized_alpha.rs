@@ -2,6 +2,7 @@
 
 use crate::constraint_rank::singular_position;
 use crate::elements::element::ElementWorkspace;
+use crate::integrators::consistent_ends::ConsistentEnds;
 use crate::integrators::predictor::Predictor;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::StateScalar;
@@ -400,6 +401,8 @@ pub struct Integrator<'m> {
     pub(crate) predictor: Predictor,
     /// Last ratio of a correction to the square of the previous one, in 1/m or 1/rad.
     pub(crate) curvature: f64,
+    /// Forces of held parts at the ends of the step, for a mechanism with such parts.
+    pub(crate) consistent: Option<Box<ConsistentEnds>>,
 }
 
 impl<'m> Integrator<'m> {
@@ -415,8 +418,22 @@ impl<'m> Integrator<'m> {
         let (mut rows, mut workspace) = (vec![[0.0]; system.size()], ElementWorkspace::default());
         system.residual(mechanism, &start, 1.0, &mut workspace, rows.as_flattened_mut()); // allocates the workspace
         let (predictor, step) = (Predictor::new(&start), Step::from(start));
+        let consistent = ConsistentEnds::new(mechanism, &system, &step.new);
         let (iterations, curvature) = (0, f64::INFINITY);
-        Self { mechanism, system, scheme, prescribed, newton, step, iterations, rows, workspace, predictor, curvature }
+        Self {
+            mechanism,
+            system,
+            scheme,
+            prescribed,
+            newton,
+            step,
+            iterations,
+            rows,
+            workspace,
+            predictor,
+            curvature,
+            consistent,
+        }
     }
 
     /// Makes the end of the step the beginning of the next one.

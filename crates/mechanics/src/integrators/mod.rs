@@ -10,6 +10,7 @@
 //! | `time_stepper` | implicit steps with step control and events |
 //! | `explicit` | explicit Runge–Kutta methods of orders 5 and 8 |
 
+pub(crate) mod consistent_ends;
 pub(crate) mod event_location;
 pub mod explicit;
 pub mod generalized_alpha;

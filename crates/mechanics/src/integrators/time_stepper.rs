@@ -1,5 +1,6 @@
 //! Implicit time stepping of a mechanism, with step control and events.
 
+use crate::events::unilateral::{assemble_closed, settle_start};
 use crate::initial_conditions::{
     AccelerationSolver, Projection, assemble, equilibrium_reactions, make_velocities_consistent,
 };
@@ -59,6 +60,12 @@ impl<'m> TimeStepper<'m> {
             projection.position = equilibrium_reactions(&mut system, mechanism, &mut state, statics)?;
         }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
+        if settle_start(&mut system, mechanism, &mut state)? {
+            let InitialConfiguration::Built = settings.initial_configuration else {
+                return Err(closed_in_equilibrium());
+            };
+            projection = assemble_closed(&mut system, mechanism, &mut state, settings.assembly)?;
+        }
         if settings.initial_acceleration == InitialAcceleration::Consistent {
             AccelerationSolver::default().solve(&mut system, mechanism, &mut state)?;
         }
@@ -227,4 +234,11 @@ impl<'m> TimeStepper<'m> {
     pub fn end(&self) -> f64 {
         self.end
     }
+}
+
+/// The error of a motion from an equilibrium in which rigid contacts are closed.
+fn closed_in_equilibrium() -> Error {
+    let why = "a motion that starts in static equilibrium begins with its rigid contacts open";
+    let remedy = "start from the built positions, or model the contacts with stiffness and damping";
+    Error::unsupported("initial = \"equilibrium\"", why, remedy)
 }

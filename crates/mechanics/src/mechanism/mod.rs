@@ -13,6 +13,7 @@ pub use clock::SimulationClock;
 pub use rotation::{EulerSequence, Rotation};
 pub use spatial::{Body3, Marker3, Pose3};
 
+use crate::events::unilateral::Unilateral;
 use crate::events::when::When;
 use crate::mechanism::element::{AnyElement, Element};
 use crate::motion::{AnyMotion, Fixed, Motion};
@@ -95,6 +96,8 @@ pub(crate) struct CoordinateData<S> {
     pub motion: Option<(Arc<dyn AnyMotion>, Vec<S>)>,
     /// True if a second motion was prescribed: an error of every analysis.
     pub is_driven_twice: bool,
+    /// True if it only follows other coordinates: it has no weight in the distance from the built positions.
+    pub is_follower: bool,
 }
 
 #[derive(Clone)]
@@ -116,6 +119,11 @@ impl<S> ElementInstance<S> {
     /// The multipliers in the state of the element: its own, or the reactions that it reads.
     pub(crate) fn multipliers(&self) -> Range<usize> {
         self.first_multiplier..self.first_multiplier + self.num_constraints + self.num_reactions
+    }
+
+    /// Coordinates in which the element is linear at all times: none for one that events activate or deactivate.
+    pub(crate) fn linear(&self) -> &'static [usize] {
+        if self.switch.is_some() { &[] } else { self.element.linear() }
     }
 }
 
@@ -142,6 +150,15 @@ pub(crate) struct EventElement<S> {
     pub restitution: Option<S>,
     /// Condition and effects of an event that happens once; the gap then has only its name.
     pub when: Option<When<S>>,
+    /// Modes of a rigid contact or of dry friction.
+    pub unilateral: Option<Unilateral>,
+}
+
+impl<S> EventElement<S> {
+    /// Returns whether it is a switch, at which an element itself jumps.
+    pub(crate) fn is_switch(&self) -> bool {
+        self.restitution.is_none() && self.when.is_none() && self.unilateral.is_none()
+    }
 }
 
 /// A named scalar response: a weighted sum of quantities, or a formula of them.
@@ -289,6 +306,7 @@ impl<S: Scalar> Mechanism<S> {
             velocity,
             motion: None,
             is_driven_twice: false,
+            is_follower: false,
         });
         Coordinate(self.coordinates.len() - 1)
     }
@@ -407,7 +425,8 @@ impl<S: Scalar> Mechanism<S> {
         self.elements.iter().any(|instance| instance.num_reactions > 0)
     }
 
-    /// Adds a rigid contact with the coefficient of `restitution`, or a switch without one; `gap` has one constraint.
+    /// Adds a rigid contact with the coefficient of `restitution`, or a switch without one; `gap` has one constraint. Returns
+    /// the joint that holds the contact closed.
     pub(crate) fn add_event(
         &mut self,
         name: String,
@@ -415,9 +434,12 @@ impl<S: Scalar> Mechanism<S> {
         coordinates: &[Coordinate],
         parameters: &[S],
         restitution: Option<S>,
-    ) {
+    ) -> Option<ElementIndex> {
+        let joint = restitution.map(|_| self.add_object(name.clone(), gap.clone(), coordinates, parameters));
+        let unilateral = joint.map(|joint| self.closed_contact(joint));
         let gap = ElementInstance::new(name, gap, coordinates, parameters, 0);
-        self.events.push(EventElement { gap, restitution, when: None });
+        self.events.push(EventElement { gap, restitution, when: None, unilateral });
+        joint
     }
 
     /// The measure `name` of an element, with weight one.

@@ -46,7 +46,7 @@ pub(crate) struct Constants {
 impl DofMap {
     /// Map of an element whose variables (coordinates, followed by multipliers) have the unknowns `unknown`, without slots.
     pub fn new(instance: &ElementInstance<f64>, unknown: &[Option<usize>]) -> Self {
-        let linear = linear_coordinates(instance);
+        let linear = instance.linear();
         let rows = instance.coordinates.len() + instance.num_constraints;
         let active: Vec<usize> = (0..rows).filter(|&k| !instance.element.is_sensor() && unknown[k].is_some()).collect();
         let equations = active.iter().filter_map(|&k| unknown[k]).collect();
@@ -124,11 +124,6 @@ impl DofMap {
     }
 }
 
-/// Coordinates in which an element is linear at all times: none for one that events activate or deactivate.
-fn linear_coordinates(instance: &ElementInstance<f64>) -> &'static [usize] {
-    if instance.switch.is_some() { &[] } else { instance.element.linear() }
-}
-
 /// Nonzero derivatives of an element with respect to the coordinates in which it is linear.
 pub(crate) fn constant_entries(
     instance: &ElementInstance<f64>,
@@ -136,7 +131,7 @@ pub(crate) fn constant_entries(
     workspace: &mut ElementWorkspace<f64>,
     jacobian_workspace: &mut JacobianWorkspace,
 ) -> Vec<ConstantEntry> {
-    let (linear, n) = (linear_coordinates(instance), instance.coordinates.len());
+    let (linear, n) = (instance.linear(), instance.coordinates.len());
     if linear.is_empty() || instance.element.is_sensor() {
         return Vec::new();
     }

@@ -105,7 +105,8 @@ impl System {
         let mut equations = vec![None; n + mechanism.multipliers];
         unknowns.iter().enumerate().for_each(|(equation, unknown)| equations[unknown.node(n)] = Some(equation));
         let multiplier_equation = equations.split_off(n).into_iter().flatten().collect();
-        let free_diagonal = equations.iter().flatten().map(|&i| factor.slot(i, i)).collect();
+        let weighted = equations.iter().zip(&mechanism.coordinates).filter(|(_, coordinate)| !coordinate.is_follower);
+        let free_diagonal = weighted.filter_map(|(&equation, _)| equation).map(|i| factor.slot(i, i)).collect();
         Ok(Self {
             equation_of: equations,
             multiplier_equation,

@@ -30,7 +30,7 @@ fn all_settings() -> [Explicit; 6] {
 /// variation of the discretization error from step to step.
 const LIMITS: [f64; 3] = [1e-9, 1e-8, 1e-6];
 
-fn check<M: ParametricMechanism>(
+pub fn check<M: ParametricMechanism>(
     (model, end): (&M, f64),
     b: &[f64],
     outputs: &[usize],

@@ -1,6 +1,7 @@
 //! Motions with events: orders of convergence, and derivatives by every method.
 
 mod explicit;
+mod lasting;
 mod methods;
 mod models;
 mod orders;

@@ -9,7 +9,7 @@ use linkwright_mechanics::integrators::generalized_alpha::{Newton, Prescribed};
 use linkwright_mechanics::{Dynamics, GeneralizedAlpha, InitialAcceleration, ParametricMechanism};
 
 /// Settings with fixed and adaptive steps, and with everything else than the default.
-fn all_settings() -> [Dynamics; 4] {
+pub fn all_settings() -> [Dynamics; 4] {
     let newton = Newton { tolerance: 1e-12, iterations: 30 };
     let scheme = GeneralizedAlpha::hht(0.1).unwrap();
     let (prescribed, initial_acceleration) = (Prescribed::Newmark, InitialAcceleration::Zero);
@@ -36,8 +36,18 @@ pub fn deviation(direct: &[Vec<Vec<f64>>], b: &[f64], row: impl Fn(usize, usize)
     worst
 }
 
-fn check_adjoint<M: ParametricMechanism>((name, limit): (&str, f64), model: &M, b: &[f64], times: &[f64]) {
-    for settings in all_settings() {
+fn check_adjoint<M: ParametricMechanism>(case: (&str, f64), model: &M, b: &[f64], times: &[f64]) {
+    check_adjoint_by(&all_settings(), case, model, b, times);
+}
+
+pub fn check_adjoint_by<M: ParametricMechanism>(
+    settings: &[Dynamics],
+    (name, limit): (&str, f64),
+    model: &M,
+    b: &[f64],
+    times: &[f64],
+) {
+    for &settings in settings {
         let direct = differentiate(model, b, &settings, times).unwrap();
         let outputs = direct.names.len();
         let all: Vec<AdjointFunctional> = (0..outputs)
@@ -60,8 +70,18 @@ fn check_adjoint<M: ParametricMechanism>((name, limit): (&str, f64), model: &M, 
     }
 }
 
-fn check_semi_analytical<M: ParametricMechanism>((name, limit): (&str, f64), model: &M, b: &[f64], times: &[f64]) {
-    for settings in all_settings() {
+fn check_semi_analytical<M: ParametricMechanism>(case: (&str, f64), model: &M, b: &[f64], times: &[f64]) {
+    check_semi_analytical_by(&all_settings(), case, model, b, times);
+}
+
+pub fn check_semi_analytical_by<M: ParametricMechanism>(
+    settings: &[Dynamics],
+    (name, limit): (&str, f64),
+    model: &M,
+    b: &[f64],
+    times: &[f64],
+) {
+    for &settings in settings {
         let direct = differentiate(model, b, &settings, times).unwrap();
         let differences = differentiate_semi_analytically(model, b, &settings, times, STEP).unwrap();
         let worst = deviation(&direct.gradients, b, |output, point| differences.gradients[output][point].clone());

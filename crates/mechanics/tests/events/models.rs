@@ -65,7 +65,7 @@ impl ParametricMechanism for Pushed {
     }
 }
 
-fn outputs<S: Scalar>(m: &mut Mechanism<S>, coordinate: linkwright_mechanics::Coordinate) -> Result<()> {
+pub fn outputs<S: Scalar>(m: &mut Mechanism<S>, coordinate: linkwright_mechanics::Coordinate) -> Result<()> {
     let ground = m.ground().x;
     let sensor = m.coordinate_sensor("mass", ground, coordinate);
     for what in ["position", "velocity"] {

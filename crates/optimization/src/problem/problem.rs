@@ -282,8 +282,17 @@ impl Problem {
     }
 
     pub(super) fn not_finite(&self, what: String, value: f64, grid: Option<usize>, p: usize, b: &[f64]) -> Error {
-        let place = format!("{} and {}", self.time_in_words(grid, p), self.design_in_words(b));
-        Error::NotFinite { what, value, place, remedy: "bound the design away from where it is undefined" }
+        let design = self.design_in_words(b);
+        let place = match grid {
+            Some(_) => format!("{} and {design}", self.time_in_words(grid, p)),
+            None => design,
+        };
+        Error::NotFinite {
+            what,
+            value,
+            place,
+            remedy: "bound the design away from where it is undefined: a root of a negative number, a level that `crossing` does not reach",
+        }
     }
 
     /// A hash of all names, bounds, limits and time points, which identifies a problem.

@@ -210,7 +210,7 @@ fn variables(mechanism: &Mechanism<f64>, activity: &Activity) -> Vec<Vec<Element
         if instance.element.is_sensor() {
             return Vec::new();
         }
-        let (mut variables, linear) = (Vec::new(), instance.element.linear());
+        let (mut variables, linear) = (Vec::new(), instance.linear());
         let is_differentiated = |&local: &usize| {
             activity.is_differentiated(mechanism, instance.coordinates[local]) && !linear.contains(&local)
         };

@@ -95,7 +95,8 @@ fn solve(
     let ReverseImplicitSteps { mut batches, mut system, window, .. } = steps;
     let mut all: Vec<&mut AdjointBatch> = batches.iter_mut().collect();
     all.iter_mut().for_each(|batch| batch.state.join_accelerations());
-    let mut initial = InitialConditionAdjoint::new(&problem.mechanism, &problem.activity, &system);
+    let mut initial =
+        InitialConditionAdjoint::new(&problem.mechanism, &problem.activity, &system, &recording.start.modes);
     if settings.initial_acceleration == InitialAcceleration::Consistent {
         initial.accelerations(&mut system, &recording.start, &mut all)?;
     }

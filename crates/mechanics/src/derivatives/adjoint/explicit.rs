@@ -17,6 +17,7 @@ use crate::derivatives::forward::explicit::dual_steps::propagate_repeated;
 use crate::derivatives::forward::explicit::explicit_steps::LinearizedStages;
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::indeterminate::check_outputs;
+use crate::events::modes::Modes;
 use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
@@ -154,7 +155,7 @@ impl<'m> ReverseExplicitSteps<'m> {
         let playback = ReversePlayback::new(&recording.store, || Ok(start(mechanism, settings, times, false)?.0))?;
         let (driver, begin) = start(mechanism, settings, times, true)?;
         let system = &driver.stepper.rhs.system;
-        let linearizer = Linearizer::new(mechanism, activity, system);
+        let linearizer = Linearizer::new(mechanism, activity, system, &Modes::initial(mechanism));
         let stages = AdjointStages {
             problem,
             method: driver.stepper.method,

@@ -13,6 +13,7 @@ use crate::derivatives::forward::initial_conditions::{
     ProjectedPart, factorize_accelerations, factorize_initial_equilibrium,
 };
 use crate::derivatives::seeding::Activity;
+use crate::events::modes::Modes;
 use crate::initial_conditions::Projection;
 use crate::mechanism::Mechanism;
 use crate::system::state::State;
@@ -26,7 +27,7 @@ pub(super) fn gradients_from_start(
     mut batches: Vec<&mut AdjointBatch>,
 ) -> Result<DMatrix<f64>> {
     let (mut system, begin) = (recording.system.clone(), &recording.start);
-    InitialConditionAdjoint::new(&problem.mechanism, &problem.activity, &system).start(
+    InitialConditionAdjoint::new(&problem.mechanism, &problem.activity, &system, &begin.state.modes).start(
         &mut system,
         &begin.state,
         &begin.projection,
@@ -58,9 +59,9 @@ pub(crate) struct InitialConditionAdjoint<'m> {
 }
 
 impl<'m> InitialConditionAdjoint<'m> {
-    /// Adjoint of the initial conditions of `mechanism`, with the equations `system`.
-    pub fn new(mechanism: &'m Mechanism<f64>, activity: &'m Activity, system: &System) -> Self {
-        let linearizer = Linearizer::new(mechanism, activity, system);
+    /// Adjoint of the initial conditions of `mechanism`, with the equations `system` and the initial `modes`.
+    pub fn new(mechanism: &'m Mechanism<f64>, activity: &'m Activity, system: &System, modes: &Modes) -> Self {
+        let linearizer = Linearizer::new(mechanism, activity, system, modes);
         Self {
             entries: linearizer.entries(),
             sources: vec![[0.0; BATCH]; linearizer.sources()],
@@ -141,7 +142,8 @@ impl<'m> InitialConditionAdjoint<'m> {
             let AdjointBatch { state, multipliers, .. } = &mut **batch;
             for (psi, unknown) in multipliers.iter().zip(&self.unknowns) {
                 if let Unknown::Coordinate(i) = *unknown {
-                    adjoint_of(part, state)[i] = psi.map(|x| -x);
+                    let weight = if self.mechanism.coordinates[i].is_follower { 0.0 } else { -1.0 };
+                    adjoint_of(part, state)[i] = psi.map(|x| x * weight);
                 }
             }
         }

@@ -96,7 +96,8 @@ fn solve_kinematics(problem: &AdjointProblem<'_>, assembly: Assembly) -> Result<
     let (mut batches, mut vjp, mut initial) = (Vec::new(), ElementVjp::default(), None);
     for_each_driven_state(mechanism, assembly, problem.times, |k, driver| {
         let KinematicDriver { state, projection, system, .. } = driver;
-        let initial = initial.get_or_insert_with(|| InitialConditionAdjoint::new(mechanism, activity, system));
+        let initial =
+            initial.get_or_insert_with(|| InitialConditionAdjoint::new(mechanism, activity, system, &state.modes));
         batches.resize_with(problem.batches(), || AdjointBatch::new(mechanism, system.size()));
         let mut batches = add_outputs(problem, k, state, &mut batches, &mut vjp);
         if !batches.is_empty() {

@@ -256,21 +256,20 @@ where
 
     /// Differentiates a step that ends when `contact` closes, at a time that depends on the design.
     fn close_contact(&mut self, step: &ConvergedStep, contact: usize) -> Result<()> {
-        let (impact, given) = (&self.mechanism.events[contact], T::from(step.h));
+        let given = T::from(step.h);
         let unit = T::with(0.0, std::array::from_fn(|k| f64::from(u8::from(k == 0))));
-        let [fixed, moved] = [given, given + unit].map(|h| {
-            self.differentiate_step_of(step, h);
-            impact.gap(&self.step.new).derivatives()[0]
-        });
-        let speed = moved - fixed;
+        let mut rate = |h| Ok(self.event_value(step, h, contact)?.derivatives()[0]);
+        let fixed: f64 = rate(given)?;
+        let speed = rate(given + unit)? - fixed;
         if speed == 0.0 || !speed.is_finite() {
+            let name = &self.plain.events[contact].gap.name;
             let why = format!("it is touched with zero speed at t = {:.6e} s: there is no derivative", step.end.t);
-            return Err(Error::analysis(&impact.gap.name, why, "change the design a little"));
+            return Err(Error::analysis(name, why, "change the design a little"));
         }
         let mut h = given;
         for _ in 0..T::ORDER {
-            self.differentiate_step_of(step, h);
-            h -= T::with(0.0, impact.gap(&self.step.new).derivatives().map(|gap| gap / speed));
+            let derivatives = self.event_value(step, h, contact)?.derivatives();
+            h -= T::with(0.0, derivatives.map(|gap| gap / speed));
         }
         let simultaneous = simultaneous_switches(self.plain, contact, &step.end, step.h);
         for &switch in &simultaneous {
@@ -281,16 +280,20 @@ where
         Ok(())
     }
 
+    /// The function of an event at the end of a step, whose length `h` carries derivatives.
+    fn event_value(&mut self, step: &ConvergedStep, h: T, event: usize) -> Result<T> {
+        self.differentiate_step_of(step, h);
+        saltation::event_value(self.plain, self.mechanism, &mut self.system, event, &step.end, &self.step.new)
+    }
+
     /// Checks that the `switch` crosses zero with the `contact` in all designs around: at the end of the step `h`.
     ///
     /// # Errors
     ///
     /// [`Error::Analysis`] if the design moves one before the other: each order has a motion of its own.
     fn check_simultaneous(&mut self, step: &ConvergedStep, h: T, contact: usize, switch: usize) -> Result<()> {
-        let [fixed, moved] = [T::from(step.h), h].map(|h| {
-            self.differentiate_step_of(step, h);
-            self.mechanism.events[switch].gap(&self.step.new).derivatives()
-        });
+        let fixed = self.event_value(step, T::from(step.h), switch)?.derivatives();
+        let moved = self.event_value(step, h, switch)?.derivatives();
         let size = fixed.iter().chain(&moved).fold(0.0, |size: f64, x| size.max(x.abs()));
         if moved.iter().all(|x| x.abs() <= SIMULTANEOUS * size) {
             return Ok(());
@@ -302,9 +305,9 @@ where
     /// Applies the impact or the switch of the contact that the last step has closed, if any.
     fn apply_event(&mut self) -> Result<()> {
         let Some(closed) = self.closed.take() else { return Ok(()) };
-        let (mut state, offset) = (self.step.new.clone(), self.settings.step.switch_offset());
+        let (mut state, step) = (self.step.new.clone(), self.settings.step);
         let Self { plain, mechanism, system, held, .. } = self;
-        saltation::apply_event(plain, mechanism, system, held, closed, offset, &mut state)?;
+        saltation::apply_event(plain, mechanism, system, held, closed, step, &mut state)?;
         self.step.restart(&state);
         Ok(())
     }

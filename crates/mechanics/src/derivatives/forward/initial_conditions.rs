@@ -116,7 +116,7 @@ where
             InitialConfiguration::Built => self.consistent(values, projection)?,
             InitialConfiguration::Equilibrium(_) => {
                 let rest = factorize_initial_equilibrium(self.system, self.plain, values, projection)?;
-                let mut state = State::built(self.mechanism, values.t);
+                let mut state = State { modes: values.modes.clone(), ..State::built(self.mechanism, values.t) };
                 state.q = equilibrium(self.mechanism, &rest, self.system).q;
                 if self.mechanism.multipliers > 0 {
                     self.project(ProjectedPart::Velocities, values, projection, &mut state)?;
@@ -132,7 +132,7 @@ where
 
     /// The state with assembled positions and consistent velocities `values`, with their derivatives.
     pub fn consistent(&mut self, values: &State<f64>, projection: &Projection) -> Result<State<T>> {
-        let mut state = State::built(self.mechanism, values.t);
+        let mut state = State { modes: values.modes.clone(), ..State::built(self.mechanism, values.t) };
         if self.mechanism.multipliers > 0 {
             self.project(ProjectedPart::Positions, values, projection, &mut state)?;
             self.project(ProjectedPart::Velocities, values, projection, &mut state)?;
@@ -191,7 +191,9 @@ where
     fn projection_rows(&mut self, part: ProjectedPart, guess: &[T], state: &mut State<T>) {
         self.system.constraint_rows(self.mechanism, state, &mut ElementWorkspace::default(), &mut self.rows);
         for (row, unknown) in self.rows.iter_mut().zip(self.system.unknowns()) {
-            if let Unknown::Coordinate(i) = *unknown {
+            if let Unknown::Coordinate(i) = *unknown
+                && !self.mechanism.coordinates[i].is_follower
+            {
                 *row += part.of(state)[i] - guess[i];
             }
         }

@@ -16,18 +16,21 @@ use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::seeding::take_values;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{self, BorderedSystem, Jump, switch_offset};
+use crate::events::unilateral::passage;
+use crate::initial_conditions::AccelerationSolver;
+use crate::integrators::settings::StepSize;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2, StateScalar};
 use crate::system::System;
 use crate::system::state::State;
 
-/// Applies the impact at contact number `contact` to `state`; `values` is the state in `f64`. Returns the state in `f64` after
-/// the impact.
+/// Applies the impact at contact number `contact`, which may stay closed, to the velocities of `state`; `values` is the state in
+/// `f64`. Returns the state in `f64` after the impact.
 fn apply_impact<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
     system: &mut System,
-    contact: usize,
+    (contact, stays): (usize, bool),
     values: &State<f64>,
     state: &mut State<T>,
 ) -> Result<State<f64>>
@@ -35,32 +38,31 @@ where
     Jet2<T>: ElementScalar,
 {
     let mut after = values.clone();
-    let jump = impact::apply_impact(system, plain, contact, &mut after)?;
+    let jump = impact::apply_impact(system, plain, (contact, stays), &mut after)?;
     let bordered = BorderedSystem::new(system, plain, &plain.events[contact], values)?;
     let mut lifted = lift(&jump);
     let mut rows = vec![T::from(0.0); system.size()];
     for _ in 0..T::ORDER {
-        let off = mechanism.events[contact].rows(system, mechanism, state, &lifted, &mut rows);
+        let off = mechanism.events[contact].rows(system, mechanism, state, (&lifted, stays), &mut rows);
         let mut changes: Vec<[f64; L]> = rows.iter().map(DerivativeScalar::derivatives).collect();
         let impulse = bordered.solve(system, &mut changes, off.derivatives());
         lifted.add(system, |equation| -T::with(0.0, changes[equation]), -T::with(0.0, impulse));
     }
     state.v.iter_mut().zip(&lifted.velocity).for_each(|(v, &change)| *v += change);
     take_values(state, &after);
-    InitialDerivatives::new(plain, mechanism, system).accelerations(&after, state)?;
     Ok(after)
 }
 
 /// Applies the event `closed` to `state`, the state at the end of a step, and stores the outputs that are held from it on.
 ///
-/// `offset` is the longest time in s after the event at which forces are evaluated.
+/// `step` has the nominal length to which times between events are compared.
 pub(crate) fn apply_event<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
     system: &mut System,
     held: &mut Option<HeldOutputs<T>>,
     closed: ClosedContact,
-    offset: f64,
+    step: StepSize,
     state: &mut State<T>,
 ) -> Result<()>
 where
@@ -71,20 +73,39 @@ where
     if let Some(held) = held {
         held.hold(mechanism, &at_event, state);
     }
-    let is_impact = plain.events[contact].restitution.is_some();
-    if !is_impact {
-        values = make_consistent(plain, mechanism, system, &values, state)?;
+    let is_impact = plain.events[contact].is_open_contact(&values.modes);
+    let passage = passage(system, plain, (contact, &at_event), &values, step)?;
+    (state.modes, values.modes) = (passage.jump.clone(), passage.jump);
+    let mut values = match is_impact {
+        true => apply_impact(plain, mechanism, system, (contact, passage.stays), &values, state)?,
+        false => make_consistent(plain, mechanism, system, &values, state)?,
+    };
+    (state.modes, values.modes) = (passage.after.clone(), passage.after);
+    let offset = switch_offset(plain, &at_event, &values, step.switch_offset());
+    apply_switch(plain, mechanism, system, offset, &values, state)
+}
+
+/// The function of event number `event` at `state`, the end of an implicit step, with its values in `values`.
+///
+/// Forces of held parts are those of its positions and velocities, as where the event is located.
+pub(crate) fn event_value<T: DerivativeScalar<L>, const L: usize>(
+    plain: &Mechanism<f64>,
+    mechanism: &Mechanism<T>,
+    system: &mut System,
+    event: usize,
+    values: &State<f64>,
+    state: &State<T>,
+) -> Result<T>
+where
+    Jet2<T>: ElementScalar,
+{
+    if !plain.events[event].is_held(&values.modes) {
+        return Ok(mechanism.events[event].gap(state));
     }
-    state.modes.apply(mechanism, &at_event);
-    values.modes.apply(plain, &at_event);
-    if is_impact {
-        values = apply_impact(plain, mechanism, system, contact, &values, state)?;
-    }
-    if !is_impact || !simultaneous.is_empty() {
-        let offset = switch_offset(plain, &at_event, &values, offset);
-        apply_switch(plain, mechanism, system, offset, &values, state)?;
-    }
-    Ok(())
+    let (mut values, mut state) = (values.clone(), state.clone());
+    AccelerationSolver::default().solve(system, plain, &mut values)?;
+    InitialDerivatives::new(plain, mechanism, system).accelerations(&values, &mut state)?;
+    Ok(mechanism.events[event].gap(&state))
 }
 
 /// The event at the end of a step.

@@ -13,6 +13,7 @@ use crate::derivatives::semi_analytical::central_difference::{CentralDifference,
 use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
 use crate::elements::element::ElementWorkspace;
 use crate::events::impact::{apply_impact, apply_switch, make_consistent, simultaneous_switches, switch_offset};
+use crate::events::unilateral::passage;
 use crate::integrators::generalized_alpha::Step;
 use crate::linalg::factor::SolveWorkspace;
 use crate::mechanism::{Mechanism, ParametricMechanism};
@@ -89,7 +90,7 @@ const UNSETTLED: f64 = 1e-3;
 
 /// Checks that the mechanism has no switch: the force jumps between the states on both sides of the design.
 fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
-    let mut switches = mechanism.events.iter().filter(|event| event.restitution.is_none() && event.when.is_none());
+    let mut switches = mechanism.events.iter().filter(|event| event.is_switch());
     switches.next().map_or(Ok(()), |switch| {
         let why = "semi-analytical derivatives take differences across the jump of the force at a switch";
         let remedy = "take direct or adjoint derivatives, or an event that activates the force";
@@ -261,9 +262,10 @@ impl<'m> DifferenceSensitivity<'m> {
 
     /// Derivative of the gap of an event at the end of the step.
     fn gap_rate(&mut self, step: &ConvergedStep, event: usize) -> f64 {
+        let start = self.settings.start;
         let gap = |mechanism: &Mechanism<f64>, state: &State<f64>, out: &mut Vec<f64>| {
             out.clear();
-            out.push(mechanism.events[event].gap(state));
+            out.push(mechanism.events[event].value_after_step(mechanism, state, start));
         };
         self.difference.derivatives(&step.end, &self.sensitivity.new, gap).sum()
     }
@@ -274,23 +276,22 @@ impl<'m> DifferenceSensitivity<'m> {
         let at_event = [&simultaneous[..], &[contact]].concat();
         self.hold_outputs(&at_event, &values);
         let Self { difference, sensitivity, plain, settings, time_rates, .. } = self;
-        let is_impact = plain.events[contact].restitution.is_some();
+        let is_impact = plain.events[contact].is_open_contact(&values.modes);
+        let passage =
+            passage(&mut System::at(plain, settings.start)?, plain, (contact, &at_event), &values, settings.step)?;
         let mut offset = None;
         let mut apply = |mechanism: &Mechanism<f64>, mut state: State<f64>| -> Result<State<f64>> {
             // The matrix of the equations has the constant masses of its mechanism.
             let mut system = System::at(mechanism, settings.start)?;
-            if !is_impact {
-                make_consistent(&mut system, mechanism, &mut state)?;
-            }
-            state.modes.apply(plain, &at_event);
-            if is_impact {
-                apply_impact(&mut system, mechanism, contact, &mut state)?;
-            }
-            if !is_impact || !simultaneous.is_empty() {
-                let longest = settings.step.switch_offset();
-                let offset = *offset.get_or_insert_with(|| switch_offset(plain, &at_event, &state, longest));
-                apply_switch(&mut system, mechanism, offset, &mut state)?;
-            }
+            state.modes = passage.jump.clone();
+            match is_impact {
+                true => apply_impact(&mut system, mechanism, (contact, passage.stays), &mut state)?,
+                false => make_consistent(&mut system, mechanism, &mut state)?,
+            };
+            state.modes = passage.after.clone();
+            let longest = settings.step.switch_offset();
+            let offset = *offset.get_or_insert_with(|| switch_offset(plain, &at_event, &state, longest));
+            apply_switch(&mut system, mechanism, offset, &mut state)?;
             Ok(state)
         };
         let after = apply(plain, values.clone())?;
@@ -342,10 +343,11 @@ impl<'m> DifferenceSensitivity<'m> {
     }
 
     /// Size of a position's derivative: the largest of them, but at least the largest position for a change of the design
-    /// variable by its own size.
+    /// variable by its own size, at both ends of the step: a step may end where all positions are zero.
     fn scale(&self) -> f64 {
-        let largest = |all: &[f64]| all.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        largest(&self.sensitivity.new.q).max(largest(&self.values.new.q) / self.difference.size())
+        let largest =
+            |step: &Step<f64>| step.old.q.iter().chain(&step.new.q).fold(0.0, |most: f64, x| most.max(x.abs()));
+        largest(&self.sensitivity).max(largest(&self.values) / self.difference.size())
     }
 
     /// The error of differences that do not settle: the derivatives would be noise.

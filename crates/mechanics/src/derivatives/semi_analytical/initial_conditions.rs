@@ -165,7 +165,9 @@ impl InitialDifferences<'_> {
                 if role == Guess::Nearest {
                     let solution = which(sensitivity);
                     for (row, unknown) in rows.iter_mut().zip(self.system.unknowns()) {
-                        if let Unknown::Coordinate(i) = *unknown {
+                        if let Unknown::Coordinate(i) = *unknown
+                            && !self.plain.coordinates[i].is_follower
+                        {
                             row[0] += solution[i] - guess[i];
                         }
                     }

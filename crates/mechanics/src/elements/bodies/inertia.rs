@@ -25,7 +25,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[],
     about: "additional inertia of a coordinate",
-    law: "",
+    law: "the equation of the coordinate has the additional inertia force −inertia·q̈",
     symbol: Symbol::None,
 };
 

@@ -15,7 +15,6 @@ pub use profile_face::ProfileFace;
 pub use wall_contact::WallContact;
 
 use crate::elements::forces::StateFunction;
-use crate::elements::joints::PointOnLine;
 use crate::elements::kind::ElementKind;
 use crate::motion::Motion;
 
@@ -27,6 +26,6 @@ pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
         ElementKind::plain(ProfileContact::object()),
         ElementKind::plain(ProfileFace::object()),
         ElementKind::rigid_contact(&rigid::STOP, rigid::stop_gap()),
-        ElementKind::rigid_contact(&rigid::WALL, PointOnLine::object()),
+        ElementKind::rigid_contact(&rigid::WALL, rigid::wall_gap()),
     ]
 }

@@ -42,7 +42,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("power", "W", "power, positive if it does work on the mechanism"),
     ],
     about: "a force or torque on a coordinate that depends on the motion: a controller, a drag, a magnet",
-    law: "",
+    law: "generalized_force acts on the coordinate towards larger values; without a counterpart elsewhere",
     symbol: Symbol::None,
 };
 

@@ -32,7 +32,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("power", "W", "power, positive if it does work on the mechanism"),
     ],
     about: "a force at a point that depends on the motion: a wind load, a magnet, a controlled jet",
-    law: "",
+    law: "the force acts at the point in the direction (cos direction, sin direction) of the plane",
     symbol: Symbol::None,
 };
 

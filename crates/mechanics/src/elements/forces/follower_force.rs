@@ -29,7 +29,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[Measure::new("force", "N", "force along its direction")],
     about: "a force at a point as a function of time that turns with the body",
-    law: "",
+    law: "the force acts at the point in the direction (cos direction, sin direction) of the axes of its body",
     symbol: Symbol::None,
 };
 

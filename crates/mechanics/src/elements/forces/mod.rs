@@ -3,6 +3,7 @@
 pub(crate) mod actuator;
 pub(crate) mod bushing;
 pub(crate) mod coordinate_spring;
+pub(crate) mod dry_friction;
 pub(crate) mod feedback_force;
 pub(crate) mod feedback_point_force;
 pub(crate) mod follower_force;
@@ -19,6 +20,7 @@ pub(crate) mod variable_spring;
 pub use actuator::Actuator;
 pub use bushing::Bushing;
 pub use coordinate_spring::CoordinateSpring;
+pub use dry_friction::DryFriction;
 pub use feedback_force::{FeedbackForce, StateFunction};
 pub use feedback_point_force::FeedbackPointForce;
 pub use follower_force::FollowerForce;
@@ -50,6 +52,7 @@ pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
         ElementKind::of_time(&point_force::DESCRIPTOR, |force| Arc::new(PointForce(force))),
         ElementKind::of_time(&follower_force::DESCRIPTOR, |force| Arc::new(FollowerForce(force))),
         ElementKind::plain(Friction::object()),
+        ElementKind::dry_friction(&dry_friction::DESCRIPTOR),
         ElementKind::plain(RevoluteFriction::object()),
         ElementKind::plain(GuideFriction::object()),
         ElementKind::of_state(&feedback_force::DESCRIPTOR, |law| Arc::new(FeedbackForce(law))),

@@ -26,7 +26,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[Measure::new("force", "N", "force along its direction")],
     about: "a force at a point as a function of time",
-    law: "",
+    law: "the force acts at the point in the direction (cos direction, sin direction) of the plane",
     symbol: Symbol::None,
 };
 

@@ -3,6 +3,7 @@
 use crate::constraint_rank::singular_position;
 use crate::diagnostics::not_finite;
 use crate::elements::element::{ElementState, ElementWorkspace};
+use crate::events::unilateral::{assemble_closed, settle_start};
 use crate::initial_conditions::{Projection, assemble, make_velocities_consistent};
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
@@ -430,6 +431,9 @@ pub(crate) fn start<'m>(
     let mut state = State::built(mechanism, settings.start);
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
     projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
+    if settle_start(&mut system, mechanism, &mut state)? {
+        projection = assemble_closed(&mut system, mechanism, &mut state, settings.assembly)?;
+    }
     state.l.fill(0.0);
     if let Some(mut tree) = relative_tree(mechanism, &system, settings)? {
         tree.choose_signs(mechanism, &state);
@@ -465,7 +469,7 @@ const NOMINAL: f64 = 1e-3;
 ///
 /// [`Error::Unsupported`] naming the switch.
 fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
-    let mut switches = mechanism.events.iter().filter(|event| event.restitution.is_none() && event.when.is_none());
+    let mut switches = mechanism.events.iter().filter(|event| event.is_switch());
     switches.next().map_or(Ok(()), |switch| {
         let why = "the stages of an explicit step that ends at a switch have forces of both sides of it";
         let remedy = "take implicit steps, or an event that activates the force";

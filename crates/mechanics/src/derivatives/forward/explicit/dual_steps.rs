@@ -25,7 +25,7 @@ use crate::integrators::explicit::mechanism::{
 };
 use crate::integrators::explicit::settings::Explicit;
 use crate::integrators::explicit::tableau::Tableau;
-use crate::integrators::settings::Work;
+use crate::integrators::settings::{StepSize, Work};
 use crate::linalg::factor::{Factor, SolveWorkspace};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
@@ -52,10 +52,10 @@ where
         return propagate_relative(mechanisms, &tree, driver, &begin, times);
     }
     let (method, rhs) = (driver.stepper.method, &mut driver.stepper.rhs);
-    let offset = rhs.locator.as_ref().map_or(0.0, |locator| locator.switch_offset());
+    let step = rhs.locator.as_ref().map_or(StepSize::Fixed(0.0), |locator| locator.step());
     check_outputs(&rhs.system, plain, &begin.state)?;
     let sensitivity =
-        |mechanism| DualSteps::new((plain, mechanism), &mut rhs.system, method, &begin, (times.len(), offset));
+        |mechanism| DualSteps::new((plain, mechanism), &mut rhs.system, method, &begin, (times.len(), step));
     let mut sensitivities = mechanisms.iter().map(sensitivity).collect::<Result<Vec<_>>>()?;
     let recorder = OutputRecorder::new(plain, times.len());
     let mut steps = RecordedSteps { mechanism: plain, steps: ExplicitSteps::new(driver, times), recorder };
@@ -148,7 +148,7 @@ struct DualSteps<'m, T, const L: usize> {
     /// The event at the end of the step.
     closed: Option<ClosedContact>,
     /// Longest time in s after an event at which forces are evaluated.
-    offset: f64,
+    event_step: StepSize,
     workspace: ElementWorkspace<T>,
     jets: ElementWorkspace<Jet2<T>>,
     rows: Vec<T>,
@@ -171,7 +171,7 @@ where
         system: &mut System,
         method: &'static Tableau,
         begin: &ConsistentState,
-        (times, offset): (usize, f64),
+        (times, event_step): (usize, StepSize),
     ) -> Result<Self> {
         let state = InitialDerivatives::new(plain, mechanism, system).consistent(&begin.state, &begin.projection)?;
         let zero = T::from(0.0);
@@ -189,7 +189,7 @@ where
             is_started: false,
             is_dense: false,
             closed: None,
-            offset,
+            event_step,
             workspace: ElementWorkspace::default(),
             jets: ElementWorkspace::default(),
             rows: vec![zero; system.size()],
@@ -229,7 +229,7 @@ where
         self.rates.swap(0, self.method.end);
         if let Some(closed) = self.closed.take() {
             let Self { plain, mechanism, system, held, end, .. } = self;
-            saltation::apply_event(plain, mechanism, system, held, closed, self.offset, end)?;
+            saltation::apply_event(plain, mechanism, system, held, closed, self.event_step, end)?;
             self.stage.copy_from(end);
             self.store_rates(0);
         }

@@ -80,11 +80,11 @@ pub(crate) struct ElementWorkspaces {
 impl Linearizer {
     /// Linearizer with respect to the state and the active parameters. Elements that are inactive at the start of the motion
     /// have no derivatives.
-    pub fn new(mechanism: &Mechanism<f64>, activity: &Activity, system: &System) -> Self {
+    pub fn new(mechanism: &Mechanism<f64>, activity: &Activity, system: &System, modes: &Modes) -> Self {
         let n = mechanism.coordinates.len();
         let moving: Vec<usize> = activity.moving_coordinates().collect();
         let mut parameters = Vec::new();
-        let element = |k| LinearizedElement::new(mechanism, k, activity, system, &mut parameters);
+        let element = |k| LinearizedElement::new(mechanism, k, activity, (system, modes), &mut parameters);
         let elements: Vec<_> = (0..mechanism.elements.len()).map(element).collect();
         let mut constants = [(); 3].map(|()| Entries::new(3 * n));
         for (k, (instance, element)) in mechanism.elements.iter().zip(&elements).enumerate() {
@@ -246,17 +246,17 @@ impl LinearizedElement {
         mechanism: &Mechanism<f64>,
         k: usize,
         activity: &Activity,
-        system: &System,
+        (system, modes): (&System, &Modes),
         parameters: &mut Vec<(usize, usize)>,
     ) -> Self {
         let (instance, n) = (&mechanism.elements[k], mechanism.coordinates.len());
         let (mut variables, is_constraint) = (Vec::new(), instance.num_constraints > 0);
-        if system.rows_of(k).next().is_none() || !Modes::initial(mechanism).is_active(instance) {
+        if system.rows_of(k).next().is_none() || !modes.is_active(instance) {
             return Self { variables, rows: Vec::new(), constraint_variables: Vec::new() };
         }
         let mut add = |kind, local, source| variables.push(DifferentiatedVariable { kind, local, source });
         for (local, &i) in instance.coordinates.iter().enumerate() {
-            if !activity.is_differentiated(mechanism, i) || instance.element.linear().contains(&local) {
+            if !activity.is_differentiated(mechanism, i) || instance.linear().contains(&local) {
                 continue;
             }
             add(VariableKind::Position, local, i);
@@ -272,7 +272,7 @@ impl LinearizedElement {
             parameters.push((k, local));
         }
         let first_parameter = variables.iter().take_while(|v| v.kind != VariableKind::Parameter).count();
-        let is_linear = |local| is_constraint && instance.element.linear().contains(&local);
+        let is_linear = |local| is_constraint && instance.linear().contains(&local);
         let row = |(local, equation)| LinearizedRow {
             local,
             equation,

@@ -12,6 +12,7 @@ use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepSource, propagate};
 use crate::derivatives::seeding::{Activity, build_chunks};
+use crate::events::modes::Modes;
 use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs, SAMPLE, sample, start};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
@@ -83,7 +84,7 @@ fn propagate_blocks<'m, const W: usize>(
 ) -> Result<(MechanismSteps<'m>, OutputGradients)> {
     let (method, system) = (driver.stepper.method, &mut driver.stepper.rhs.system);
     check_outputs(system, mechanism, &begin.state)?;
-    let linearizer = Linearizer::new(mechanism, &Activity::of(chunks, mechanism), system);
+    let linearizer = Linearizer::new(mechanism, &Activity::of(chunks, mechanism), system, &Modes::initial(mechanism));
     let plan = SensitivityPlan::new(method, &linearizer, system);
     let initial =
         |chunk| InitialDerivatives::new(mechanism, chunk, &mut *system).consistent(&begin.state, &begin.projection);

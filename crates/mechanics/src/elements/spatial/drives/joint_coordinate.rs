@@ -46,7 +46,7 @@ pub static ANGLE: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: MEASURES,
     about: "a coordinate that is the angle from x of a to x of b about z of a",
-    law: "",
+    law: "coordinate = angle from x_a to x_b about z_a, which counts turns",
     symbol: Symbol::None,
 };
 
@@ -112,7 +112,7 @@ pub static DISPLACEMENT: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: MEASURES,
     about: "a coordinate that is the position of the point b along z of a",
-    law: "",
+    law: "coordinate = z_a·(r_b − r_a)",
     symbol: Symbol::None,
 };
 
@@ -164,7 +164,7 @@ pub static DISTANCE: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: MEASURES,
     about: "a coordinate that is the distance of two points",
-    law: "",
+    law: "coordinate = |r_b − r_a|",
     symbol: Symbol::Spring,
 };
 

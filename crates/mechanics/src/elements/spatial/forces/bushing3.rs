@@ -52,7 +52,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("torque_z", "N·m", "torque on a about z of its marker, positive if b is turned in this direction"),
     ],
     about: "an elastic connection of two markers",
-    law: "",
+    law: "forces and torques are stiffness·deformation + damping·rate, component by component in axes of the marker of a",
     symbol: Symbol::None,
 };
 

@@ -41,26 +41,41 @@ element_inputs!(Load3Inputs {
     magnitude: time_function("N or N·m", "as a function of time"),
 });
 
-const fn declared(kind: &'static str, measures: &'static [Measure], about: &'static str) -> ElementDescriptor {
-    ElementDescriptor { kind, family: Family::Force, inputs: INPUTS, measures, about, law: "", symbol: Symbol::None }
+const fn declared(
+    kind: &'static str,
+    measures: &'static [Measure],
+    about: &'static str,
+    law: &'static str,
+) -> ElementDescriptor {
+    ElementDescriptor { kind, family: Family::Force, inputs: INPUTS, measures, about, law, symbol: Symbol::None }
 }
 
 const FORCE_MEASURES: &[Measure] = &[Measure::new("force", "N", "force along its direction")];
 const TORQUE_MEASURES: &[Measure] = &[Measure::new("torque", "N·m", "torque about its direction")];
 
-pub static FORCE: ElementDescriptor =
-    declared("force", FORCE_MEASURES, "a force at a point as a function of time, in a direction fixed in the world");
+pub static FORCE: ElementDescriptor = declared(
+    "force",
+    FORCE_MEASURES,
+    "a force at a point as a function of time, in a direction fixed in the world",
+    "the force acts at the point along the unit vector of direction in axes of the world",
+);
 pub static FOLLOWER_FORCE: ElementDescriptor = declared(
     "follower",
     FORCE_MEASURES,
     "a force at a point as a function of time, in a direction fixed to the marker",
+    "the force acts at the point along the unit vector of direction in axes of its marker",
 );
-pub static TORQUE: ElementDescriptor =
-    declared("torque", TORQUE_MEASURES, "a torque as a function of time, about a direction fixed in the world");
+pub static TORQUE: ElementDescriptor = declared(
+    "torque",
+    TORQUE_MEASURES,
+    "a torque as a function of time, about a direction fixed in the world",
+    "the torque acts on the body about the unit vector of direction in axes of the world, by the right-hand rule",
+);
 pub static FOLLOWER_TORQUE: ElementDescriptor = declared(
     "follower-torque",
     TORQUE_MEASURES,
     "a torque as a function of time, about a direction fixed to the marker",
+    "the torque acts on the body about the unit vector of direction in axes of its marker, by the right-hand rule",
 );
 
 impl<T: Copy> Load3Inputs<'_, T> {

@@ -36,7 +36,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("rate", "m/s", "rate of the distance"),
     ],
     about: "a spring and damper between two points",
-    law: "",
+    law: "tension = stiffness·(L − length) + cubic·(L − length)³ + damping·L̇ with the distance L of the points",
     symbol: Symbol::Spring,
 };
 

@@ -29,7 +29,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     inputs: INPUTS,
     measures: &[Measure::new("tension", "N", "tension of the rod, positive if it pulls the points together")],
     about: "a massless rod: the distance of two points is constant",
-    law: "",
+    law: "|r_b − r_a| = length",
     symbol: Symbol::Bar,
 };
 

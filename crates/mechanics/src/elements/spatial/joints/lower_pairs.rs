@@ -24,7 +24,7 @@ spatial_joint! {
     ///
     /// # Sources
     /// Nikravesh, *Computer-Aided Analysis of Mechanical Systems* (1988), Section 7.2.
-    Revolute3, "revolute", "a hinge: the points coincide and the axes z are parallel", Symbol::Pin,
+    Revolute3, "revolute", "a hinge: the points coincide and the axes z are parallel", "r_a = r_b, z_a ∥ z_b", Symbol::Pin,
     rows: [COINCIDENT[0], COINCIDENT[1], COINCIDENT[2], PARALLEL[0], PARALLEL[1]], aligned: [Z], linear: TRANSLATIONS,
     /// Joins two markers by a revolute joint about their common axis z.
     revolute3, REVOLUTE
@@ -40,7 +40,7 @@ spatial_joint! {
     ///
     /// # Sources
     /// Nikravesh, *Computer-Aided Analysis of Mechanical Systems* (1988), Section 7.2.
-    Prismatic3, "prismatic", "a guide: b slides along z of a without turning", Symbol::None,
+    Prismatic3, "prismatic", "a guide: b slides along z of a without turning", "r_b − r_a ∥ z_a, axes of b parallel to those of a", Symbol::None,
     rows: [SAME_AXES[0], SAME_AXES[1], SAME_AXES[2], ON_AXIS[0], ON_AXIS[1]], aligned: [X, Y, Z], linear: &[],
     /// Guides the marker `b` along the axis z of `a`, with the same axes.
     prismatic3, PRISMATIC
@@ -56,7 +56,7 @@ spatial_joint! {
     ///
     /// # Sources
     /// Nikravesh, *Computer-Aided Analysis of Mechanical Systems* (1988), Section 7.2.
-    Cylindrical, "cylindrical", "a sleeve: b slides along z of a and turns about it", Symbol::None,
+    Cylindrical, "cylindrical", "a sleeve: b slides along z of a and turns about it", "r_b − r_a ∥ z_a, z_a ∥ z_b", Symbol::None,
     rows: [PARALLEL[0], PARALLEL[1], ON_AXIS[0], ON_AXIS[1]], aligned: [Z], linear: &[],
     /// Joins two markers by a cylindrical joint along and about their common axis z.
     cylindrical, CYLINDRICAL
@@ -71,7 +71,7 @@ spatial_joint! {
     ///
     /// # Sources
     /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 9.4.
-    Planar, "planar", "a flat contact of faces: b slides in the plane normal to z of a and turns about z", Symbol::None,
+    Planar, "planar", "a flat contact of faces: b slides in the plane normal to z of a and turns about z", "z_a·(r_b − r_a) = 0, z_a ∥ z_b", Symbol::None,
     rows: [PARALLEL[0], PARALLEL[1], Row::InPlane(Z)], aligned: [Z], linear: &[],
     /// Keeps the marker `b` in the plane through `a` normal to its axis z, with parallel axes z.
     planar_joint, PLANAR
@@ -87,7 +87,7 @@ spatial_joint! {
     ///
     /// # Sources
     /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 9.4.
-    FixedJoint3, "fixed", "a rigid connection: the markers coincide", Symbol::None,
+    FixedJoint3, "fixed", "a rigid connection: the markers coincide", "r_a = r_b, axes of b parallel to those of a", Symbol::None,
     rows: [COINCIDENT[0], COINCIDENT[1], COINCIDENT[2], SAME_AXES[0], SAME_AXES[1], SAME_AXES[2]],
     aligned: [X, Y, Z], linear: TRANSLATIONS,
     /// Joins two bodies rigidly, so that their markers coincide.

@@ -11,7 +11,7 @@ spatial_joint! {
     ///
     /// # Sources
     /// Nikravesh, *Computer-Aided Analysis of Mechanical Systems* (1988), Section 7.2.
-    Spherical, "spherical", "a ball joint: the points coincide", Symbol::Pin,
+    Spherical, "spherical", "a ball joint: the points coincide", "r_a = r_b", Symbol::Pin,
     rows: COINCIDENT, aligned: [], linear: TRANSLATIONS,
     /// Joins the points of two markers by a spherical joint.
     spherical, SPHERICAL
@@ -27,7 +27,7 @@ spatial_joint! {
     ///
     /// # Sources
     /// Nikravesh, *Computer-Aided Analysis of Mechanical Systems* (1988), Section 7.2.
-    Universal, "universal", "a Cardan joint: the points coincide and the axes z, those of the cross, are perpendicular",
+    Universal, "universal", "a Cardan joint: the points coincide and the axes z, those of the cross, are perpendicular", "r_a = r_b, z_a·z_b = 0",
     Symbol::Pin,
     rows: [COINCIDENT[0], COINCIDENT[1], COINCIDENT[2], Row::Perpendicular(Z, Z)], aligned: [], linear: TRANSLATIONS,
     /// Joins two markers by a universal joint whose cross has the axes z of `a` and `b`.
@@ -39,7 +39,7 @@ spatial_joint! {
     ///
     /// # Sources
     /// Nikravesh, *Computer-Aided Analysis of Mechanical Systems* (1988), Section 7.2.
-    PointOnLine3, "point-on-line", "the point of b on the axis z of a", Symbol::None,
+    PointOnLine3, "point-on-line", "the point of b on the axis z of a", "x_a·(r_b − r_a) = 0, y_a·(r_b − r_a) = 0", Symbol::None,
     rows: [Row::InPlane(X), Row::InPlane(Y)], aligned: [], linear: &[],
     /// Keeps the point of `b` on the axis z of `a`.
     point_on_line3, POINT_ON_LINE
@@ -51,7 +51,7 @@ spatial_joint! {
     ///
     /// # Sources
     /// Nikravesh, *Computer-Aided Analysis of Mechanical Systems* (1988), Section 7.2.
-    PointOnPlane, "point-on-plane", "the point of b in the plane through a normal to its axis z", Symbol::None,
+    PointOnPlane, "point-on-plane", "the point of b in the plane through a normal to its axis z", "z_a·(r_b − r_a) = 0", Symbol::None,
     rows: [Row::InPlane(Z)], aligned: [], linear: &[],
     /// Keeps the point of `b` in the plane through `a` normal to its axis z.
     point_on_plane, POINT_ON_PLANE

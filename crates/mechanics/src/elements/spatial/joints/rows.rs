@@ -115,7 +115,7 @@ pub(crate) const TRANSLATIONS: &[usize] = &[0, 1, 2, 7, 8, 9];
 /// Defines a joint between two markers by its constraint equations, with the method of `Mechanism` that adds it.
 macro_rules! spatial_joint {
     (
-        $(#[$about_joint:meta])* $joint:ident, $kind:literal, $about:literal, $symbol:expr,
+        $(#[$about_joint:meta])* $joint:ident, $kind:literal, $about:literal, $law:literal, $symbol:expr,
         rows: $rows:expr, aligned: $aligned:expr, linear: $linear:expr,
         $(#[$about_method:meta])* $method:ident, $descriptor:ident
     ) => {
@@ -131,7 +131,7 @@ macro_rules! spatial_joint {
             inputs: rows::JOINT_INPUTS,
             measures: rows::REACTIONS,
             about: $about,
-            law: "",
+            law: $law,
             symbol: $symbol,
         };
 

@@ -1,0 +1,245 @@
+//! Contacts that last and dry friction that sticks: exact solutions, all schemes and methods, and clear words.
+
+use crate::explicit::check;
+use crate::methods::{all_settings, check_adjoint_by, check_semi_analytical_by};
+use crate::models::{Linear, outputs};
+use autodiff::{Scalar, gradient, hessian};
+use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
+use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright_mechanics::events::Action;
+use linkwright_mechanics::integrators::explicit::Explicit;
+use linkwright_mechanics::motion::{ConstantSpeed, Fixed, Harmonic};
+use linkwright_mechanics::{Dynamics, Mechanism, ParametricMechanism, Pose, Result};
+
+/// A mass b₃ on a spring of the stiffness b₀ and on a belt of the speed b₄, with the sliding friction b₁ and the static limit b₂ b₁.
+struct StickSlip;
+
+const STICK_SLIP: [f64; 5] = [40.0, 3.0, 1.6, 1.3, 0.25];
+
+impl ParametricMechanism for StickSlip {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let mass = m.point_mass("mass", b[3], zero, zero);
+        m.set_velocity(mass.x, b[4]);
+        let belt = m.coordinate("belt", zero, b[4]);
+        m.drive(belt, ConstantSpeed, &[zero, b[4]]);
+        let ground = m.ground();
+        m.coordinate_spring("spring", ground.x, mass.x, [b[0], zero, zero, zero]);
+        let friction = m.dry_friction("friction", belt, mass.x, [b[1], b[2], zero]);
+        outputs(&mut m, mass.x)?;
+        let force = m.measure(friction, "generalized_force")?;
+        m.output("friction", &[force]);
+        Ok(m)
+    }
+}
+
+/// Position and velocity in the second phase of sliding.
+fn stick_slip<S: Scalar>(b: &[S], t: f64) -> [S; 2] {
+    let [k, friction, ratio, mass, speed] = [b[0], b[1], b[2], b[3], b[4]];
+    let (rate, place) = ((k / mass).sqrt(), friction / k);
+    let excess = place * (ratio - 1.0);
+    let sliding = |since: S| {
+        let (sin, cos) = (rate * since).sin_cos();
+        [place + excess * cos + speed / rate * sin, speed * cos - excess * rate * sin]
+    };
+    let first = place * ratio / speed;
+    let angle = -(excess * rate / speed).atan2(S::from(1.0)) * 2.0 + std::f64::consts::TAU;
+    let stuck = first + angle / rate;
+    let again = stuck + (place * ratio - sliding(angle / rate)[0]) / speed;
+    sliding(-again + t)
+}
+
+/// A ball of 2 kg at rest on a platform that moves by b₀ sin(b₁ t), under the gravity b₂. It lifts off where the platform
+/// accelerates downwards by b₂.
+struct Platform;
+
+const PLATFORM: [f64; 3] = [0.2, 9.0, 9.81];
+
+impl ParametricMechanism for Platform {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[2]);
+        let ball = m.point_mass("ball", S::from(2.0), zero, zero);
+        m.set_velocity(ball.y, b[0] * b[1]);
+        let platform = m.coordinate("platform", zero, b[0] * b[1]);
+        m.drive(platform, Harmonic, &[zero, b[0], b[1], zero]);
+        let stop = m.rigid_stop("stop", platform, ball.y, zero, S::from(0.5));
+        outputs(&mut m, ball.y)?;
+        let force = m.measure(stop, "contact_force")?;
+        m.output("force", &[force]);
+        Ok(m)
+    }
+}
+
+/// Position and velocity after the ball has lifted off, before it falls back.
+fn lifted<S: Scalar>(b: &[S], t: f64) -> [S; 2] {
+    let sin = b[2] / (b[0] * b[1] * b[1]);
+    let cos = (-(sin * sin) + 1.0).sqrt();
+    let since = -(sin.atan2(cos) / b[1]) + t;
+    let speed = b[0] * b[1] * cos;
+    [b[0] * sin + speed * since - b[2] * since * since * 0.5, speed - b[2] * since]
+}
+
+/// A ball of 1 kg that falls from b₀, bounces with the restitution b₁ under the gravity b₂ until it rests, and is lifted by the force
+/// b₃ t.
+struct Landing;
+
+const LANDING: [f64; 4] = [0.3, 0.4, 9.81, 4.0];
+
+impl ParametricMechanism for Landing {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[2]);
+        let ball = m.point_mass("ball", S::from(1.0), zero, b[0]);
+        let ground = m.ground();
+        let floor = m.rigid_wall("floor", ground.origin(), zero, ball.origin(), b[1]);
+        m.load("lift", ground.y, ball.y, ConstantSpeed, &[zero, b[3]]);
+        outputs(&mut m, ball.y)?;
+        let force = m.measure(floor, "contact_force")?;
+        m.output("force", &[force]);
+        Ok(m)
+    }
+}
+
+/// Position and velocity after the force has lifted the ball: they depend neither on the height nor on the restitution.
+fn landed<S: Scalar>(b: &[S], t: f64) -> [S; 2] {
+    let since = -(b[2] / b[3]) + t;
+    [b[3] * since * since * since / 6.0, b[3] * since * since * 0.5]
+}
+
+#[test]
+fn stick_slip_on_a_belt_is_exact_along_explicit_steps() {
+    let end = 1.75;
+    check((&StickSlip, end), &STICK_SLIP, &[0, 1], |k| {
+        let (value, slopes) = gradient(|b| stick_slip(b, end)[k], &STICK_SLIP);
+        (value, slopes, hessian(|b| stick_slip(b, end)[k], &STICK_SLIP).2.iter().copied().collect())
+    });
+}
+
+#[test]
+fn a_ball_lifts_off_a_platform_exactly_along_explicit_steps() {
+    let end = 0.35;
+    check((&Platform, end), &PLATFORM, &[0, 1], |k| {
+        let (value, slopes) = gradient(|b| lifted(b, end)[k], &PLATFORM);
+        (value, slopes, hessian(|b| lifted(b, end)[k], &PLATFORM).2.iter().copied().collect())
+    });
+}
+
+#[test]
+fn a_ball_whose_rebounds_die_out_rests_until_it_is_lifted() {
+    let end = 3.2;
+    let settings = [Explicit::adaptive(1e-11), Explicit::eighth_order(1e-11)];
+    let mechanism = Landing.build(&LANDING).unwrap();
+    for settings in settings {
+        let history = simulate_explicitly(&mechanism, &settings, &[2.0, end]).unwrap();
+        let force = history.series("force").unwrap();
+        assert!((force[0] - (9.81 - 8.0)).abs() < 1e-9 && force[1] == 0.0, "{force:?}");
+        assert!((history.values[0][0]).abs() < 1e-12);
+        assert!((history.values[0][1] - landed(&LANDING, end)[0]).abs() < 1e-9, "{:?}", history.values);
+    }
+    for h in [0.005, 0.0073] {
+        let settings = Dynamics::fixed(h);
+        let history = differentiate(&Landing, &LANDING, &settings, &[2.0, end]).unwrap();
+        let (value, slopes) = gradient(|b| landed(b, end)[0], &LANDING);
+        assert!((history.values[0][1] - value).abs() < 1e-4, "{:?} {value}", history.values);
+        let ours = &history.gradients[0][1];
+        assert!(ours.iter().zip(&slopes).all(|(a, b)| (a - b).abs() < 1e-3), "{ours:?} {slopes:?}");
+        assert!(history.gradients[0][0].iter().all(|x| x.abs() < 1e-9), "{:?}", history.gradients[0][0]);
+    }
+}
+
+/// Errors of values and first derivatives along implicit steps fall with the square of the step.
+#[test]
+fn implicit_steps_through_sticking_and_lifting_converge() {
+    fn errors<M: ParametricMechanism>(
+        model: &M,
+        b: &[f64],
+        end: f64,
+        exact: &dyn Fn(usize) -> (f64, Vec<f64>),
+    ) -> Vec<f64> {
+        let steps = [0.008, 0.004, 0.002];
+        let error = |h: f64| {
+            let found = differentiate(model, b, &Dynamics::fixed(h), &[end]).unwrap();
+            (0..2).fold(0.0f64, |worst, k| {
+                let (value, slopes) = exact(k);
+                let slopes = slopes.iter().zip(&found.gradients[k][0]).zip(b).map(|((a, o), b)| ((a - o) * b).abs());
+                slopes.fold(worst.max((found.values[k][0] - value).abs()), f64::max)
+            })
+        };
+        steps.map(error).to_vec()
+    }
+    let on_belt = errors(&StickSlip, &STICK_SLIP, 1.75, &|k| gradient(|b| stick_slip(b, 1.75)[k], &STICK_SLIP));
+    let on_platform = errors(&Platform, &PLATFORM, 0.35, &|k| gradient(|b| lifted(b, 0.35)[k], &PLATFORM));
+    println!("belt {on_belt:?}, platform {on_platform:?}");
+    assert!(on_belt[2] < 0.4 * on_belt[1] && on_belt[1] < 0.4 * on_belt[0], "{on_belt:?}");
+    assert!(
+        on_platform.iter().all(|error| *error < 1e-12),
+        "uniform acceleration after it has lifted off: {on_platform:?}"
+    );
+}
+
+/// Without the settings of the paper, whose prescribed accelerations oscillate: contact forces do, too.
+#[test]
+fn all_methods_agree_through_sticking_and_lifting() {
+    let all = all_settings();
+    let smooth = [all[0], all[1], all[3]];
+    check_adjoint_by(&all, ("stick-slip", 1e-7), &StickSlip, &STICK_SLIP, &[0.2, 0.6, 1.0, 1.75]);
+    check_adjoint_by(&smooth, ("platform", 1e-8), &Platform, &PLATFORM, &[0.05, 0.2, 0.35]);
+    check_semi_analytical_by(&smooth, ("stick-slip", 1e-3), &StickSlip, &STICK_SLIP, &[0.2, 0.6, 1.0, 1.75]);
+    check_semi_analytical_by(&smooth, ("platform", 1e-3), &Platform, &PLATFORM, &[0.05, 0.2, 0.35]);
+}
+
+/// A block slides, stops and holds against a load below the static limit; a mechanism with joints does as well.
+#[test]
+fn a_block_stops_and_stays() {
+    let mut m = Mechanism::new();
+    let block = m.point_mass("block", 2.0, 0.0, 0.0);
+    m.set_velocity(block.x, 3.0);
+    let ground = m.ground();
+    m.fix(block.y);
+    let friction = m.dry_friction("friction", ground.x, block.x, [6.0, 1.0, 0.0]);
+    m.load("push", ground.x, block.x, Fixed, &[1.0]);
+    outputs(&mut m, block.x).unwrap();
+    let force = m.measure(friction, "generalized_force").unwrap();
+    m.output("friction", &[force]);
+    // It decelerates by (6 − 1)/2 = 2.5 m/s² and stops after 1.2 s and 1.8 m.
+    for history in [
+        simulate(&m, &Dynamics::fixed(0.01), &[1.0, 1.5, 9.0]).unwrap(),
+        simulate(&m, &Dynamics::adaptive(1e-6), &[1.0, 1.5, 9.0]).unwrap(),
+        simulate_explicitly(&m, &Explicit::adaptive(1e-9), &[1.0, 1.5, 9.0]).unwrap(),
+    ] {
+        let [x, v, f] = [0, 1, 2].map(|k| history.values[k].clone());
+        assert!((x[1] - 1.8).abs() < 1e-9 && (x[2] - 1.8).abs() < 1e-9, "{x:?}");
+        assert!((v[0] - 0.5).abs() < 1e-9 && v[1].abs() < 1e-12 && v[2].abs() < 1e-12, "{v:?}");
+        assert!((f[0] - 6.0).abs() < 1e-9 && (f[1] - 1.0).abs() < 1e-9, "{f:?}");
+        assert_eq!(history.impacts.len(), 1);
+    }
+}
+
+/// A bar that a hinge lets go: its constraints are linear in coordinates, but not at all times.
+struct Dropped;
+
+const DROPPED: [f64; 5] = [1.1, 0.4, 9.81, 0.3, 0.07];
+
+impl ParametricMechanism for Dropped {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[2]);
+        let bar = m.body("bar", b[0], b[4], Pose { x: b[1], y: zero, theta: zero });
+        let ground = m.ground();
+        let hinge = m.revolute("hinge", ground.origin(), bar.at(-b[1], zero));
+        let angle = m.coordinate_sensor("angle", ground.theta, bar.theta);
+        let turned = m.measure(angle, "position")?;
+        let limit = m.sensor("limit", ground.at(b[3], zero));
+        let limit = m.measure(limit, "x")?;
+        m.when("release", Linear(vec![-1.0, -1.0], 0.0), &[turned, limit], &[Action::Deactivate(hinge)])?;
+        outputs(&mut m, bar.x)?;
+        Ok(m)
+    }
+}
+
+#[test]
+fn adjoint_derivatives_include_constraints_that_are_linear_until_they_let_go() {
+    check_adjoint_by(&all_settings(), ("dropped bar", 1e-8), &Dropped, &DROPPED, &[0.1, 0.25, 0.5]);
+}
