@@ -43,14 +43,16 @@ impl Tree {
     /// Chooses the signs of Euler parameters so that [`Self::place`] gives those of the consistent `state`.
     pub fn choose_signs(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) {
         let (parameters, y) = (self.parameters(mechanism), self.joint_state(mechanism, state));
-        for k in 0..self.space.nodes.len() {
-            let (mut placed, mut geometry) = (state.clone(), TreeGeometry::new(self));
-            self.place(&parameters, &y, &mut placed, &mut geometry);
-            let node = &mut self.space.nodes[k];
+        let (mut placed, mut geometry) = (state.clone(), TreeGeometry::new(self));
+        self.place(&parameters, &y, &mut placed, &mut geometry);
+        let mut signs = Vec::with_capacity(self.space.nodes.len());
+        for node in &mut self.space.nodes {
             let [.., a, b, c, d] = node.coordinates;
-            if [a, b, c, d].into_iter().map(|i| placed.q[i] * state.q[i]).sum::<f64>() < 0.0 {
-                node.e_sign = -node.e_sign;
-            }
+            let product: f64 = [a, b, c, d].into_iter().map(|i| placed.q[i] * state.q[i]).sum();
+            let sign = if product < 0.0 { -1.0 } else { 1.0 };
+            // A body follows the sign of its parent.
+            node.e_sign = sign * node.parent_node.map_or(1.0, |parent| signs[parent]);
+            signs.push(sign);
         }
     }
 
@@ -114,9 +116,10 @@ impl Tree {
                     state.v[ct] = spin;
                 }
             }
-            levers.base = rotated(rotation.sin_cos(), parameters.parent);
+            levers.rotations = [rotation.sin_cos(), state.q[ct].sin_cos()];
+            levers.base = rotated(levers.rotations[0], parameters.parent);
             levers.parent = levers.base;
-            levers.child = rotated(state.q[ct].sin_cos(), parameters.child);
+            levers.child = rotated(levers.rotations[1], parameters.child);
             let mut slide = [T::from(0.0); 2];
             if node.joint == Joint::Prismatic {
                 let (sin, cos) = (state.q[node.first_body()[2]] + parameters.line).sin_cos();

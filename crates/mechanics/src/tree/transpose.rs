@@ -98,7 +98,7 @@ fn transpose_joint(
 ) -> [f64; 2] {
     let ([px, py, pt], [cx, cy, ct]) = (node.parent, node.coordinates);
     let State { q, v, a, .. } = x.state;
-    let Levers { base, parent, child, axis } = x.geometry.levers[k];
+    let Levers { base, parent, child, axis, .. } = x.geometry.levers[k];
     // Derivatives with respect to position, velocity and acceleration of the body, and to its virtual displacement.
     let [by_q, by_v, by_a] = [&bodies.q, &bodies.v, &bodies.a].map(|bar| [bar[cx], bar[cy]]);
     let by_psi = [x.wrenches[cx], x.wrenches[cy]];

@@ -51,13 +51,13 @@ impl Tolerance {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Coordinates {
-    /// Relative coordinates where they are possible and replace constraints, otherwise absolute ones.
+    /// Relative coordinates for open chains and trees, otherwise absolute ones.
     #[default]
     Automatic,
     /// Position and rotation of every body, with constraints.
     Absolute,
-    /// Joint angles and displacements. An error names the part of a mechanism that they do not support: loops, beams, contacts,
-    /// events, other constraints.
+    /// Joint angles and displacements. Joints that close loops, and other constraints, are cut: they remain constraints. An error names
+    /// the part of a mechanism that is not supported: beams, contacts, events.
     Relative,
 }
 

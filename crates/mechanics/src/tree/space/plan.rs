@@ -120,6 +120,8 @@ pub(crate) struct Space {
     pub quaternions: Vec<usize>,
     /// Number of joint coordinates.
     pub count: usize,
+    /// Elements with constraints that the trees do not contain.
+    pub cuts: Vec<usize>,
 }
 
 impl Space {
@@ -131,7 +133,7 @@ impl Space {
     pub fn new(mechanism: &Mechanism<f64>, first: usize) -> Result<Self> {
         let mut plan = Plan3::new(mechanism, first)?;
         plan.attach_all()?;
-        let Plan3 { nodes, numbers, reached, .. } = plan;
+        let Plan3 { nodes, numbers, reached, cuts, .. } = plan;
         let quaternions = nodes.iter().filter_map(Node3::quaternion).collect();
         let count = nodes.iter().map(Node3::count).sum();
         let by_translations: BTreeMap<[usize; 3], usize> =
@@ -141,7 +143,7 @@ impl Space {
             Some((k, reached[*body].flatten()?))
         };
         let bodies = mechanism.elements.iter().enumerate().filter_map(node_of).collect();
-        Ok(Self { nodes, bodies, quaternions, count })
+        Ok(Self { nodes, bodies, quaternions, count, cuts })
     }
 
     /// The markers of all joints.
@@ -249,6 +251,8 @@ struct Plan3<'m> {
     reached: Vec<Option<Option<usize>>>,
     /// Joint coordinates of planar bodies.
     first: usize,
+    /// Elements with constraints that the trees do not contain.
+    cuts: Vec<usize>,
 }
 
 impl<'m> Plan3<'m> {
@@ -262,7 +266,7 @@ impl<'m> Plan3<'m> {
                 bodies.len() - 1
             })
         };
-        let mut edges: Vec<Edge> = Vec::new();
+        let (mut edges, mut cuts): (Vec<Edge>, _) = (Vec::new(), Vec::new());
         for (element, instance) in mechanism.elements.iter().enumerate() {
             let is_rigid = instance.element.descriptor().is_some_and(|own| std::ptr::eq(own, &rigid_body3::DESCRIPTOR));
             if is_rigid || is_normalization(instance) {
@@ -282,6 +286,10 @@ impl<'m> Plan3<'m> {
             let slot = |edge: &Edge| edge.joint.axes().iter().position(|own| *own == axis);
             let found = edges.iter_mut().filter(fits).find_map(|edge| slot(edge).map(|slot| (edge, slot)));
             let Some((edge, slot)) = found else {
+                if mechanism.coordinates[instance.coordinates[14]].motion.is_some() {
+                    cuts.push(element);
+                    continue;
+                }
                 let why =
                     "it is no coordinate of a joint of the tree: no joint has its two markers and such a coordinate";
                 return Err(unsupported(&instance.name, why));
@@ -293,7 +301,7 @@ impl<'m> Plan3<'m> {
             edge.bodies.iter().for_each(|&body| edges_of[body].push(k));
         }
         let reached = vec![None; bodies.len()];
-        let mut plan = Self { mechanism, bodies, numbers, edges, edges_of, nodes: Vec::new(), reached, first };
+        let mut plan = Self { mechanism, bodies, numbers, edges, edges_of, nodes: Vec::new(), reached, first, cuts };
         plan.add_points();
         plan.check_rotations()?;
         Ok(plan)
@@ -354,11 +362,11 @@ impl<'m> Plan3<'m> {
         }
         // Of the free bodies, those with prescribed coordinates cannot hang on others.
         let (guided, others): (Vec<usize>, _) = all.partition(|&body| self.moves(body) != [true; 3]);
-        let mut used = vec![false; self.edges.len()];
+        let mut used = self.closing_edges()?;
         self.attach_from(&mut queue, &mut used)?;
         for body in guided.into_iter().chain(others) {
             if self.reached[body].is_none() {
-                self.push(body, None)?;
+                self.push(body);
                 queue.push_back(body);
                 self.attach_from(&mut queue, &mut used)?;
             }
@@ -366,7 +374,52 @@ impl<'m> Plan3<'m> {
         Ok(())
     }
 
-    /// Attaches all bodies that hang on those in the queue.
+    /// Cuts joints so that no loops of bodies are left. Returns for each joint whether it is cut.
+    ///
+    /// Joints with coordinates of the mechanism are cut last, then those with many constraint equations.
+    fn closing_edges(&mut self) -> Result<Vec<bool>> {
+        let mut parts: Vec<usize> = (0..self.bodies.len()).collect();
+        let is_held = |body: &usize| self.moves(*body) == [false; 3] && !self.turns(*body);
+        let held: Vec<usize> = (0..self.bodies.len()).filter(is_held).collect();
+        held.iter().for_each(|&body| parts[body] = held[0]);
+        let mut order: Vec<usize> = (0..self.edges.len()).collect();
+        let is_free = |edge: &Edge| {
+            let coordinate = |element: usize| self.mechanism.elements[element].coordinates[14];
+            edge.coordinates.iter().any(|(element, _)| self.is_unknown(coordinate(*element)))
+        };
+        order.sort_by_key(|&k| {
+            let edge = &self.edges[k];
+            (!is_free(edge), edge.coordinates.is_empty(), std::cmp::Reverse(edge.rows.len()), k)
+        });
+        let mut used = vec![false; self.edges.len()];
+        for k in order {
+            let [a, b] = self.edges[k].bodies.map(|body| parts[body]);
+            if a == b {
+                used[k] = true;
+                self.cut(k)?;
+            } else {
+                parts.iter_mut().filter(|part| **part == b).for_each(|part| *part = a);
+            }
+        }
+        Ok(used)
+    }
+
+    /// Cuts a joint: its equations remain constraints, and so do prescribed motions of its coordinates.
+    fn cut(&mut self, k: usize) -> Result<()> {
+        let edge = &self.edges[k];
+        self.cuts.push(edge.element);
+        for &(definition, _) in &edge.coordinates {
+            let instance = &self.mechanism.elements[definition];
+            if self.is_unknown(instance.coordinates[14]) {
+                let why = "it is the coordinate of a joint that closes a loop";
+                return Err(unsupported(&instance.name, why));
+            }
+            self.cuts.push(definition);
+        }
+        Ok(())
+    }
+
+    /// Attaches all bodies that hang on those in the queue. Joints that would move a prescribed coordinate are cut.
     fn attach_from(&mut self, queue: &mut VecDeque<usize>, used: &mut [bool]) -> Result<()> {
         while let Some(parent) = queue.pop_front() {
             for k in self.edges_of[parent].clone() {
@@ -375,71 +428,78 @@ impl<'m> Plan3<'m> {
                 }
                 let bodies = self.edges[k].bodies;
                 let child = if bodies[0] == parent { bodies[1] } else { bodies[0] };
-                if self.reached[child].is_some() {
-                    let why = "it closes a loop of bodies, and relative coordinates are for open chains and trees";
-                    return Err(unsupported(&self.mechanism.elements[self.edges[k].element].name, why));
+                let joint = match (self.moves(child), self.turns(child), self.edges[k].joint) {
+                    ([true, true, true], true, joint) => Some(joint),
+                    ([true, true, true], false, Joint3::Spherical) => Some(Joint3::Pin),
+                    _ => None,
+                };
+                match joint.filter(|_| self.reached[child].is_none()) {
+                    Some(joint) => {
+                        self.push_joint(child, parent, k, joint)?;
+                        queue.push_back(child);
+                    }
+                    None => self.cut(k)?,
                 }
-                self.push(child, Some((parent, k)))?;
-                queue.push_back(child);
             }
         }
         Ok(())
     }
 
-    /// Adds `body`, which hangs on a parent by a joint, or is free.
-    fn push(&mut self, body: usize, on: Option<(usize, usize)>) -> Result<()> {
-        let first = self.nodes.last().map_or(self.first, |node| node.first + node.count());
+    /// Adds the free `body`.
+    fn push(&mut self, body: usize) {
+        let node = self.free_node(body);
+        self.reached[body] = Some(Some(self.nodes.len()));
+        self.nodes.push(node);
+    }
+
+    fn free_node(&self, body: usize) -> Node3 {
         let coordinates = self.bodies[body];
-        let mut node = Node3 {
+        Node3 {
             coordinates,
             parent: coordinates,
             parent_node: None,
             joint: Joint3::Free { moves: self.moves(body), turns: self.turns(body) },
             element: None,
             is_reversed: false,
-            first,
+            first: self.nodes.last().map_or(self.first, |node| node.first + node.count()),
             slots: Vec::new(),
             attached: Vec::new(),
             rows: &[],
             first_multiplier: 0,
             e_sign: 1.0,
-        };
-        if let Some((parent, k)) = on {
-            let edge = &self.edges[k];
-            let element = &self.mechanism.elements[edge.element];
-            node.joint = match (self.moves(body), self.turns(body), edge.joint) {
-                ([true, true, true], true, joint) => joint,
-                ([true, true, true], false, Joint3::Spherical) => Joint3::Pin,
-                _ => {
-                    let why = "it holds a body with a prescribed coordinate, which it would move";
-                    return Err(unsupported(&element.name, why));
+        }
+    }
+
+    /// Adds `body`, which hangs on `parent` by joint number `k`.
+    fn push_joint(&mut self, body: usize, parent: usize, k: usize, joint: Joint3) -> Result<()> {
+        let mut node = self.free_node(body);
+        let edge = &self.edges[k];
+        let element = &self.mechanism.elements[edge.element];
+        node.joint = joint;
+        node.parent = self.bodies[parent];
+        node.parent_node = self.reached[parent].flatten();
+        node.element = Some(edge.element);
+        node.is_reversed = edge.bodies[0] == body;
+        node.rows = edge.rows;
+        node.first_multiplier = element.first_multiplier;
+        let mut prescribed = vec![None; joint.axes().len()];
+        for &(definition, slot) in &edge.coordinates {
+            let definition = &self.mechanism.elements[definition];
+            let coordinate = definition.coordinates[14];
+            let has_others = edge.coordinates.iter().filter(|(_, other)| *other == slot).count() > 1;
+            if !self.is_unknown(coordinate) {
+                if has_others {
+                    let why = "it is prescribed, and the same angle or displacement is a second coordinate";
+                    return Err(unsupported(&definition.name, why));
                 }
-            };
-            node.parent = self.bodies[parent];
-            node.parent_node = self.reached[parent].flatten();
-            node.element = Some(edge.element);
-            node.is_reversed = edge.bodies[0] == body;
-            node.rows = edge.rows;
-            node.first_multiplier = element.first_multiplier;
-            let mut prescribed = vec![None; node.joint.axes().len()];
-            for &(definition, slot) in &edge.coordinates {
-                let definition = &self.mechanism.elements[definition];
-                let coordinate = definition.coordinates[14];
-                let has_others = edge.coordinates.iter().filter(|(_, other)| *other == slot).count() > 1;
-                if !self.is_unknown(coordinate) {
-                    if has_others {
-                        let why = "it is prescribed, and the same angle or displacement is a second coordinate";
-                        return Err(unsupported(&definition.name, why));
-                    }
-                    prescribed[slot] = Some(coordinate);
-                }
-                node.attached.push(Attached { coordinate, slot, multiplier: definition.first_multiplier });
+                prescribed[slot] = Some(coordinate);
             }
-            let mut next = first;
-            for prescribed in prescribed {
-                node.slots.push(prescribed.map_or(Slot::Free(next), Slot::Prescribed));
-                next += usize::from(prescribed.is_none());
-            }
+            node.attached.push(Attached { coordinate, slot, multiplier: definition.first_multiplier });
+        }
+        let mut next = node.first;
+        for prescribed in prescribed {
+            node.slots.push(prescribed.map_or(Slot::Free(next), Slot::Prescribed));
+            next += usize::from(prescribed.is_none());
         }
         self.reached[body] = Some(Some(self.nodes.len()));
         self.nodes.push(node);
