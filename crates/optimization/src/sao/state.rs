@@ -124,6 +124,9 @@ pub struct Confirmation {
     pub violation: f64,
     /// Change of the objective over the run, relative to which a difference of the objective is judged.
     pub unit: f64,
+    /// True if the run ends at the design that was found, as it is better.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_adopted: bool,
 }
 
 impl State {

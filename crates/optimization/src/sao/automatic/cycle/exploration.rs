@@ -300,7 +300,7 @@ impl Situation<'_> {
     /// A step of some variables in a generic direction, by this part of the lengths.
     pub(super) fn displacement(&self, size: f64, is_moved: impl Fn(usize) -> bool) -> Proposal {
         let region = self.sides(&self.units.lengths);
-        let tries = self.memory.stationary.len() + self.memory.rejections;
+        let tries = self.memory.left.len() + self.memory.rejections;
         let design: Vec<f64> = (0..self.n())
             .map(|j| {
                 if !is_moved(j) {
