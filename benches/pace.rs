@@ -1,4 +1,4 @@
-//! Cost of a cycle early and late in a run of a hundred thousand: `cargo bench --bench pace`.
+//! Cost of a cycle early and late in a run of a hundred thousand: `cargo bench --bench pace`; `CYCLES` sets another number.
 //!
 //! The analysis is a formula, and the steps go on beyond convergence. Screening, approximation, subproblem and history remain.
 
@@ -10,8 +10,12 @@ use linkwright::cases::impact_absorber;
 use linkwright::sao::preset;
 
 /// Cycles that are measured, early and late.
-const MEASURED: usize = 2_000;
+const MEASURED: usize = 1_000;
 const CYCLES: usize = 100_000;
+
+fn cycles() -> usize {
+    std::env::var("CYCLES").ok().and_then(|n| n.parse().ok()).unwrap_or(CYCLES)
+}
 
 fn main() {
     println!("{:<12}{:>22}{:>22}{:>10}", "method", "µs per cycle early", "µs per cycle late", "ratio");
@@ -20,7 +24,7 @@ fn main() {
         let method = (preset(name).expect("it is a preset").method)();
         let mut state = method.start(&problem).expect("the start can be analysed");
         let mut times = [0.0; 2];
-        while state.history.len() < CYCLES {
+        while state.history.len() < cycles() {
             let begun = cpu();
             for _ in 0..MEASURED {
                 state = method.step(&problem, state).expect("a step can be made");
