@@ -60,7 +60,7 @@ value = "back - limit"
 at_most = "0 mm"
 scale = "10 mm"
 from = "-41 mm"
-to = "6 cm"
+to = "6.1 cm"
 "#;
 
 #[test]
@@ -115,13 +115,12 @@ const MISTAKES: &[[&str; 3]] = &[
     ["asin(lift/length)", "asin(time/length)", "this file, whose [sweep] is over `lift`"],
     ["asin(lift/length)", "asin(lif/length)", "did you mean `lift`"],
     ["asin(lift/length)", "asin(lift + 1 s)", "cannot be added"],
-    ["asin(lift/length)", "lift", "an angle"],
-    ["tip.y - lift", "tip.theta - lift", "cannot be added or compared"],
+    ["tip.y - lift", "tip.vx - lift", "cannot be added or compared"],
     ["from = \"-80 mm\"", "from = \"-80 deg\"", "`from` takes a value in m"],
     ["from = \"-80 mm\"", "from = \"-80 mm\"\nunit = \"deg\"", "`unit` is an angle, and the points are a length"],
     ["from = \"-80 mm\"", "from = \"90 mm\"", "must be after the first one"],
     ["to = \"80 mm\"\npoints", "to = \"80 mm\"\nat = [1]\npoints", "exclude each other"],
-    ["to = \"6 cm\"", "to = \"6 s\"", "`to` takes a value in m"],
+    ["to = \"6.1 cm\"", "to = \"6 s\"", "`to` takes a value in m"],
     ["kind = \"kinematics\"", "kind = \"dynamics\"", "a motion over time needs [time]"],
     ["[analysis]", "[time]\nto = 1\npoints = 2\n[analysis]", "[time] and [sweep] exclude each other"],
 ];
