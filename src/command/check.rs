@@ -3,8 +3,7 @@
 use super::budget::Budget;
 use super::folder::OutputFolder;
 use super::model::{At, Settings, design, is_file, located};
-use super::optimize::Digits;
-use super::output::say;
+use super::output::{Digits, say};
 use clap::Args;
 use linkwright::Error;
 use linkwright::cases::find;

@@ -3,6 +3,7 @@
 //! `files.json` lists the files that linkwright wrote into a folder. Only these are replaced; other files of the same name belong
 //! to somebody else.
 
+use super::output::results;
 use anyhow::{Context, bail};
 use linkwright::report::figure::Figure;
 use linkwright::storage::{Directory, Entry};
@@ -122,6 +123,12 @@ impl OutputFolder {
 /// Opens a folder; creates it and its parents if they are missing.
 pub fn create(path: &Path) -> anyhow::Result<Directory> {
     Directory::create(path).with_context(|| format!("cannot make the folder {}", path.display()))
+}
+
+/// The path of a run, given as path or as name in the folder of results.
+pub fn stored(folder: &Path) -> PathBuf {
+    let among = results().join(folder);
+    if !folder.exists() && among.exists() { among } else { folder.to_owned() }
 }
 
 /// The folder of a name in the default folder of results. A link of that name is not followed.

@@ -5,16 +5,14 @@ use super::budget::Budget;
 use super::database::WarmStart;
 use super::folder;
 use super::model::{Edits, Start, located, model_file, parsed};
-use super::output::{ClosedOutput, complain, results};
+use super::output::{ClosedOutput, Digits, complain, results};
 use super::progress::{Progress, RunningTime, Show};
 use super::report::write_report;
 use super::run_directory::{MODEL, Occupied, RunDirectory, RunRecord, fingerprint};
-use super::runs;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
-use linkwright::report::number;
 use linkwright::sao::{State, Status};
 use linkwright::storage::Directory;
 use std::path::{Path, PathBuf};
@@ -92,21 +90,6 @@ pub struct Shown {
     quiet: bool,
     #[command(flatten)]
     digits: Digits,
-}
-
-/// The number of significant digits on the terminal.
-#[derive(Args)]
-pub struct Digits {
-    /// Significant digits of the numbers
-    #[arg(long, value_name = "N", default_value_t = number::DIGITS as u16, value_parser = clap::value_parser!(u16).range(1..=17))]
-    digits: u16,
-}
-
-impl Digits {
-    /// The number.
-    pub fn count(&self) -> usize {
-        usize::from(self.digits)
-    }
 }
 
 impl Optimize {
@@ -238,7 +221,7 @@ pub fn next_folder(model: &Model, text: &str, file: &Path) -> anyhow::Result<Run
 
 impl Resume {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
-        let path = runs::named(&self.folder);
+        let path = folder::stored(&self.folder);
         let directory = Directory::open(&path).with_context(|| format!("{} has no run in it", path.display()))?;
         if self.file.is_none() && self.edits.is_empty() {
             return Self::in_directory(directory, self.previous, Some(&self.budget), &self.shown);

@@ -1,6 +1,7 @@
-//! Standard output and standard error, dates and durations.
+//! Standard output and standard error, digits of numbers, dates and durations.
 
 use anyhow::Context;
+use linkwright::report::number;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -29,6 +30,21 @@ pub fn complain(text: &str) {
 pub fn warn(warnings: &[String]) {
     for warning in warnings {
         complain(&format!("Warning: {warning}"));
+    }
+}
+
+/// The number of significant digits on the terminal.
+#[derive(clap::Args)]
+pub struct Digits {
+    /// Significant digits of the numbers
+    #[arg(long, value_name = "N", default_value_t = number::DIGITS as u16, value_parser = clap::value_parser!(u16).range(1..=17))]
+    pub digits: u16,
+}
+
+impl Digits {
+    /// The number.
+    pub fn count(&self) -> usize {
+        usize::from(self.digits)
     }
 }
 

@@ -67,9 +67,9 @@ pub struct Report {
 
 impl Report {
     pub fn run(&self) -> anyhow::Result<()> {
-        let folder = super::runs::named(&self.folder);
+        let folder = super::folder::stored(&self.folder);
         if let Some(other) = &self.other {
-            return self.compare(&folder, &super::runs::named(other));
+            return self.compare(&folder, &super::folder::stored(other));
         }
         let place = write_report(&folder, self.slice, !self.page_only, self.out.as_deref(), self.show())?;
         self.tell(&place)

@@ -3,52 +3,13 @@
 //! Their texts are attached to the text of the model, each after a line with its name. So a model is one text, whatever it consists of: it is
 //! stored with a run, hashed and edited as one. Only [`with_files`] opens files.
 
+use super::text_parts::{Attached, MARK, split};
 use super::{Diagnostic, DiagnosticReport, limits};
 use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Component, Path};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-
-/// The line before an attached text begins with this, and ends with its name.
-const MARK: &str = "#@ file ";
-
-/// An attached text.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Attached<'a> {
-    /// Its path, relative to the folder of the model.
-    pub name: &'a str,
-    /// Its bytes in the whole text.
-    pub span: Range<usize>,
-}
-
-/// The end of the model's own text, and the texts attached to it.
-pub fn split(text: &str) -> (usize, Vec<Attached<'_>>) {
-    let mut found: Vec<Attached<'_>> = vec![];
-    let (mut own, mut at) = (None, 0);
-    for line in text.split_inclusive('\n') {
-        if let Some(name) = line.strip_prefix(MARK) {
-            own.get_or_insert(at);
-            if let Some(last) = found.last_mut() {
-                last.span.end = at;
-            }
-            let begin = at + line.len();
-            found.push(Attached { name: name.trim(), span: begin..text.len() });
-        }
-        at += line.len();
-    }
-    (own.unwrap_or(text.len()), found)
-}
-
-/// The part of a text with these bytes: its name, `None` for the model's own text, and its bytes.
-pub fn part_at(text: &str, byte: usize) -> (Option<&str>, Range<usize>) {
-    let (own, attached) = split(text);
-    let is_there = |part: &&Attached<'_>| byte >= part.span.start && byte <= part.span.end;
-    match attached.iter().rfind(is_there) {
-        Some(part) if byte >= own => (Some(part.name), part.span.clone()),
-        _ => (None, 0..own),
-    }
-}
 
 /// Attaches the files that a model names, from its folder.
 ///

@@ -1,6 +1,6 @@
 //! Diagnostics of a model file: their content, collection and display.
 
-use super::{attached, limits};
+use super::{limits, text_parts};
 use crate::Error;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet, normalize_untrusted_str};
 use std::cell::{Cell, RefCell};
@@ -165,7 +165,7 @@ impl DiagnosticReport {
     fn rendered(&self, diagnostic: &Diagnostic, level: Level<'_>) -> String {
         let label = Some(diagnostic.label.as_str()).filter(|label| !label.is_empty());
         let span = self.first_line(&diagnostic.span);
-        let (name, part) = attached::part_at(&self.text, span.start);
+        let (name, part) = text_parts::part_at(&self.text, span.start);
         let own = |byte: usize| byte.clamp(part.start, part.end) - part.start;
         let underlined = AnnotationKind::Primary.span(own(span.start)..own(span.end)).label(label);
         let path = name.map_or(self.file.clone(), |name| beside(&self.file, name));

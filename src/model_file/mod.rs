@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `complete` | completion of a text at a place |
 //! | `attached` | files that a model names: `include`, tables of numbers |
+//! | `text_parts` | the parts of a text: the own text of a model, and those of attached files |
 //! | `diagnostics` | errors and notes about a file, with their locations |
 //! | [`unit`](mod@unit) | units of numbers: `120 mm` |
 //! | `settings` | the TOML of a file: parsing, all settings by their keys, the fingerprint |
@@ -49,6 +50,7 @@ pub mod expression;
 mod file;
 mod limits;
 mod settings;
+mod text_parts;
 pub mod unit;
 pub mod urdf;
 mod version;

@@ -3,7 +3,7 @@
 use super::expression::{Names, Scope, TextPlace, Tree};
 use super::file::{constant, constant_in};
 use super::unit::Unit;
-use super::{Diagnostic, DiagnosticReport, attached, limits, version};
+use super::{Diagnostic, DiagnosticReport, attached, limits, text_parts, version};
 use std::collections::BTreeMap;
 use toml::de::{DeTable, DeValue};
 
@@ -139,7 +139,7 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
             return if exists || parts.len() > 3 {
                 Err(fail(Diagnostic::new(0..0, format!("there is no `{}` in the file", path[..=depth].join(".")))))
             } else {
-                let (own, attached) = text.split_at(attached::split(text).0);
+                let (own, attached) = text.split_at(text_parts::split(text).0);
                 Ok(format!("{}\n\n[{header}]\n{} = {value}\n{attached}", own.trim_end(), written(last)))
             };
         };

@@ -1,13 +1,14 @@
 //! `linkwright compare PROBLEM`, `linkwright compare FILE` and `linkwright compare --suite SUITE`.
 
+mod shown;
 mod suite;
 
+use self::shown::Shown;
 use self::suite::{Comparison, SuiteName};
 use super::budget::Budget;
 use super::folder::OutputFolder;
 use super::model::{Settings, is_file, located};
-use super::optimize::Digits;
-use super::output::{results, say};
+use super::output::{Digits, results, say};
 use clap::Args;
 use linkwright::cases::suite::Suite;
 use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, catalogue, compare, find};
@@ -83,31 +84,6 @@ pub struct Compare {
     digits: Digits,
     #[command(flatten)]
     budget: Budget,
-}
-
-/// What is printed.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Shown {
-    /// Text with this number of significant digits.
-    Text(usize),
-    Json,
-    Nothing,
-}
-
-impl Shown {
-    /// Prints a table, as text or as a line of JSON for each row.
-    fn table(self, table: &Table) -> anyhow::Result<()> {
-        match self {
-            Self::Text(digits) => say(&table.text_with(digits)),
-            Self::Json => table.json_lines().iter().try_for_each(|line| say(line)),
-            Self::Nothing => Ok(()),
-        }
-    }
-
-    /// Prints a line that is no part of the JSON.
-    fn text(self, line: &str) -> anyhow::Result<()> {
-        if matches!(self, Self::Text(_)) { say(line) } else { Ok(()) }
-    }
 }
 
 impl Compare {

@@ -1,6 +1,6 @@
 //! `linkwright compare --suite SUITE`.
 
-use super::Shown;
+use super::shown::Shown;
 use crate::command::folder::OutputFolder;
 use anyhow::{Context, anyhow, bail};
 use linkwright::cases::suite::{Claim, Suite, SuiteRun, Transformation, Verdict, problems, run};

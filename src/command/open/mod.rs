@@ -6,6 +6,7 @@
 //! | `guard` | which requests are answered: token, host, origin, headers of all answers |
 //! | `session` | the model file, its unsaved edits, and what pages are told about them |
 //! | `optimization` | a run that is watched and steered, in its folder |
+//! | `cycles` | trial steps of a run as pages show them |
 //! | `stored` | stored runs and studies: cycles, rows, differences, notes |
 //! | `queue` | requests for analyses: the newest of each page counts, a running one can be stopped |
 //! | `worker` | the process that analyses, so that an analysis can be stopped at any moment |
@@ -13,6 +14,7 @@
 //! | `page/` | the page itself: HTML, style and scripts, without a build step and without a network |
 
 mod analysis;
+mod cycles;
 mod guard;
 mod optimization;
 mod queue;

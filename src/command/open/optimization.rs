@@ -6,13 +6,13 @@
 use super::super::model::{located, with_program};
 use super::super::optimize;
 use super::super::run_directory::{Change, RunDirectory};
+use super::cycles::{cycles, own};
 use super::guard::message;
 use super::stored;
 use anyhow::{Context, bail, ensure};
 use linkwright::model_file::{Model, read, with_setting};
 use linkwright::problem::Problem;
-use linkwright::report::outcome;
-use linkwright::sao::{Cycle, State, Status, presets};
+use linkwright::sao::{State, Status, presets};
 use linkwright::storage::Directory;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -366,25 +366,4 @@ impl SteeredRun {
             "can_go_back": !self.earlier.is_empty(),
         })
     }
-}
-
-/// The values of the variables that the model states: all but the bound of a peak.
-fn own(problem: &Problem, values: &[f64]) -> Vec<f64> {
-    let bound = problem.objective.peak().map(|peak| peak.variable);
-    values.iter().enumerate().filter(|(k, _)| Some(*k) != bound).map(|(_, v)| *v).collect()
-}
-
-/// The trial steps of a run as pages show them.
-pub fn cycles(problem: &Problem, state: &State) -> Vec<Value> {
-    let one = |(k, cycle): (usize, &Cycle)| {
-        json!({
-            "cycle": cycle.cycle, "accepted": cycle.accepted, "design": own(problem, &cycle.design),
-            "objective": outcome::objective_of_step(problem, state, k).ok(),
-            "predicted": outcome::predicted_objective(problem, cycle),
-            "violation": cycle.violation_pct,
-            "objective_error": cycle.objective_error_pct, "constraint_error": cycle.constraint_error_pct,
-            "retained": cycle.retained.len(), "active": cycle.active.len(), "failure": cycle.failure,
-        })
-    };
-    state.history.iter().enumerate().map(one).collect()
 }

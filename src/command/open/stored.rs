@@ -4,7 +4,7 @@ use super::super::output::results;
 use super::super::run_directory::RunDirectory;
 use super::super::runs::{self, RunComparison, RunEntry};
 use super::super::study::stored_study;
-use super::optimization::cycles;
+use super::cycles::cycles;
 use anyhow::{Context, ensure};
 use linkwright::model_file::settings;
 use linkwright::storage::Directory;

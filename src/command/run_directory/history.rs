@@ -10,12 +10,11 @@
 //! A line is flushed to disk before the state that refers to it. The state names the part of the file up to its last cycle: length
 //! and hash. When a run continues, lines of cycles after that part are removed; these cycles are computed again, with the same bits.
 
-use super::explained;
-use super::records::{Edit, RunRecord, Summary, Versions, cycle_line};
+use super::records::{Edit, Prefix, RunRecord, Summary, Versions, cycle_line};
 use anyhow::{Context, bail};
 use linkwright::sao::{Cycle, State};
 use linkwright::storage::{Appender, Directory, Fnv1a};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
@@ -23,17 +22,6 @@ use std::path::{Path, PathBuf};
 pub const HISTORY: &str = "history.jsonl";
 /// Largest length of a line in bytes.
 const LINE: usize = 1 << 30;
-
-/// The part of the history up to the last cycle of a state.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Prefix {
-    /// Number of its cycles.
-    pub cycles: usize,
-    /// Its length.
-    pub bytes: u64,
-    /// FNV-1a hash of its bytes, in hexadecimal.
-    pub hash: String,
-}
 
 /// A history that was read.
 #[derive(Default)]
@@ -218,4 +206,16 @@ impl HistoryFile {
         let written = self.file.append(&bytes).and_then(|()| self.file.flush());
         explained(&self.place, written)
     }
+}
+
+/// Adds to an error the file and what to do.
+pub fn explained<T>(place: &Path, done: std::io::Result<T>) -> anyhow::Result<T> {
+    done.with_context(|| {
+        let folder: PathBuf = place.parent().unwrap_or(place).to_owned();
+        format!(
+            "cannot write {}; earlier cycles are kept: free disk space, or make the folder writable, then `linkwright resume {}`",
+            place.display(),
+            folder.display()
+        )
+    })
 }

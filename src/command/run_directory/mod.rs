@@ -24,7 +24,7 @@ use super::model::{located, parsed, with_program};
 use super::output::complain;
 use super::tables;
 use anyhow::{Context, bail};
-use history::{HISTORY, History, HistoryFile, Prefix};
+use history::{HISTORY, History, HistoryFile, explained};
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 #[cfg(feature = "database")]
@@ -33,8 +33,7 @@ use linkwright::sao::State;
 use linkwright::storage::{Appender, Directory};
 use state_file::{PREVIOUS, STATE, StoredState};
 use std::fmt;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The copy of the model.
 pub const MODEL: &str = "model.toml";
@@ -200,7 +199,7 @@ impl RunDirectory {
         };
         let Some(LastState { state, history, is_old }) = last else {
             // The start design is analysed again, and its line written again.
-            self.open_history(History::read(self.folder.directory(), Some(&Prefix::default()))?)?;
+            self.open_history(History::read(self.folder.directory(), Some(&records::Prefix::default()))?)?;
             return Ok(None);
         };
         problem.check_design(&state.design).context("the bounds exclude the last accepted design")?;
@@ -517,16 +516,4 @@ fn check_old(place: &Path, problem: &Problem, state: &State, history: &History) 
          checked; objectives and errors of earlier cycles, move limits and stored derivatives were not."
     ));
     Ok(())
-}
-
-/// Adds to an error the file and what to do.
-fn explained<T>(place: &Path, done: io::Result<T>) -> anyhow::Result<T> {
-    done.with_context(|| {
-        let folder: PathBuf = place.parent().unwrap_or(place).to_owned();
-        format!(
-            "cannot write {}; earlier cycles are kept: free disk space, or make the folder writable, then `linkwright resume {}`",
-            place.display(),
-            folder.display()
-        )
-    })
 }

@@ -1,6 +1,5 @@
 //! Records of the JSON files: `run.json`, `summary.json` and the lines of `history.jsonl`.
 
-use super::state_file;
 use crate::command::folder::RUN;
 use crate::command::output::now;
 use anyhow::{Context, bail};
@@ -15,11 +14,24 @@ use std::path::Path;
 
 /// Version of the files of a run directory.
 const VERSION: u32 = 1;
+/// Version of `state.json`. Files up to version 2 have the history in them and no checksum.
+pub const STATE_FILE_VERSION: u32 = 3;
 /// Largest sizes in bytes of `run.json`, which has the model and its edits in it, and of `summary.json`.
 const RUN_LIMIT: u64 = 256 << 20;
 const SUMMARY_LIMIT: u64 = 256 << 20;
 /// Name of the summary.
 pub const SUMMARY: &str = "summary.json";
+
+/// The part of the history up to the last cycle of a state.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Prefix {
+    /// Number of its cycles.
+    pub cycles: usize,
+    /// Its length.
+    pub bytes: u64,
+    /// FNV-1a hash of its bytes, in hexadecimal.
+    pub hash: String,
+}
 
 /// Versions of the files and of the program that wrote them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -93,7 +105,7 @@ impl RunRecord {
             versions: Versions {
                 version: VERSION,
                 program: env!("CARGO_PKG_VERSION").to_owned(),
-                state: state_file::VERSION,
+                state: STATE_FILE_VERSION,
             },
             title: model.title().to_owned(),
             begun: now()?,

@@ -4,7 +4,7 @@
 //! whole file with zeros in place of its digits. It binds the parts to each other; it does not protect against an author who computes
 //! it again.
 
-use super::history::Prefix;
+use super::records::{Prefix, STATE_FILE_VERSION};
 use anyhow::{Context, bail};
 use linkwright::sao::{STATE_VERSION, State};
 use linkwright::storage::{Directory, fnv1a};
@@ -13,8 +13,6 @@ use serde::{Deserialize, Serialize};
 /// The state after the last cycle, and the one before it.
 pub const STATE: &str = "state.json";
 pub const PREVIOUS: &str = "state-previous.json";
-/// Version of the file. Files up to version 2 have the history in them and no checksum.
-pub const VERSION: u32 = 3;
 /// Name of the hash, before its digits.
 const HASH: &str = "fnv1a64:";
 const DIGITS: usize = 16;
@@ -41,7 +39,7 @@ pub fn sealed(state: &mut State, model: &str, history: &Prefix) -> anyhow::Resul
     let checksum = format!("{HASH}{}", "0".repeat(DIGITS));
     let text = state.without_history(|state| {
         let (model, history) = (model.to_owned(), history.clone());
-        serde_json::to_string(&StateFile { version: VERSION, checksum, model, history, state })
+        serde_json::to_string(&StateFile { version: STATE_FILE_VERSION, checksum, model, history, state })
     })?;
     let digits = text.find(HASH).map_or(0, |place| place + HASH.len());
     Ok(format!("{}{:016x}{}\n", &text[..digits], fnv1a(&(text.clone() + "\n")), &text[digits + DIGITS..]))
@@ -73,7 +71,7 @@ pub fn read(directory: &Directory, name: &str, model: &str, limit: u64) -> anyho
     let shown = place.display();
     match version {
         STATE_VERSION => Ok(Some(StoredState::Old(serde_json::from_str(&text).with_context(unreadable)?))),
-        VERSION => {
+        STATE_FILE_VERSION => {
             if !is_sealed(&text) {
                 bail!("{shown} was changed or damaged: its checksum is not that of its content");
             }
@@ -85,7 +83,7 @@ pub fn read(directory: &Directory, name: &str, model: &str, limit: u64) -> anyho
             Ok(Some(StoredState::Bound(file.state, file.history)))
         }
         other => bail!(
-            "{shown} has version {other}, this program reads versions {STATE_VERSION} and {VERSION}; continue it with the release \
+            "{shown} has version {other}, this program reads versions {STATE_VERSION} and {STATE_FILE_VERSION}; continue it with the release \
              that wrote it"
         ),
     }

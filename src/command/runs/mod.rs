@@ -8,9 +8,8 @@ mod entry;
 #[cfg(feature = "database")]
 mod filter;
 
-use super::folder::OutputFolder;
-use super::optimize::Digits;
-use super::output::{results, say};
+use super::folder::{OutputFolder, stored};
+use super::output::{Digits, results, say};
 use super::run_directory::Summary;
 use anyhow::bail;
 use clap::Args;
@@ -66,7 +65,7 @@ impl Runs {
         );
         match self.folders.as_slice() {
             [_, _] if self.out.is_some() => bail!("`--out` writes a list of runs, not a comparison of two"),
-            [a, b] => self.compare(&named(a), &named(b)),
+            [a, b] => self.compare(&stored(a), &stored(b)),
             [folder] => self.list(folder, true),
             _ => self.list(&results(), false),
         }
@@ -137,12 +136,6 @@ impl Runs {
             _ => say(&comparison.text(self.digits.count())?),
         }
     }
-}
-
-/// The path of a run, given as path or as name in the folder of results.
-pub fn named(folder: &Path) -> PathBuf {
-    let among = results().join(folder);
-    if !folder.exists() && among.exists() { among } else { folder.to_owned() }
 }
 
 /// The runs and studies below a folder that must exist.

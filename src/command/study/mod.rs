@@ -8,8 +8,7 @@ pub use folder::{StudyProgress, StudyRecord};
 use super::budget::Budget;
 use super::folder::{create, in_results};
 use super::model::{Settings, located, model_file, program_folder};
-use super::optimize::Digits;
-use super::output::{ClosedOutput, brief, complain, results, say};
+use super::output::{ClosedOutput, Digits, brief, complain, results, say};
 use super::progress::Show;
 use super::run_directory::Occupied;
 use anyhow::{Context, anyhow, bail};
@@ -211,7 +210,7 @@ fn opened(
 impl Merge {
     fn run(&self) -> anyhow::Result<ExitCode> {
         let open = |path: &PathBuf| {
-            let path = super::runs::named(path);
+            let path = super::folder::stored(path);
             Directory::open(&path).with_context(|| format!("{} has no study in it", path.display()))
         };
         let parts = self.parts.iter().map(open).collect::<anyhow::Result<Vec<_>>>()?;

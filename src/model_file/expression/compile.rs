@@ -1,8 +1,8 @@
 //! Compilation of parsed expressions to operations on a stack.
 
 use super::compiled::{CompiledExpression, Operation};
-use super::dimension::Known;
 use super::function::FUNCTIONS;
+use super::known::Known;
 use super::names::{Meaning, Order};
 use super::reduction::REDUCTIONS;
 use super::table::Table;

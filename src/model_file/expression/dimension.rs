@@ -3,44 +3,13 @@
 //! A plain number may stand for a value of any unit, so nothing is known about it, and about products with it. What is known is firm where a
 //! unit is written in the file, and loose where it follows from a measure or the time: loose ones never contradict each other.
 
+use super::known::Known;
 use super::names::Meaning;
 use super::tree::{Node, Operator, Tree};
 use super::{MathFunction, Names, Scope};
 use crate::model_file::Diagnostic;
 use crate::model_file::unit::{Dimension, Unit, alternatives};
 use std::collections::HashMap;
-
-/// A dimension that is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Known {
-    /// Exponents of the base units.
-    pub dimension: Dimension,
-    /// `true` if a unit in the file says so.
-    pub is_firm: bool,
-}
-
-impl Known {
-    fn firm(dimension: Dimension) -> Option<Self> {
-        Some(Self { dimension, is_firm: true })
-    }
-
-    /// That of a measure or of the time.
-    pub fn loose(dimension: Dimension) -> Option<Self> {
-        Some(Self { dimension, is_firm: false })
-    }
-
-    /// Returns `true` for a number that no unit in the file makes one.
-    pub fn is_plain_number(self) -> bool {
-        !self.is_firm && self.dimension == Dimension::NUMBER
-    }
-
-    /// Returns `true` if two quantities can be neither added nor compared.
-    pub fn contradicts(self, other: Self) -> bool {
-        let is_plain = |known: Self| !known.is_firm && known.dimension.is_number();
-        (self.is_firm || other.is_firm)
-            && !(is_plain(self) || is_plain(other) || self.dimension.is_like(other.dimension))
-    }
-}
 
 /// The dimension of an expression, if it is known.
 pub type Inferred = Result<Option<Known>, Diagnostic>;

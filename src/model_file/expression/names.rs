@@ -1,8 +1,8 @@
 //! Names in expressions: design variables, constants and named expressions.
 
 use super::Tree;
-use super::dimension::Known;
 use super::function::FUNCTIONS;
+use super::known::Known;
 use super::table::Table;
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};

@@ -1,113 +1,14 @@
 //! The problems by name, with their optima and sources.
 
 use super::Solution::Optima;
-use super::suite::{self, Suite};
 use super::{
-    Optimum, cantilever, eight_bar_truss, impact_absorber, quadratic_forms, segmented_cantilever, slider_crank,
+    CatalogueEntry, cantilever, eight_bar_truss, impact_absorber, quadratic_forms, segmented_cantilever, slider_crank,
     ten_bar_truss, two_bar_truss, two_spheres,
 };
-use crate::problem::Problem;
-use error::{Error, Result};
 
-/// A problem with its known solution.
-#[derive(Clone, Copy, Debug)]
-#[non_exhaustive]
-pub struct CatalogueEntry {
-    /// Name on the command line: lower case with hyphens.
-    pub name: &'static str,
-    /// Description in a few words.
-    pub title: &'static str,
-    /// Author and publication.
-    pub source: &'static str,
-    /// Group of problems.
-    pub suite: Suite,
-    /// Builds the problem, start design included.
-    pub build: fn() -> Result<Problem>,
-    /// Builds the problem with another number of time points, where it has a formula for all times; its optima are those of
-    /// [`build`](Self::build).
-    pub on_points: Option<fn(usize) -> Result<Problem>>,
-    /// Known solution.
-    pub solution: Solution,
-    /// True if a constraint depends on time.
-    pub time_dependent: bool,
-    /// True if an analysis takes more than some milliseconds; `compare --all` skips such problems.
-    pub expensive: bool,
-}
-
-/// Solution of a problem: its known optima, or the reason why there are none.
-#[derive(Clone, Copy, Debug)]
-pub enum Solution {
-    /// The best one first, then local ones.
-    Optima(&'static [Optimum]),
-    /// No design is feasible.
-    Infeasible,
-    /// The objective has no lower limit in the feasible region.
-    Unbounded,
-}
-
-impl CatalogueEntry {
-    /// A cheap problem of the catalogue without time, without known optima.
-    pub const fn new(
-        name: &'static str,
-        title: &'static str,
-        source: &'static str,
-        build: fn() -> Result<Problem>,
-    ) -> Self {
-        let (suite, solution) = (Suite::Catalogue, Solution::Optima(&[]));
-        Self { name, title, source, suite, build, on_points: None, solution, time_dependent: false, expensive: false }
-    }
-
-    /// Sets the known solution.
-    #[must_use]
-    pub const fn solved_by(self, solution: Solution) -> Self {
-        Self { solution, ..self }
-    }
-
-    /// Known optima: the best one first, then local ones; empty for a problem without optimum.
-    pub const fn optima(&self) -> &'static [Optimum] {
-        match self.solution {
-            Solution::Optima(optima) => optima,
-            Solution::Infeasible | Solution::Unbounded => &[],
-        }
-    }
-
-    /// Moves the problem to another suite.
-    #[must_use]
-    pub const fn of(self, suite: Suite) -> Self {
-        Self { suite, ..self }
-    }
-
-    /// Marks a problem with constraints over time.
-    #[must_use]
-    pub const fn over_time(self) -> Self {
-        Self { time_dependent: true, ..self }
-    }
-
-    /// Adds the number of time points as a parameter.
-    #[must_use]
-    pub const fn on_points(self, build: fn(usize) -> Result<Problem>) -> Self {
-        Self { on_points: Some(build), ..self }
-    }
-
-    /// Marks a problem whose analysis takes more than some milliseconds.
-    #[must_use]
-    pub const fn expensive(self) -> Self {
-        Self { expensive: true, ..self }
-    }
-}
-
-/// The mechanisms and structures, similar ones next to each other. [`suite::problems`] lists the problems of all suites.
+/// The mechanisms and structures, similar ones next to each other. [`suite::problems`](super::suite::problems) lists the problems of all suites.
 pub fn catalogue() -> &'static [CatalogueEntry] {
     ENTRIES
-}
-
-/// Finds a problem of the catalogue or of a suite by name.
-///
-/// # Errors
-/// [`Error::Definition`] with the nearest names if there is no such problem.
-pub fn find(name: &str) -> Result<&'static CatalogueEntry> {
-    let known = || Error::unknown("problem", name, suite::problems().map(|entry| entry.name));
-    suite::problems().find(|entry| entry.name == name).ok_or_else(known)
 }
 
 const SVANBERG_1987: &str = "Svanberg, Int. J. Numer. Meth. Eng. 24 (1987) 359-373";
@@ -276,31 +177,3 @@ static ENTRIES: &[CatalogueEntry] = &[
     .over_time()
     .expensive(),
 ];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_unknown_name_is_answered_with_the_nearest_ones() {
-        assert_eq!(find("slider-crank").unwrap().name, "slider-crank");
-        let message = find("slider-krank").unwrap_err().to_string();
-        assert!(message.contains("`slider-krank`") && message.contains("try `slider-crank`"), "{message}");
-        assert!(find("comfort").unwrap_err().to_string().contains("try `impact-absorber-comfort`"));
-    }
-
-    #[test]
-    fn names_are_unique_and_entries_describe_their_problems() {
-        let mut names: Vec<&str> = suite::problems().map(|e| e.name).collect();
-        names.sort_unstable();
-        names.dedup();
-        assert_eq!(names.len(), suite::problems().count());
-        for entry in suite::problems() {
-            let problem = (entry.build)().unwrap();
-            let over_time = problem.constraints.iter().any(|c| c.quantity.is_transient());
-            assert_eq!(over_time, entry.time_dependent, "{}", entry.name);
-            let fits = |o: &Optimum| o.design.is_none_or(|d| d.len() == problem.n());
-            assert!(entry.optima().iter().all(fits), "{}", entry.name);
-        }
-    }
-}

@@ -10,6 +10,7 @@ mod catalogue;
 #[cfg(feature = "mechanics")]
 pub mod chain;
 pub mod eight_bar_truss;
+mod entry;
 #[cfg(feature = "mechanics")]
 pub mod four_bar;
 #[cfg(feature = "mechanics")]
@@ -32,9 +33,10 @@ pub mod two_spheres;
 pub mod vehicle_suspension;
 
 pub use benchmark::{AnalysisCounts, Attempt, Conclusion, attempt, attempt_with, compare};
-pub use catalogue::{CatalogueEntry, Solution, catalogue, find};
+pub use catalogue::catalogue;
+pub use entry::{CatalogueEntry, Solution, Suite};
 pub use optimum::{Optimum, Provenance};
-pub use suite::Suite;
+pub use suite::find;
 pub use truss::Truss;
 
 #[cfg(feature = "mechanics")]

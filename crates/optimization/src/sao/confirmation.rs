@@ -7,11 +7,10 @@
 //! confirmed if that leads to no better design.
 
 use super::automatic::{AcceptedPoint, Automatic, Continuation, spread};
-use super::{Cycle, Method, State, Status, Stop};
+use super::{Confirmation, Cycle, Method, State, Status, Stop};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Problem};
 use error::Result;
-use serde::{Deserialize, Serialize};
 
 /// Number of accepted designs whose derivatives are kept for a confirmation.
 const KEPT: usize = 8;
@@ -32,36 +31,6 @@ const NO_STEP: f64 = 1e-12;
 /// fraction of its change.
 const HIDDEN: f64 = 0.01;
 const UNSEEN: f64 = 0.1;
-
-/// The end of the automatic method from the design of a run that had settled.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Confirmation {
-    /// Number of trial steps of the run before it.
-    pub trials: usize,
-    /// [`Problem::fingerprint`] of the problem, whose bounds may be changed later.
-    pub fingerprint: u64,
-    /// The cycle where it began if that is not the last one: an earlier design was better.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub begun_at: Option<usize>,
-    /// Objective where the run had settled.
-    pub from: f64,
-    /// True if the design where it began is feasible by the stop test of the automatic method, to the accuracy of the run.
-    pub is_feasible: bool,
-    /// Largest violation where the run had settled, in units of its constraint.
-    pub violation_before: f64,
-    /// Analyses and sensitivity analyses that it needed.
-    pub work: [usize; 2],
-    /// How it ended.
-    pub status: Status,
-    /// The reason in words.
-    pub reason: String,
-    /// Objective at its end.
-    pub objective: f64,
-    /// Largest violation there, in the same units.
-    pub violation: f64,
-    /// Change of the objective over the run, relative to which a difference of the objective is judged.
-    pub unit: f64,
-}
 
 impl Confirmation {
     /// True if the run has done nothing since then.

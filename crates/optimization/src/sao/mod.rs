@@ -28,7 +28,6 @@ pub use automatic::{
     AcceptedPoint, Automatic, AutomaticState, Candidate, FilterEntry, Number, NumberGroup, NumberId, RejectedPoint,
     Scores,
 };
-pub use confirmation::Confirmation;
 pub use conservatism::Conservatism;
 pub use cycle::{ActiveRow, Cycle, Prediction};
 pub use filter::{Filter, FilteredConservatism};
@@ -39,7 +38,7 @@ pub use post_optimal::{Parameter, PostOptimal};
 pub use presets::{DEFAULT_PRESET, Preset, preset, presets};
 pub use region::Region;
 pub use screening::Screening;
-pub use state::{Counters, STATE_VERSION, State, Status};
+pub use state::{Confirmation, Counters, STATE_VERSION, State, Status};
 pub use stop::Stop;
 pub use trial::{Outcome, Trial};
 pub use trust_region::{FixedLimits, Merit, TrustRegion};

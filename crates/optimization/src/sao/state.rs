@@ -1,7 +1,7 @@
 //! The state of a run: one record that can be written to a file.
 
 use super::automatic::spread;
-use super::{AcceptedPoint, AutomaticState, Confirmation, Cycle, GlobalizationState, state_shape};
+use super::{AcceptedPoint, AutomaticState, Cycle, GlobalizationState};
 use crate::approximation::{CycleData, LinearizationPoint, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId, Sensitivities};
 use error::{Error, Result};
@@ -92,6 +92,36 @@ pub struct State {
     pub reason: String,
 }
 
+/// The end of the automatic method from the design of a run that had settled.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Confirmation {
+    /// Number of trial steps of the run before it.
+    pub trials: usize,
+    /// [`Problem::fingerprint`] of the problem, whose bounds may be changed later.
+    pub fingerprint: u64,
+    /// The cycle where it began if that is not the last one: an earlier design was better.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub begun_at: Option<usize>,
+    /// Objective where the run had settled.
+    pub from: f64,
+    /// True if the design where it began is feasible by the stop test of the automatic method, to the accuracy of the run.
+    pub is_feasible: bool,
+    /// Largest violation where the run had settled, in units of its constraint.
+    pub violation_before: f64,
+    /// Analyses and sensitivity analyses that it needed.
+    pub work: [usize; 2],
+    /// How it ended.
+    pub status: Status,
+    /// The reason in words.
+    pub reason: String,
+    /// Objective at its end.
+    pub objective: f64,
+    /// Largest violation there, in the same units.
+    pub violation: f64,
+    /// Change of the objective over the run, relative to which a difference of the objective is judged.
+    pub unit: f64,
+}
+
 impl State {
     /// The state as JSON; every number reads back with the same bits.
     pub fn to_json(&self) -> String {
@@ -136,7 +166,7 @@ impl State {
         check_version(self.version)?;
         self.history = history.unwrap_or(self.history);
         (self.fingerprint, self.problem) = (problem.fingerprint(), problem.name.clone());
-        state_shape::check(&self, problem)?;
+        self.check_shape(problem)?;
         Ok(self)
     }
 
@@ -147,7 +177,7 @@ impl State {
             let why = format!("it belongs to another problem (`{}`, here `{}`)", self.problem, problem.name);
             return Err(fault(why, "continue it with the problem, bounds and limits that it was written with"));
         }
-        state_shape::check(self, problem)
+        self.check_shape(problem)
     }
 
     /// Writes the state to a file atomically: a temporary file is written and then renamed.

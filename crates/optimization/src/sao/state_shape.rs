@@ -9,8 +9,14 @@ use nalgebra::DMatrix;
 /// Largest number of analyses and iterations; far beyond any run, far from the largest number that can be stored.
 const MOST: usize = usize::MAX / 1024;
 
-/// Rejects a state whose parts do not have the shape of the problem, or contradict each other.
-pub(super) fn check(state: &State, problem: &Problem) -> Result<()> {
+impl State {
+    /// Rejects a state whose parts do not have the shape of the problem, or contradict each other.
+    pub(super) fn check_shape(&self, problem: &Problem) -> Result<()> {
+        check(self, problem)
+    }
+}
+
+fn check(state: &State, problem: &Problem) -> Result<()> {
     let n = problem.n();
     Error::check_length("design of the state", n, state.design.len())?;
     let Counters { analyses, sensitivity_analyses, subproblem_iterations } = state.counters;

@@ -1,5 +1,6 @@
 //! Files of one folder, each by its name alone.
 
+use super::entry::Entry;
 use super::{split, system};
 use std::collections::hash_map::RandomState;
 use std::fs::{File, TryLockError};
@@ -29,19 +30,6 @@ pub enum Operation {
 
 /// A function that sees every operation with the name of its file, and may return the error with which it fails.
 pub type Watch = Arc<dyn Fn(Operation, &str) -> io::Result<()> + Send + Sync>;
-
-/// Kind of an entry of a folder. Links are not followed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Entry {
-    /// A regular file.
-    File,
-    /// A folder.
-    Folder,
-    /// A symbolic link.
-    Link,
-    /// A device, a pipe, a socket.
-    Special,
-}
 
 /// A folder that was opened once; files are reached by their names in it.
 ///
@@ -96,7 +84,7 @@ impl Directory {
         self.before(Operation::Create, name)?;
         let handle = match self.entry(name)? {
             Some(Entry::Folder) => system::open_subfolder(&self.handle, name),
-            Some(other) => Err(unsuitable(other)),
+            Some(other) => Err(other.unsuitable()),
             None => system::make_folder(&self.handle, name).and_then(|()| system::open_subfolder(&self.handle, name)),
         }?;
         Ok(Self { path: self.path.join(name), handle: Arc::new(handle), watch: self.watch.clone() })
@@ -354,26 +342,14 @@ fn regular(file: File) -> io::Result<File> {
     if kind.is_file() {
         return Ok(file);
     }
-    Err(unsuitable(if kind.is_dir() { Entry::Folder } else { Entry::Special }))
-}
-
-fn unsuitable(entry: Entry) -> io::Error {
-    io::Error::new(
-        io::ErrorKind::InvalidInput,
-        match entry {
-            Entry::File => "it is a file, not a folder",
-            Entry::Folder => "it is a folder, not a file",
-            Entry::Link => "it is a symbolic link, and links are not followed here; remove it",
-            Entry::Special => "it is not a regular file",
-        },
-    )
+    Err(if kind.is_dir() { Entry::Folder } else { Entry::Special }.unsuitable())
 }
 
 fn absent_is_none<T>(result: io::Result<T>) -> io::Result<Option<T>> {
     match result {
         Ok(value) => Ok(Some(value)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(if system::is_link_error(&error) { unsuitable(Entry::Link) } else { error }),
+        Err(error) => Err(if system::is_link_error(&error) { Entry::Link.unsuitable() } else { error }),
     }
 }
 

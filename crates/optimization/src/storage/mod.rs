@@ -3,15 +3,18 @@
 //! | file | content |
 //! |---|---|
 //! | `directory` | [`Directory`]: files of a folder, without following links; temporary names; bounded reads |
+//! | `entry` | [`Entry`]: kinds of entries of a folder |
 //! | `system` | the calls of the operating system |
 //! | `matrix` | matrices from a file, with checked sizes |
 
 mod directory;
+mod entry;
 pub(crate) mod matrix;
 #[cfg_attr(not(unix), path = "system_any.rs")]
 mod system;
 
-pub use directory::{Appender, Directory, Entry, Lock, Operation, Watch, read_file};
+pub use directory::{Appender, Directory, Lock, Operation, Watch, read_file};
+pub use entry::Entry;
 
 use std::io;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Calls of Unix systems, relative to an open folder.
 
-use super::directory::Entry;
+use super::entry::Entry;
 use rustix::fs::{AtFlags, CWD, Dir, FileType, Mode, OFlags};
 use std::fs::File;
 use std::io;
@@ -48,10 +48,7 @@ pub fn open_file(folder: &Handle, name: &str, purpose: Use) -> io::Result<File> 
     };
     let opened = rustix::fs::openat(folder, name, flags | PLAIN | OFlags::NOFOLLOW, Mode::from_raw_mode(0o666));
     let explained = |error: io::Error| match is_link_error(&error) {
-        true => io::Error::new(
-            io::ErrorKind::InvalidInput,
-            "it is a symbolic link, and links are not followed here; remove it",
-        ),
+        true => Entry::Link.unsuitable(),
         false => error,
     };
     opened.map(File::from).map_err(|error| explained(error.into()))

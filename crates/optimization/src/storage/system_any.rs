@@ -1,6 +1,6 @@
 //! Calls of the standard library, for systems without open folders. A name is checked before the call that uses it.
 
-use super::directory::Entry;
+use super::entry::Entry;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -35,10 +35,7 @@ pub fn open_path(path: &Path) -> io::Result<File> {
 
 pub fn open_file(folder: &Handle, name: &str, purpose: Use) -> io::Result<File> {
     if let Ok(Entry::Link) = entry(folder, name) {
-        return Err(io::Error::new(
-            io::ErrorKind::InvalidInput,
-            "it is a symbolic link, and links are not followed here; remove it",
-        ));
+        return Err(Entry::Link.unsuitable());
     }
     let mut options = OpenOptions::new();
     match purpose {

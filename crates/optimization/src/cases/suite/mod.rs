@@ -28,26 +28,15 @@ mod semi_infinite;
 mod statement;
 mod transformation;
 
+pub use super::Suite;
 pub use judge::{Claim, Judgement, TOLERANCE, Verdict, judge};
 pub use runs::{SuiteRun, run};
 pub use transformation::{Start, Transformation};
 
 use super::{CatalogueEntry, catalogue};
+use error::{Error, Result};
 
 const HOCK_SCHITTKOWSKI: &str = "Hock & Schittkowski, Test Examples for Nonlinear Programming Codes (1981)";
-
-/// Group of problems.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Suite {
-    /// Mechanisms and structures of the [catalogue](super::catalogue()).
-    Catalogue,
-    /// Problems of Hock & Schittkowski (1981).
-    HockSchittkowski,
-    /// Problems that mislead optimizers.
-    Adversarial,
-    /// Semi-infinite problems and Chebyshev fits on a grid of 101 points.
-    Time,
-}
 
 impl Suite {
     /// The problems of the suite; of the catalogue those with a cheap analysis.
@@ -74,10 +63,42 @@ pub fn problems() -> impl Iterator<Item = &'static CatalogueEntry> {
     catalogue().iter().chain(LISTS.into_iter().flatten())
 }
 
+/// Finds a problem of the catalogue or of a suite by name.
+///
+/// # Errors
+/// [`Error::Definition`] with the nearest names if there is no such problem.
+pub fn find(name: &str) -> Result<&'static CatalogueEntry> {
+    let known = || Error::unknown("problem", name, problems().map(|entry| entry.name));
+    problems().find(|entry| entry.name == name).ok_or_else(known)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::Solution;
+    use crate::cases::{Optimum, Solution};
+
+    #[test]
+    fn an_unknown_name_is_answered_with_the_nearest_ones() {
+        assert_eq!(find("slider-crank").unwrap().name, "slider-crank");
+        let message = find("slider-krank").unwrap_err().to_string();
+        assert!(message.contains("`slider-krank`") && message.contains("try `slider-crank`"), "{message}");
+        assert!(find("comfort").unwrap_err().to_string().contains("try `impact-absorber-comfort`"));
+    }
+
+    #[test]
+    fn names_are_unique_and_entries_describe_their_problems() {
+        let mut names: Vec<&str> = problems().map(|e| e.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), problems().count());
+        for entry in problems() {
+            let problem = (entry.build)().unwrap();
+            let over_time = problem.constraints.iter().any(|c| c.quantity.is_transient());
+            assert_eq!(over_time, entry.time_dependent, "{}", entry.name);
+            let fits = |o: &Optimum| o.design.is_none_or(|d| d.len() == problem.n());
+            assert!(entry.optima().iter().all(fits), "{}", entry.name);
+        }
+    }
 
     /// The published digits of some optima; a few have seven.
     const DIGITS: f64 = 2e-6;

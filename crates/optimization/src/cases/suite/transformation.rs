@@ -1,6 +1,6 @@
 //! Transformations that do not change the solution of a problem, except for its units: scaling, other starts, and noise.
 
-use super::noise::{Noisy, mixed, symmetric};
+use super::noise::{Absent, Noisy, mixed, symmetric};
 use crate::cases::CatalogueEntry;
 use crate::problem::{
     Analysis, AnyFunction, AnyFunctional, ContinuousTime, DesignVariable, Intermediates, Point, Problem, QuantityForm,
@@ -393,19 +393,6 @@ impl ContinuousTime for ScaledAnalysis {
         let mut found = self.in_time()?.curvature(&self.scaled.inner(b), &self.original(responses), h, t)?;
         found.iter_mut().for_each(|matrix| self.scaled.scale_matrix(h, matrix));
         Ok(found)
-    }
-}
-
-/// Stands for an analysis while it is moved into another one.
-pub(super) struct Absent;
-
-impl Analysis for Absent {
-    fn analyze(&self, _: &[f64]) -> Result<Responses> {
-        Ok(Responses::default())
-    }
-
-    fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
-        Ok(DMatrix::zeros(wanted.len(), b.len()))
     }
 }
 

@@ -5,6 +5,7 @@
 //!
 //! | file | content |
 //! |---|---|
+//! | `declared` | names and sizes of design variables, time points and responses |
 //! | `protocol` | requests and answers, and what is checked of an answer |
 //! | `process` | one running program: a request and its answer within a time limit |
 //! | `processes` | up to `jobs` running programs, and repeated requests |
@@ -17,6 +18,7 @@
 
 mod analysis;
 mod answers;
+mod declared;
 mod process;
 mod processes;
 mod protocol;

@@ -1,7 +1,7 @@
 //! Several running programs, of which each answers one request at a time.
 
 use super::Program;
-use super::analysis::Declared;
+use super::declared::Declared;
 use super::process::Process;
 use super::protocol::{self, Answer, Refusal};
 use error::{Error, Result};

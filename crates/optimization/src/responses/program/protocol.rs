@@ -1,6 +1,6 @@
 //! Requests to a program and its answers.
 
-use super::analysis::Declared;
+use super::declared::{Declared, ProgramResponse};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -137,7 +137,7 @@ fn derivatives(
     declared: &Declared,
     given: &BTreeMap<String, BTreeMap<String, Value>>,
 ) -> Result<Vec<Vec<Vec<f64>>>, String> {
-    let of = |response: &super::analysis::ProgramResponse, variable: &String| {
+    let of = |response: &ProgramResponse, variable: &String| {
         let name = &response.name;
         let value = given.get(name).and_then(|of_response| of_response.get(variable));
         let value = value.ok_or_else(|| format!("`derivatives` has no entry `{name}`, `{variable}`"))?;
@@ -181,7 +181,7 @@ pub fn shown(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::responses::program::analysis::ProgramResponse;
+    use crate::responses::program::declared::ProgramResponse;
 
     fn declared() -> Declared {
         let response = |name: &str, is_history| ProgramResponse { name: name.to_owned(), is_history };
