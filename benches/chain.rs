@@ -7,7 +7,7 @@
 //!
 //! With an error of 1e-5 m after 1 s, the simulated seconds per CPU second are measured in absolute and in relative coordinates.
 //!
-//! `-- speed` measures only that. `-- N…` measures chains of N links instead of 8 and 32, `-- scaling` only the cost per step of long chains.
+//! `-- spatial` measures a chain in space, `-- speed` only the simulated seconds. `-- N…` measures chains of N links instead of 8 and 32, `-- scaling` only the cost per step of long chains.
 
 mod cpu;
 
@@ -16,9 +16,10 @@ use linkwright::cases::Chain;
 use linkwright::mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright::mechanics::analyses::dynamics::{Dynamics, History, simulate};
 use linkwright::mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright::mechanics::elements::spatial::MassProperties3;
 use linkwright::mechanics::integrators::explicit::{Coordinates, Explicit, StepControl};
 use linkwright::mechanics::integrators::time_stepper::TimeStepper;
-use linkwright::mechanics::mechanism::ParametricMechanism;
+use linkwright::mechanics::mechanism::{Mechanism, ParametricMechanism, Pose3};
 
 fn times() -> Vec<f64> {
     (0..=100).map(|k| 0.01 * f64::from(k)).collect()
@@ -105,6 +106,69 @@ fn speed(links: usize) {
     }
 }
 
+/// A spatial chain: N slender links, together 1 m and 1 kg, on hinges whose axes are −y and (0.6, 0, 0.8) in turn, released along x with
+/// the weight along −z. Outputs are the coordinates of the tip.
+fn spatial_chain(links: usize) -> Mechanism<f64> {
+    let length = 1.0 / links as f64;
+    let bending = length * length * length / 12.0;
+    let mut m = Mechanism::with_gravity3([0.0, 0.0, -9.81]);
+    let mut last = m.ground3().origin();
+    for k in 0..links {
+        let properties = MassProperties3::principal(length, [1e-3 * bending, bending, bending]);
+        let pose = Pose3::at([(k as f64 + 0.5) * length, 0.0, 0.0]);
+        let link = m.body3(&format!("link {k}"), properties, pose);
+        let axis = if k % 2 == 1 { [0.6, 0.0, 0.8] } else { [0.0, -1.0, 0.0] };
+        m.revolute3(&format!("hinge {k}"), last.with_z(axis), link.at([-0.5 * length, 0.0, 0.0]).with_z(axis));
+        last = link.at([0.5 * length, 0.0, 0.0]);
+    }
+    let sensor = m.sensor3("tip", last);
+    for name in ["x", "y", "z"] {
+        let term = m.measure(sensor, name).expect("the sensor measures it");
+        m.output(name, &[term]);
+    }
+    m
+}
+
+/// The spatial chain with an error of the tip after 1 s of at most 1e-5 m, and the cost per step and link of long chains.
+fn spatial() {
+    let end = |run: &History| [0, 1, 2].map(|k| run.values[k][0]);
+    for links in [8, 32] {
+        let mechanism = spatial_chain(links);
+        let exact = end(&simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-13), &[1.0]).unwrap());
+        println!("spatial chain of {links:>2}: tip after 1 s at {:.12} {:.12} {:.12}", exact[0], exact[1], exact[2]);
+        let error = |tolerance: f64| {
+            let tip = end(&simulate_explicitly(&mechanism, &Explicit::eighth_order(tolerance), &[1.0]).unwrap());
+            (0..3).map(|k| (tip[k] - exact[k]).powi(2)).sum::<f64>().sqrt()
+        };
+        let tolerances = (4..24).map(|k| 10f64.powf(-0.5 * f64::from(k)));
+        let Some((tolerance, error)) = tolerances.map(|t| (t, error(t))).find(|(_, error)| *error <= 1e-5) else {
+            println!("spatial chain of {links:>2}: does not reach 1e-5");
+            continue;
+        };
+        let settings = Explicit::eighth_order(tolerance);
+        let work = simulate_explicitly(&mechanism, &settings, &[1.0]).unwrap().work;
+        let spent =
+            least(5, || (0..10).for_each(|_| drop(simulate_explicitly(&mechanism, &settings, &[1.0]).unwrap()))) / 10.0;
+        println!(
+            "spatial chain of {links:>2}: {:.0} simulated seconds per CPU second, error {error:.1e} m, {} steps, {} evaluations of {:.2} µs",
+            1.0 / spent,
+            work.steps,
+            work.iterations,
+            spent / work.iterations as f64 * 1e6
+        );
+    }
+    for links in [10, 100, 1000, 10_000] {
+        let (mechanism, h) = (spatial_chain(links), 1e-5);
+        let settings = Explicit::eighth_order(1.0)
+            .with_step_control(StepControl::Fixed(h))
+            .with_coordinates(Coordinates::Relative);
+        let run = |steps: f64| simulate_explicitly(&mechanism, &settings, &[h * steps]).unwrap();
+        let (few, many) = (2.0, 2.0 + (20_000 / links).max(16) as f64);
+        let cost = (least(2, || run(many)) - least(2, || run(few))) / (many - few) / links as f64 * 1e6;
+        println!("spatial chain of {links:>5}: per step and link {cost:.2} µs (DOP853, 12 evaluations)");
+    }
+}
+
 /// Generalized-α steps as in `peers/exudyn_chain.py`: CPU time, and the error of the tip after 1 s.
 fn implicit(links: usize) {
     let model = tip(links);
@@ -176,6 +240,7 @@ fn main() {
     let asks = |what: &str| arguments.iter().any(|a| a == what);
     match (links.is_empty(), asks("scaling"), asks("speed")) {
         (false, ..) => links.iter().for_each(|&n| chain(n, 8)),
+        _ if asks("spatial") => spatial(),
         (true, true, _) => scaling(),
         (true, false, true) => [8, 32].into_iter().for_each(speed),
         (true, false, false) => {
@@ -185,6 +250,7 @@ fn main() {
             implicit(8);
             implicit(32);
             scaling();
+            spatial();
             allocations();
         }
     }

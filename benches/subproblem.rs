@@ -5,7 +5,7 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeCone
 use divan::{Bencher, black_box};
 use linkwright::Result;
 use linkwright::approximation::{
-    ApproximateProblem, ApproximationOptions, CycleData, Linear, LinearizationPoint, SubproblemBox,
+    ApproximateProblem, ApproximationOptions, CycleData, DesignHistory, Linear, LinearizationPoint, SubproblemBox,
 };
 use linkwright::cases::impact_absorber::ClosedFormMotion;
 use linkwright::nlp::separable::{DiagonalQuadraticProgram, MovingAsymptotesProgram};
@@ -215,7 +215,10 @@ impl Cycle {
         let point = LinearizationPoint::first_order(start, data);
         let region = START.map(|b| [0.6 * b, (1.4 * b).min(if b == 0.85 { 10.0 } else { 1.0 })]);
         let bounds = (region.map(|r| r[0]).to_vec(), region.map(|r| r[1]).to_vec());
-        let around = (SubproblemBox::new(problem, vec![START.to_vec()], bounds), ApproximationOptions::default());
+        let around = (
+            SubproblemBox::new(problem, DesignHistory::default().after([&START[..]]), bounds),
+            ApproximationOptions::default(),
+        );
         ApproximateProblem::new(problem, &Linear, point, around).expect("the start is regular")
     }
 }

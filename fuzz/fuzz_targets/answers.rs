@@ -1,8 +1,9 @@
-//! Any bytes in the place of the answers of a program: they are read, or rejected with a reason.
+//! Any bytes in the place of the answers of a program, as they are and as lines with hashes that fit: they are read, or rejected with
+//! a reason.
 #![no_main]
 
 use linkwright::responses::program::{Program, ProgramAnalysis};
-use linkwright::storage::Directory;
+use linkwright::storage::{Directory, fnv1a};
 use std::sync::LazyLock;
 
 static PLACE: LazyLock<Directory> = LazyLock::new(|| {
@@ -13,7 +14,15 @@ static PLACE: LazyLock<Directory> = LazyLock::new(|| {
 /// The file: a first line that fits, and any further lines.
 const NAME: &str = "answers.jsonl";
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+/// A line with the hash of its content, if it is a JSON object without one.
+fn sealed(line: &[u8]) -> Vec<u8> {
+    match std::str::from_utf8(line) {
+        Ok(text) if text.starts_with('{') => format!("{{\"hash\":\"{:016x}\",{}\n", fnv1a(text), &text[1..]).into_bytes(),
+        _ => [line, b"\n"].concat(),
+    }
+}
+
+fn read(bytes: &[u8]) {
     let responses = [("a", true), ("m", false)];
     let analysis = ProgramAnalysis::new(Program::new(["true"]), ["k", "c"], &[0.0, 0.5], responses).expect("it is good");
     PLACE.replace(NAME, b"", false).expect("it can be written");
@@ -22,4 +31,9 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     if let Err(error) = analysis.read_answers_from(&PLACE, NAME) {
         assert!(!error.to_string().is_empty());
     }
+}
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    read(bytes);
+    read(&bytes.split(|byte| *byte == b'\n').flat_map(sealed).collect::<Vec<u8>>());
 });

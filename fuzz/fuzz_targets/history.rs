@@ -1,11 +1,14 @@
-//! A file `history.jsonl` of any bytes, with checksums that fit: the folder is read, or rejected with a reason.
+//! A file `history.jsonl` of any bytes, with checksums that fit: the folder is read, or rejected with a reason. The first byte
+//! chooses the method of the run.
 #![no_main]
 
-use linkwright_fuzz::any_folder::AnyFolder;
+use linkwright_fuzz::any_folder::{AnyFolder, chosen};
 use std::sync::LazyLock;
 
-static FOLDER: LazyLock<AnyFolder> = LazyLock::new(|| AnyFolder::new("history"));
+static FOLDERS: LazyLock<[AnyFolder; 4]> = LazyLock::new(|| AnyFolder::all("history"));
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    FOLDER.history(bytes);
+    if let Some((folder, bytes)) = chosen(&*FOLDERS, bytes) {
+        folder.history(bytes);
+    }
 });

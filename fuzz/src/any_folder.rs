@@ -11,6 +11,9 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+/// Methods whose states differ in what they store: models and trust regions, conservatism, earlier designs, second derivatives.
+pub const PRESETS: [&str; 4] = ["automatic", "gcmma", "multipoint", "hessian"];
+
 /// A folder with a run, and its files as they were written.
 pub struct AnyFolder {
     path: PathBuf,
@@ -18,12 +21,17 @@ pub struct AnyFolder {
 }
 
 impl AnyFolder {
+    /// A folder for each of the [`PRESETS`].
+    pub fn all(name: &str) -> [Self; PRESETS.len()] {
+        PRESETS.map(|preset| Self::new(&format!("{name}-{preset}"), preset))
+    }
+
     /// Runs some cycles of a small problem in a temporary folder.
-    pub fn new(name: &str) -> Self {
+    pub fn new(name: &str, preset: &str) -> Self {
         let path = std::env::temp_dir().join(format!("linkwright-any-{name}-{}", std::process::id()));
         drop(std::fs::remove_dir_all(&path));
         let text = include_str!("../../examples/models/two-bar-truss.toml");
-        let text = text.replace("preset = \"gcmma\"", "preset = \"gcmma\"\nmax_cycles = 3");
+        let text = text.replace("preset = \"gcmma\"", &format!("preset = \"{preset}\"\nmax_cycles = 3"));
         let model = read("m.toml", &text).expect("the example is good");
         let directory = Directory::create(&path).expect("the temporary folder can be written to");
         Optimize::in_directory(directory, &model, &text, Path::new("m.toml"), false, &Shown::QUIET).expect("it runs");
@@ -123,6 +131,13 @@ impl Drop for AnyFolder {
     }
 }
 
+#[cfg_attr(test, allow(dead_code, reason = "for the fuzz targets"))]
+/// The folder that the first byte chooses, and the other bytes; `None` without a byte.
+pub fn chosen<'f, 'b>(folders: &'f [AnyFolder], bytes: &'b [u8]) -> Option<(&'f AnyFolder, &'b [u8])> {
+    let (first, rest) = bytes.split_first()?;
+    Some((&folders[usize::from(*first) % folders.len()], rest))
+}
+
 /// A text with the checksum of its content in the place of the first checksum.
 pub fn sealed(text: &str) -> String {
     let Some(begin) = text.find("fnv1a64:").map(|place| place + 8) else { return text.to_owned() };
@@ -181,11 +196,11 @@ mod tests {
 
     /// Edits one file; returns the part of the inputs that were read.
     fn edits(name: &str, file: &str, read: impl Fn(&AnyFolder, &[u8]) -> bool) -> f64 {
-        let (folder, mut draw, mut good) = (AnyFolder::new(name), Draw(3), 0);
-        for _ in 0..inputs() {
+        let (folders, mut draw, mut good) = (AnyFolder::all(name), Draw(3), 0);
+        for folder in folders.iter().cycle().take(inputs()) {
             let mut bytes = folder.good(file).to_vec();
             draw.edit(&mut bytes);
-            good += usize::from(read(&folder, &bytes));
+            good += usize::from(read(folder, &bytes));
         }
         good as f64 / inputs() as f64
     }

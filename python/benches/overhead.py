@@ -1,5 +1,17 @@
-"""Cost of a call from Python: `RAYON_NUM_THREADS=1 python benches/overhead.py`. Without the variable, the throughput of all cores."""
+"""Cost of calls from Python beside that of the work in Rust: `python benches/overhead.py`.
 
+1. One call of `analyze` beside one analysis in Rust, as processor times with one thread. An analysis in Rust is one of 1000 in a call of
+   `analyze_many`, where Rust does them alone.
+2. 1000 designs in one call beside Rust on all cores: the same call without the Python part, `analyze_many` of the extension, and the
+   elapsed time of one thread divided by that of all threads.
+
+Each figure is the least of several repetitions that alternate with what they are compared with, since other programs on the machine
+slow both down.
+"""
+
+import os
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -7,46 +19,69 @@ import numpy as np
 
 import linkwright
 
-MODEL = Path(__file__).parents[2] / "examples" / "models" / "impact-absorber-formula.toml"
+MODELS = Path(__file__).parents[2] / "examples" / "models"
+NAMES = ["impact-absorber-formula", "impact-absorber"]
+DESIGNS = 1000
 
 
-def least(task, repeats=9, count=100):
-    """Least mean CPU time of a call in µs: other programs on the machine do not count."""
-    times = []
+def least(tasks, repeats, clock):
+    """Least time of each task in s; the tasks alternate."""
+    best = [float("inf")] * len(tasks)
     for _ in range(repeats):
-        begun = time.process_time()
-        for _ in range(count):
+        for k, task in enumerate(tasks):
+            begun = clock()
             task()
-        times.append((time.process_time() - begun) / count)
-    return 1e6 * min(times)
+            best[k] = min(best[k], clock() - begun)
+    return best
 
 
-def figures():
-    """CPU times in µs of an analysis: called from Python, and as one of 1000 in a call, where the analyses are made by Rust alone.
-
-    With one thread, since threads that wait for work also take CPU time.
-    """
-    model = linkwright.Model.from_file(MODEL)
-    b = np.array([0.6, 0.5, 0.7])
-    designs = np.tile(b, (1000, 1))
-    one = least(lambda: model.analyze(b))
-    many = least(lambda: model.analyze_many(designs), count=1) / 1000
-    return {"one call": one, "one of 1000": many, "difference": one - many}
+def designs_of(model):
+    """Designs around the middle between the start and the bounds."""
+    middle = 0.5 * (model.start + np.clip(0.5 * model.start, model.lower, model.upper))
+    return middle * np.linspace(0.98, 1.02, DESIGNS)[:, None]
 
 
-def throughput():
-    """Analyses per second of wall time in one call with 1000 designs, with all threads."""
-    model = linkwright.Model.from_file(MODEL)
-    designs = np.tile([0.6, 0.5, 0.7], (1000, 1))
-    times = []
-    for _ in range(9):
-        begun = time.perf_counter()
-        model.analyze_many(designs)
-        times.append(time.perf_counter() - begun)
-    return 1000 / min(times)
+def one_call(name):
+    """CPU times in us of an analysis: by a call from Python, and as one of 1000 in a call."""
+    model = linkwright.Model.from_file(MODELS / f"{name}.toml")
+    designs = designs_of(model)
+
+    def calls():
+        for b in designs:
+            model.analyze(b)
+
+    one, many = least([calls, lambda: model._core.analyze_many(designs)], 9, time.process_time)
+    return [1e6 * t / DESIGNS for t in (one, many)]
+
+
+def many_designs(name):
+    """Elapsed times in us for each of 1000 designs: by `analyze_many`, and by the extension without the Python part."""
+    model = linkwright.Model.from_file(MODELS / f"{name}.toml")
+    designs = designs_of(model)
+    tasks = [lambda: model.analyze_many(designs), lambda: model._core.analyze_many(designs)]
+    return [1e6 * t / DESIGNS for t in least(tasks, 25, time.perf_counter)]
+
+
+def run(threads, part):
+    """Figures of a part in a process of its own with so many threads; 0 for all cores."""
+    environment = {k: v for k, v in os.environ.items() if k != "RAYON_NUM_THREADS"}
+    if threads:
+        environment["RAYON_NUM_THREADS"] = str(threads)
+    shown = subprocess.run([sys.executable, __file__, *part], env=environment, capture_output=True, text=True, check=True)
+    return [float(word) for word in shown.stdout.split()]
 
 
 if __name__ == "__main__":
-    for name, value in figures().items():
-        print(f"{name}: {value:.1f}")
-    print(f"analyses per second: {throughput():.0f}")
+    if len(sys.argv) == 3:
+        print(*{"one": one_call, "many": many_designs}[sys.argv[1]](sys.argv[2]))
+        sys.exit()
+    print(f"cores: {os.cpu_count()}")
+    print(f"{'us per analysis':<28}{'Python':>8}{'Rust':>8}{'overhead':>10}{'1000 at once':>14}{'extension':>11}{'ratio':>7}{'speed-up':>10}")
+    for name in NAMES:
+        one, rust = run(1, ["one", name])
+        all_cores, extension = run(0, ["many", name])
+        single = run(1, ["many", name])[0]
+        print(
+            f"{name:<28}{one:>8.1f}{rust:>8.1f}{one - rust:>10.1f}{all_cores:>14.2f}{extension:>11.2f}"
+            f"{all_cores / extension:>7.2f}{single / all_cores:>10.2f}"
+        )

@@ -43,7 +43,7 @@ fn histories(model: &Model, values: &[Vec<f64>]) -> anyhow::Result<PageSection> 
         let figure = time_history(&TimeHistory {
             time: QuantityLabel::literal(&grid.name, &grid.unit),
             response: QuantityLabel::literal(name, unit),
-            times: &grid.points,
+            times: &grid.shown_points(),
             histories: &[ResponseHistory { name, values }],
             bounds: &[],
             kept: &[],

@@ -10,7 +10,7 @@ use super::run_directory::{NamedValue, Nearest, PAGE};
 use super::tables;
 use clap::Args;
 use linkwright::model_file::Model;
-use linkwright::problem::{self, DesignVariable, Evaluation, Problem, ResponseAt, Responses, SignedQuantity};
+use linkwright::problem::{self, DesignVariable, Evaluation, Problem, ResponseAt, Responses, SignedQuantity, TimeGrid};
 use linkwright::report::number::{readable, with_unit, without_rounding};
 use linkwright::report::outcome;
 use linkwright::report::table::{Cell, Table};
@@ -142,8 +142,8 @@ impl AnalysedDesign {
     fn outputs(&self) -> Vec<OutputRange> {
         let all = self.problem.responses.iter().zip(&self.responses.values);
         all.map(|(response, values)| {
-            let times = response.grid.map(|grid| self.problem.grids[grid].points.as_slice());
-            OutputRange::new(&response.name, &response.unit, times, values)
+            let times = response.grid.map(|grid| self.problem.grids[grid].shown_points());
+            OutputRange::new(&response.name, &response.unit, times.as_deref(), values)
         })
         .collect()
     }
@@ -233,15 +233,16 @@ fn limits(constraints: &[outcome::ConstraintValue], digits: usize) -> linkwright
 impl Analyze {
     /// Analyses a file without an objective.
     fn simulate(&self, model: &Model) -> anyhow::Result<()> {
+        self.given.budget.check_simulation(model)?;
         let design = changed(model.variables(), &self.given.at)?;
         let line = working("simulating", self.given.show(), model);
         let responses = located(model, model.simulate(&design))?;
         drop(line);
         warn(&responses.warnings);
-        let times = model.grid().map(|grid| grid.points.as_slice());
+        let times = model.grid().map(TimeGrid::shown_points);
         let all = model.output_names().zip(&responses.values);
         let outputs: Vec<OutputRange> =
-            all.map(|((name, unit, grid), v)| OutputRange::new(name, unit, grid.and(times), v)).collect();
+            all.map(|((name, unit, grid), v)| OutputRange::new(name, unit, grid.and(times.as_deref()), v)).collect();
         let time = model.grid().map_or("time", |grid| grid.name.as_str());
         let listed = ranges("Outputs", &outputs, time, self.given.digits.count())?;
         if self.given.json {
@@ -268,8 +269,8 @@ impl Analyze {
             self.given.say(ranges("", &outputs, time, self.given.digits.count())?.text().trim_end())?;
         }
         let mut table = Table::new("Responses", std::iter::once(time).chain(model.output_names().map(|o| o.0)));
-        for p in 0..times.map_or(1, <[f64]>::len) {
-            let at = times.map_or(Cell::Empty, |times| times[p].into());
+        for p in 0..times.as_ref().map_or(1, Vec::len) {
+            let at = times.as_ref().map_or(Cell::Empty, |times| times[p].into());
             let value = |values: &Vec<f64>| values.get(p).map_or(Cell::Empty, |v| Cell::from(*v));
             table.push(std::iter::once(at).chain(responses.values.iter().map(value)))?;
         }

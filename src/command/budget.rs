@@ -4,16 +4,24 @@ use super::output::{brief, complain};
 use anyhow::bail;
 use clap::Args;
 use linkwright::approximation::CycleData;
+use linkwright::model_file::Model;
 use linkwright::problem::{Problem, RowId, Selection};
 use linkwright::sao::Method;
+use linkwright::study::{Phase, Study};
 use std::time::Duration;
 
 /// The budget of a command.
-#[derive(Args)]
+#[derive(Args, Clone, Copy, Debug)]
 pub struct Budget {
-    /// Memory that responses, derivatives and the approximate problem may need, such as 500M or 8G
+    /// Memory that the analyses, derivatives and approximate problems of a run may need, such as 500M or 8G
     #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = size)]
     memory: u64,
+}
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self { memory: 2_000_000_000 }
+    }
 }
 
 /// Sizes of a problem.
@@ -29,20 +37,36 @@ pub struct Sizes {
     needed: u64,
     /// Rows of an approximate problem, at most.
     retained: u64,
-    /// Earlier designs that are stored with their derivatives.
-    memory: u64,
+    /// Earlier designs whose derivatives the approximation uses.
+    earlier: u64,
+    /// Designs whose numbers are stored for the automatic method, by which the ends of other methods are confirmed.
+    stored: u64,
     /// True if second derivatives are computed.
     is_second_order: bool,
 }
 
 /// Rows that a constraint with a selection near its maxima retains, at most: more maxima are unusual.
 const ROWS_NEAR_MAXIMA: u64 = 100;
+/// Designs that a confirmed run stores for its confirmation, with those that the confirmation adds.
+const CONFIRMED: u64 = 12;
 /// Bytes of a number in memory, as text in a file, and as a cell of a table.
 const NUMBER: u64 = 8;
 const TEXT: u64 = 25;
 const CELL: u64 = 64;
-/// Estimated time of a number of a derivative, by forward differentiation of a formula.
-const DERIVATIVE: Duration = Duration::from_nanos(20);
+/// Bytes of the value of a response or constraint, with its tables and pages.
+const VALUE: u64 = 2 * (NUMBER + CELL + TEXT);
+/// Bytes of a first derivative: in the analysis, in the cycle, in the approximate problem, and as text of the state.
+const DERIVATIVE: u64 = 6 * NUMBER + 2 * TEXT;
+/// Bytes of a stored number apart from its gradient, and for each derivative: in the state, as samples, and as text of the state.
+const STORED: [u64; 2] = [500, 4 * NUMBER + 2 * TEXT];
+/// Bytes of a row of an approximate problem, and for each of its derivatives.
+const ROW: [u64; 2] = [500, 8 * NUMBER];
+/// Full matrices of each number in the automatic method.
+const MATRICES: u64 = 2;
+/// Bytes of a row of a study, and of each of its numbers.
+const STUDY_ROW: [u64; 2] = [200, 100];
+/// Estimated times of a derivative, by forward differentiation of a formula, and of an entry of a full matrix.
+const TIMES: [Duration; 2] = [Duration::from_nanos(20), Duration::from_nanos(100)];
 /// Time of a cycle beyond which it is stated.
 const LONG: Duration = Duration::from_secs(60);
 
@@ -68,51 +92,82 @@ impl Sizes {
         };
         let retained = constraints.clone().map(few).sum();
         let needed: u64 = constraints.clone().map(of_row).sum();
-        let memory = method.approximation.memory().max(method.curvature.map_or(0, |curvature| curvature.steps));
+        let earlier = method.approximation.memory().max(method.curvature.map_or(0, |curvature| curvature.steps));
+        let stored = match method.automatic {
+            Some(automatic) => automatic.memory as u64 + 1,
+            None if method.stop.confirm => CONFIRMED,
+            None => 0,
+        };
         Self {
             variables: problem.n() as u64,
             values,
             rows: constraints.map(all).sum(),
             needed: (needed + of_objective).min(values),
             retained,
-            memory: memory as u64,
+            earlier: earlier as u64,
+            stored: stored.min(method.stop.max_cycles as u64 + 1),
             is_second_order: method.approximation.wants_curvature(),
         }
     }
 
-    /// Numbers of the derivatives that are stored at a time, if `needed` responses are differentiated.
+    /// The sizes of a simulation: outputs without an objective.
+    fn of_simulation(variables: usize, values: usize) -> Self {
+        let (variables, values) = (variables as u64, values as u64);
+        Self { variables, values, rows: 0, needed: 0, retained: 0, earlier: 0, stored: 0, is_second_order: false }
+    }
+
+    /// Numbers of the derivatives of `needed` responses.
     fn derivatives(&self, needed: u64) -> u64 {
         let first = needed.saturating_mul(self.variables);
         let second = if self.is_second_order { first.saturating_mul(self.variables) } else { 0 };
-        first.saturating_mul(1 + self.memory).saturating_add(second)
+        first.saturating_mul(1 + self.earlier).saturating_add(second)
+    }
+
+    /// Numbers of the full matrices of a cycle of the automatic method.
+    fn matrices(&self) -> u64 {
+        let square = self.variables.saturating_mul(self.variables);
+        if self.stored > 0 { self.needed.saturating_mul(MATRICES * square) } else { 0 }
     }
 
     /// Largest size of a state file in bytes.
     pub fn state_limit(&self) -> u64 {
         let numbers =
             (self.values + self.rows).saturating_add(self.derivatives(self.values)).saturating_add(self.variables);
-        (64 << 20) + numbers.saturating_mul(4 * TEXT)
+        let stored = self.values.saturating_mul(self.variables + 4).saturating_mul(self.stored);
+        (64 << 20) + numbers.saturating_add(stored).saturating_mul(4 * TEXT)
     }
 
-    /// Estimated memory of a cycle in bytes: derivatives during and after the analysis, the approximate problem with two copies of its
-    /// rows, and the text of the state.
+    /// Estimated memory of a cycle in bytes. `tests/model/budget.rs` compares it with measured peaks.
     fn of_cycle(&self) -> u64 {
-        let (derivatives, rows) = (self.derivatives(self.needed), self.retained.saturating_mul(self.variables));
-        let numbers = self.values + self.rows + 2 * self.variables.saturating_mul(self.variables);
-        let stored = NUMBER.saturating_mul(
-            numbers.saturating_add(derivatives.saturating_mul(2)).saturating_add(rows.saturating_mul(2)),
-        );
-        stored.saturating_add(derivatives.saturating_mul(TEXT))
+        let of = |count: u64, [one, derivative]: [u64; 2]| {
+            count.saturating_mul(one.saturating_add(derivative.saturating_mul(self.variables)))
+        };
+        let parts = [
+            self.of_analysis(),
+            self.derivatives(self.needed).saturating_mul(DERIVATIVE),
+            of(self.needed.saturating_mul(self.stored), STORED),
+            of(self.retained, ROW),
+            self.matrices().saturating_mul(NUMBER),
+            self.variables.saturating_mul(self.variables).saturating_mul(4 * NUMBER),
+        ];
+        parts.into_iter().fold(0, u64::saturating_add)
     }
 
     /// Estimated memory of the responses and constraints of an analysis with their tables, in bytes.
     fn of_analysis(&self) -> u64 {
-        (self.values + self.rows).saturating_mul(NUMBER + CELL + TEXT)
+        (self.values + self.rows).saturating_mul(VALUE)
     }
 
     /// Estimated memory of a table of the derivatives of all responses, in bytes.
     fn of_table(&self) -> u64 {
-        self.values.saturating_mul(self.variables).saturating_mul(2 * NUMBER + CELL + TEXT)
+        let derivatives = self.values.saturating_mul(self.variables).saturating_mul(2 * NUMBER + 2 * TEXT);
+        self.of_analysis().saturating_add(derivatives)
+    }
+
+    /// Least estimated time of a cycle.
+    fn time(&self) -> Duration {
+        let of = |one: Duration, count: u64| one.saturating_mul(u32::try_from(count).unwrap_or(u32::MAX));
+        of(TIMES[0], self.derivatives(self.needed)).saturating_add(of(TIMES[1], self.matrices()))
     }
 
     fn in_words(&self) -> String {
@@ -124,46 +179,77 @@ impl Sizes {
 }
 
 impl Budget {
+    /// The size in bytes.
+    #[cfg(feature = "app")]
+    pub fn bytes(&self) -> u64 {
+        self.memory
+    }
+
     /// Rejects a run that needs more memory; states the time of long cycles.
     pub fn check(&self, problem: &Problem, method: &Method) -> anyhow::Result<()> {
         let sizes = Sizes::of(problem, method);
-        self.allow(sizes.of_cycle(), &sizes)?;
-        let count = u32::try_from(sizes.derivatives(sizes.needed)).unwrap_or(u32::MAX);
-        let time = DERIVATIVE.saturating_mul(count);
-        if time > LONG {
-            let time = brief(time);
-            complain(&format!(
-                "note: a cycle differentiates at least {count} numbers, which takes about {time} or more"
-            ));
+        self.allow(sizes.of_cycle(), &sizes.in_words())?;
+        if sizes.time() > LONG {
+            let (time, words) = (brief(sizes.time()), sizes.in_words());
+            complain(&format!("note: by its sizes, a cycle takes about {time} or more ({words})"));
         }
         Ok(())
+    }
+
+    /// Rejects a study whose rows need more memory.
+    pub fn check_rows(&self, study: &Study) -> anyhow::Result<()> {
+        let of_phase = |phase: &Phase| {
+            let numbers = phase.columns.len() as u64;
+            (phase.runs as u64).saturating_mul(STUDY_ROW[0] + STUDY_ROW[1] * numbers)
+        };
+        let rows = study.phases().iter().map(of_phase).fold(0, u64::saturating_add);
+        let runs: usize = study.runs().iter().sum();
+        if rows <= self.memory {
+            return Ok(());
+        }
+        let (needed, given) = (in_words(rows), in_words(self.memory));
+        bail!(
+            "about {needed} of memory are needed for the rows of {runs} runs, more than the budget of {given}; do fewer runs or {}",
+            larger(rows)
+        )
     }
 
     /// Rejects an analysis that needs more memory.
     pub fn check_analysis(&self, problem: &Problem, method: &Method) -> anyhow::Result<()> {
         let sizes = Sizes::of(problem, method);
-        self.allow(sizes.of_analysis(), &sizes)
+        self.allow(sizes.of_analysis(), &sizes.in_words())
+    }
+
+    /// Rejects a simulation of a file without an objective that needs more memory.
+    pub fn check_simulation(&self, model: &Model) -> anyhow::Result<()> {
+        let points = model.grid().map_or(1, |grid| grid.len());
+        let values = model.output_names().map(|(.., grid)| grid.map_or(1, |_| points)).sum();
+        let sizes = Sizes::of_simulation(model.variables().len(), values);
+        self.allow(sizes.of_analysis(), &sizes.in_words())
     }
 
     /// Rejects a table of all derivatives that needs more memory.
     pub fn check_table(&self, problem: &Problem, method: &Method) -> anyhow::Result<()> {
         let sizes = Sizes::of(problem, method);
-        self.allow(sizes.of_table(), &sizes)
+        self.allow(sizes.of_table(), &sizes.in_words())
     }
 
-    fn allow(&self, bytes: u64, sizes: &Sizes) -> anyhow::Result<()> {
+    fn allow(&self, bytes: u64, sizes: &str) -> anyhow::Result<()> {
         if bytes <= self.memory {
             return Ok(());
         }
         bail!(
-            "about {} of memory are needed ({}), more than the budget of {}; use fewer time points, outputs or design variables, or \
-             give --memory {}",
+            "about {} of memory are needed ({sizes}), more than the budget of {}; use fewer time points, outputs or design variables, or {}",
             in_words(bytes),
-            sizes.in_words(),
             in_words(self.memory),
-            in_words(bytes).replace([' ', 'B'], "")
+            larger(bytes)
         )
     }
+}
+
+/// The option that allows so many bytes.
+fn larger(bytes: u64) -> String {
+    format!("give --memory {}", in_words(bytes).replace([' ', 'B'], ""))
 }
 
 /// A size in bytes, with three digits.

@@ -3,7 +3,7 @@
 //! | file | command or subject |
 //! |---|---|
 //! | `new`, `check`, `analyze`, `optimize`, `report`, `runs`, `compare`, `reproduce` | one command each; `optimize` has `resume`, `analyze` has `sensitivities`, `new` has `schema` and `completion` |
-//! | `import` | robots of URDF files as model files |
+//! | `import` | robots of URDF and MJCF files as model files |
 //! | `study` | `study FILE` and `study merge DIR…`; the folder of a study |
 //! | `database` | the database of runs: `runs --db`, `optimize --warm`, feature `database` |
 //! | `open` | the interactive design tool, feature `app` |
@@ -82,7 +82,7 @@ struct Arguments {
 enum Command {
     /// Write a commented model file to start from.
     New(new::New),
-    /// Make a model file from a robot in a URDF file.
+    /// Make a model file from a robot in a URDF or MJCF file.
     Import(import::Import),
     /// Open a model file in the browser: move its design variables and see the mechanism and the margins follow.
     #[cfg(feature = "app")]
@@ -206,13 +206,14 @@ mod tests {
         let has = |command: &str, option: &str| all[command].iter().any(|arg| arg.get_long() == Some(option));
         // Commands that have an option; all others have a reason: they print a text that is their only output, or serve a page.
         let models = ["analyze", "sensitivities", "check", "optimize", "resume", "compare", "study"];
+        let budgets = [&models[..], &["report"]].concat();
         let files =
             ["analyze", "sensitivities", "check", "optimize", "compare", "runs", "report", "reproduce", "study"];
         let printing = [&files[..], &["resume", "study merge"]].concat();
         let numbers: Vec<&str> = printing.iter().copied().filter(|c| !["report", "reproduce"].contains(c)).collect();
         for (option, commands) in [
             ("set", &models[..]),
-            ("memory", &models),
+            ("memory", &budgets),
             ("out", &files),
             ("json", &printing),
             ("quiet", &printing),

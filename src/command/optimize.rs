@@ -104,7 +104,7 @@ impl Optimize {
         };
         let (code, out) = begin(folder, &model, &problem, &warm, &self.shown)?;
         let next = if self.report {
-            format!("The report is {}", write_report(&out, None, true, None, Show::Nothing)?.display())
+            format!("The report is {}", write_report(&out, None, true, None, Show::Nothing, &self.budget)?.display())
         } else {
             format!("Next: linkwright report {}", out.display())
         };

@@ -165,7 +165,7 @@ impl RunningTime {
     /// The time of the simulations of a model, if it has some.
     pub fn of(model: &Model) -> Option<Self> {
         let (clock, grid) = (model.clock()?, model.grid()?);
-        Some(Self { clock, end: *grid.points.last()?, unit: grid.unit.clone() })
+        Some(Self { clock, end: grid.shown(*grid.points.last()?), unit: grid.unit.clone() })
     }
 
     /// The current time and the end, as in `, t = 0.35 of 2 s`.

@@ -1,5 +1,6 @@
 //! `linkwright report DIR`: a run as one page for a browser, and its figures as files.
 
+use super::budget::Budget;
 use super::folder::{OutputFolder, has};
 use super::output::say;
 use super::progress::{Show, working};
@@ -63,6 +64,8 @@ pub struct Report {
     /// Print nothing on standard output
     #[arg(short, long, conflicts_with = "json")]
     quiet: bool,
+    #[command(flatten)]
+    budget: Budget,
 }
 
 impl Report {
@@ -71,13 +74,13 @@ impl Report {
         if let Some(other) = &self.other {
             return self.compare(&folder, &super::folder::stored(other));
         }
-        let place = write_report(&folder, self.slice, !self.page_only, self.out.as_deref(), self.show())?;
+        let place = write_report(&folder, self.slice, !self.page_only, self.out.as_deref(), self.show(), &self.budget)?;
         self.tell(&place)
     }
 
     fn compare(&self, a: &Path, b: &Path) -> anyhow::Result<()> {
         anyhow::ensure!(self.slice.is_none(), "a page of two runs has no slice of the design space; leave --slice out");
-        let page = super::report_pair::page_of_two(a, b)?;
+        let page = super::report_pair::page_of_two(a, b, &self.budget)?;
         let place = match &self.out {
             Some(out) => OutputFolder::create(out)?.write(PAGE, page.as_bytes())?,
             None => RunDirectory::open(a)?.0.folder().write(COMPARED, page.as_bytes())?,
@@ -106,8 +109,10 @@ pub fn write_report(
     with_figures: bool,
     out: Option<&Path>,
     show: Show,
+    budget: &Budget,
 ) -> anyhow::Result<PathBuf> {
     let (folder, model, text) = RunDirectory::open(path)?;
+    budget.check_analysis(&model.problem()?, model.method())?;
     let line = working("drawing the report", show, &model);
     let drawn = DrawnReport::new(&folder, &model, slice, with_figures)?;
     drop(line);
@@ -235,6 +240,7 @@ pub fn mechanism(
     };
     let time = QuantityLabel::literal(&grid.name, &grid.unit);
     // A mechanism without a visible body has no animation.
+    let times = times.iter().map(|&t| grid.shown(t)).collect();
     let Ok(motion) = Animation::new(literal(&description), axes, times, scenes) else { return Ok((None, None)) };
     let motion = motion.lasting(shown)?.over(time);
     let motion = if designs.len() > 1 { motion.compared() } else { motion };

@@ -1,5 +1,6 @@
 //! `linkwright report A B`: two runs on one page.
 
+use super::budget::Budget;
 use super::run_directory::{RunDirectory, fingerprint};
 use super::runs::RunComparison;
 use linkwright::model_file::Model;
@@ -26,9 +27,10 @@ struct LastRun {
 }
 
 impl LastRun {
-    fn open(folder: &Path, name: &str) -> anyhow::Result<Self> {
+    fn open(folder: &Path, name: &str, budget: &Budget) -> anyhow::Result<Self> {
         let (folder, model, _) = RunDirectory::open(folder)?;
         let problem = model.problem()?;
+        budget.check_analysis(&problem, model.method())?;
         let Some(last) = folder.last(&model, &problem)? else {
             anyhow::bail!("run {name} has no analysed design; continue it with `linkwright resume`")
         };
@@ -41,9 +43,9 @@ impl LastRun {
 }
 
 /// The page of two runs, as HTML.
-pub fn page_of_two(a: &Path, b: &Path) -> anyhow::Result<String> {
+pub fn page_of_two(a: &Path, b: &Path, budget: &Budget) -> anyhow::Result<String> {
     let comparison = RunComparison::new(a, b)?;
-    let runs = [LastRun::open(a, "A")?, LastRun::open(b, "B")?];
+    let runs = [LastRun::open(a, "A", budget)?, LastRun::open(b, "B", budget)?];
     let is_same = fingerprint(&runs[0].model) == fingerprint(&runs[1].model);
     let lead = if is_same { "Two runs of one problem: A and B." } else { "Two runs of different problems: A and B." };
     let title = match runs[0].model.title() == runs[1].model.title() {
@@ -86,6 +88,7 @@ fn mechanisms(runs: &[LastRun; 2]) -> anyhow::Result<Option<PageSection>> {
     let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
     let span = times[times.len() - 1] - times[0];
     let shown = if grid.unit == "s" { span.clamp(3.0, 10.0) } else { 5.0 };
+    let times = times.iter().map(|&t| grid.shown(t)).collect();
     let Ok(motion) = Animation::new("The last designs of both runs.", axes, times, scenes) else { return Ok(None) };
     let motion = motion.lasting(shown)?.over(QuantityLabel::literal(&grid.name, &grid.unit));
     Ok(Some(PageSection::new("mechanism", "Mechanisms").html(motion.fragment())))
@@ -147,7 +150,7 @@ fn histories(runs: &[LastRun; 2]) -> anyhow::Result<PageSection> {
         let figure = time_history(&TimeHistory {
             time: QuantityLabel::literal(&grid.name, &grid.unit),
             response: QuantityLabel::literal(&response.name, &response.unit),
-            times: &grid.points,
+            times: &grid.shown_points(),
             histories: &[
                 ResponseHistory { name: "A", values: &a.state.responses.values[h] },
                 ResponseHistory { name: "B", values: &b.state.responses.values[k] },

@@ -59,12 +59,12 @@ fn over_time(
     columns: impl Iterator<Item = (String, Vec<Option<f64>>)>,
 ) -> linkwright::Result<Table> {
     let columns: Vec<(String, Vec<Option<f64>>)> = columns.collect();
-    let times = problem.grids.first().map(|grid| (&grid.name, &grid.points));
+    let times = problem.grids.first().map(|grid| (&grid.name, grid.shown_points()));
     let names = times.iter().map(|(name, _)| (*name).clone()).chain(columns.iter().map(|(name, _)| name.clone()));
     let mut table = Table::new(title, names);
-    let rows = times.map_or(1, |(_, points)| points.len());
+    let rows = times.as_ref().map_or(1, |(_, points)| points.len());
     for p in 0..rows {
-        let time = times.map(|(_, points)| Cell::from(points[p]));
+        let time = times.as_ref().map(|(_, points)| Cell::from(points[p]));
         let value =
             |(_, values): &(String, Vec<Option<f64>>)| values.get(p).copied().flatten().map_or(Cell::Empty, Cell::from);
         table.push(time.into_iter().chain(columns.iter().map(value)))?;
@@ -84,7 +84,8 @@ pub fn sensitivities(
     let mut table = Table::new("Sensitivities", fixed.into_iter().chain(names));
     for (k, at) in points.iter().enumerate() {
         let response = &problem.responses[at.response];
-        let time = response.grid.map_or(Cell::Empty, |g| Cell::from(problem.grids[g].points[at.point]));
+        let time = response.grid.map(|g| &problem.grids[g]);
+        let time = time.map_or(Cell::Empty, |grid| Cell::from(grid.shown(grid.points[at.point])));
         let fixed = [Cell::from(response.name.as_str()), time, values.at(*at).into()];
         table.push(fixed.into_iter().chain(rows.row(k).iter().map(|d| Cell::from(*d))))?;
     }

@@ -78,15 +78,36 @@ fn named(table: &DeTable<'_>, offset: usize) -> Vec<(String, Range<usize>, bool)
     found
 }
 
-/// The content of a file in a folder.
+/// The content of a file in a folder, which a model names.
 fn read(name: &str, folder: &Path, span: &Range<usize>) -> Result<String, Diagnostic> {
-    let fail = |why: String| Diagnostic::new(span.clone(), format!("cannot read `{name}`: {why}"));
+    let fail = |why: &str| Diagnostic::new(span.clone(), format!("cannot read `{name}`: {why}"));
+    let content = read_within(name, folder, limits::FILE).map_err(|error| match error.help {
+        Some(help) => fail(&error.why).help(help),
+        None => fail(&error.why),
+    })?;
+    match content.lines().any(|line| line.starts_with(MARK)) {
+        true => Err(fail(&format!("it has a line that begins with `{}`", MARK.trim()))),
+        false => Ok(content),
+    }
+}
+
+/// Why a file was not read.
+pub struct Unreadable {
+    pub why: String,
+    pub help: Option<&'static str>,
+}
+
+/// The content of a file of at most `most` bytes that a text names, in a folder or below.
+///
+/// # Errors
+/// If the path leaves the folder, also by a link, or the file cannot be read or is not UTF-8.
+pub fn read_within(name: &str, folder: &Path, most: usize) -> Result<String, Unreadable> {
+    let fail = |why: String| Unreadable { why, help: None };
     let path = Path::new(name);
-    let is_inside = path.components().all(|part| matches!(part, Component::Normal(_))) && !name.is_empty();
+    let is_inside = path.components().all(|part| matches!(part, Component::Normal(_))) && !path.as_os_str().is_empty();
     if !is_inside || name.contains(['\n', '\r', '\\']) {
-        return Err(
-            fail("the path leaves the folder of the model".into()).help("give a path such as \"parts/leg.toml\"")
-        );
+        let help = Some("give a path such as \"parts/leg.toml\"");
+        return Err(Unreadable { why: "the path leaves the folder of the model".into(), help });
     }
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let real = folder.join(path).canonicalize().map_err(|error| fail(error.to_string()))?;
@@ -94,12 +115,8 @@ fn read(name: &str, folder: &Path, span: &Range<usize>) -> Result<String, Diagno
     if !real.starts_with(&root) {
         return Err(fail("it is a link to a file outside the folder of the model".into()));
     }
-    let bytes = crate::storage::read_file(&real, limits::FILE as u64).map_err(|error| fail(error.to_string()))?;
-    let content = String::from_utf8(bytes).map_err(|_| fail("it is not UTF-8".into()))?;
-    match content.lines().any(|line| line.starts_with(MARK)) {
-        true => Err(fail(format!("it has a line that begins with `{}`", MARK.trim()))),
-        false => Ok(content),
-    }
+    let bytes = crate::storage::read_file(&real, most as u64).map_err(|error| fail(error.to_string()))?;
+    String::from_utf8(bytes).map_err(|_| fail("it is not UTF-8".into()))
 }
 
 /// Parses the model's own text and the attached ones, and merges them.

@@ -7,8 +7,8 @@
 //! | `text_parts` | the parts of a text: the own text of a model, and those of attached files |
 //! | `diagnostics` | errors and notes about a file, with their locations |
 //! | [`unit`](mod@unit) | units of numbers: `120 mm` |
+//! | [`robot`] | robots of URDF and MJCF files as model files |
 //! | `settings` | the TOML of a file: parsing, all settings by their keys, the fingerprint |
-//! | [`urdf`] | robots of URDF files as model files |
 //! | `version` | versions of the format and renamed words |
 //! | `limits` | sizes beyond which a file is rejected |
 //! | [`expression`] | formulas such as `2*pi*r^2`: parsed once, evaluated over any [`Scalar`](autodiff::Scalar) |
@@ -49,10 +49,10 @@ mod document;
 pub mod expression;
 mod file;
 mod limits;
+pub mod robot;
 mod settings;
 mod text_parts;
 pub mod unit;
-pub mod urdf;
 mod version;
 
 pub use attached::with_files;

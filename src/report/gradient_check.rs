@@ -24,7 +24,8 @@ pub fn table(problem: &Problem, checked: &GradientCheck) -> Result<Table> {
 
 fn row(problem: &Problem, checked: &GradientCheck, d: &CheckedDerivative) -> Vec<Cell> {
     let response = &problem.responses[d.at.response];
-    let time = response.grid.map_or(Cell::Empty, |grid| Cell::Number(problem.grids[grid].points[d.at.point]));
+    let shown = |grid: usize| problem.grids[grid].shown(problem.grids[grid].points[d.at.point]);
+    let time = response.grid.map_or(Cell::Empty, |grid| Cell::Number(shown(grid)));
     let mut cells = vec![response.name.as_str().into(), time, problem.variables[d.variable].name.as_str().into()];
     cells.extend(d.computed.iter().map(|&claimed| Cell::Number(claimed)));
     let [value, error] = d.difference.map_or([Cell::Empty, Cell::Empty], |s| [s.value, s.error].map(Cell::Number));

@@ -215,7 +215,10 @@ fn constraint(problem: &Problem, j: usize, design: &[f64], evaluation: &Evaluati
         margin: margin(value),
         size,
         row: RowId { constraint: j, point },
-        time: quantity.grid().filter(|_| quantity.is_transient()).map(|g| problem.grids[g].points[point]),
+        time: quantity
+            .grid()
+            .filter(|_| quantity.is_transient())
+            .map(|g| problem.grids[g].shown(problem.grids[g].points[point])),
     }
 }
 

@@ -58,10 +58,15 @@ impl Page {
         let attached = page.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }));
         page.session = attached["sessionId"].as_str().unwrap().to_owned();
         page.call("Page.enable", json!({}));
+        page.resize([width, height]);
+        page
+    }
+
+    /// Gives the page the size of a window, or of a phone.
+    fn resize(&mut self, [width, height]: [u32; 2]) {
         let phone = width < 600;
         let metrics = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone });
-        page.call("Emulation.setDeviceMetricsOverride", metrics);
-        page
+        self.call("Emulation.setDeviceMetricsOverride", metrics);
     }
 
     /// Sends a command and returns its result.
@@ -157,10 +162,28 @@ impl Page {
         self.mouse("mouseReleased", to);
     }
 
-    /// A picture of the window as PNG, written to a file.
-    pub fn picture(&mut self, file: &Path, whole: bool) {
-        let taken = self.call("Page.captureScreenshot", json!({ "format": "png", "captureBeyondViewport": whole }));
-        std::fs::write(file, decoded(taken["data"].as_str().unwrap())).unwrap();
+    /// Pictures of a view, which begins with an element: on a desktop and on a phone, in light and dark colours. They are written to the
+    /// folder APP_PICTURES; without it there are none. Nothing is wider than the screen.
+    pub fn views(&mut self, name: &str, selector: &str) {
+        for (device, size) in [("desktop", [1400, 1000]), ("phone", [390, 800])] {
+            self.resize(size);
+            for scheme in ["light", "dark"] {
+                self.scheme(scheme);
+                let drawn = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))";
+                self.value(&format!(
+                    "(async () => {{ document.querySelector({selector:?}).scrollIntoView({{ behavior: 'instant' }}); \
+                     for (let k = 0; k < 5; k++) await {drawn}; return 0; }})()"
+                ));
+                assert_eq!(self.value("document.documentElement.scrollWidth > innerWidth"), false, "{name}, {device}");
+                if let Some(folder) = std::env::var_os("APP_PICTURES") {
+                    let taken = self.call("Page.captureScreenshot", json!({ "format": "webp", "quality": 70 }));
+                    let file = Path::new(&folder).join(format!("{name}-{device}-{scheme}.webp"));
+                    std::fs::write(file, decoded(taken["data"].as_str().unwrap())).unwrap();
+                }
+            }
+        }
+        self.scheme("light");
+        self.resize([1400, 1200]);
     }
 }
 

@@ -3,6 +3,7 @@
 mod any_text;
 #[cfg(feature = "cli")]
 mod browser;
+mod budget;
 mod combinations;
 mod commands;
 mod database;
@@ -22,22 +23,28 @@ mod kinds;
 mod limits;
 mod mechanics_benchmarks;
 mod mistakes;
+mod mjcf;
 mod notice;
 #[cfg(feature = "app")]
 mod open;
 #[cfg(feature = "app")]
+mod open_journey;
+#[cfg(feature = "app")]
 mod open_results;
 #[cfg(feature = "cli")]
 mod page;
+mod peak;
 mod program;
 #[cfg(feature = "cli")]
 mod report;
 mod robust;
 mod runs;
+mod scale;
 mod shell;
 mod space;
 mod study;
 mod study_kinds;
+mod sweeps;
 mod transcripts;
 mod twins;
 mod units;

@@ -412,21 +412,8 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
     std::fs::write(place.0.join("shaper.toml"), &text).unwrap();
     page.wait("document.getElementById('fault').hidden");
 
-    // On a phone nothing is wider than the screen.
-    let mut phone = Page::open(&program, &place.0, [390, 800]);
-    phone.show(&server.address());
-    phone.wait(settled);
-    assert_eq!(phone.value("document.documentElement.scrollWidth > innerWidth"), false);
-    if let Some(folder) = std::env::var_os("APP_PICTURES") {
-        let folder = Path::new(&folder);
-        for scheme in ["light", "dark"] {
-            page.scheme(scheme);
-            page.value("document.querySelector('#sliders input[type=range]').focus(); scrollTo(0, 0)");
-            page.picture(&folder.join(format!("open-{scheme}.png")), true);
-            phone.scheme(scheme);
-            phone.picture(&folder.join(format!("open-phone-{scheme}.png")), false);
-        }
-    }
+    page.value("document.querySelector('#sliders input[type=range]').focus()");
+    page.views("play", "body");
 }
 
 /// Waits until a value of the server has a property.
@@ -624,9 +611,7 @@ fn the_page_steers_edits_and_draws() {
     );
     page.wait(&format!("document.querySelectorAll('.margin').length === {}", limits + 2));
     page.wait("document.querySelectorAll('.plot:first-of-type path.limit').length >= 2");
-    if let Some(folder) = std::env::var_os("APP_PICTURES") {
-        page.picture(&Path::new(&folder).join("open-limits.png"), false);
-    }
+    page.views("limits", ".plot");
     page.click("#save");
     page.wait("document.getElementById('save').disabled");
     let text = place.read("lift.toml");
@@ -643,6 +628,7 @@ fn the_page_steers_edits_and_draws() {
         page.text("document.querySelector('#lines .wrong').textContent"),
         page.text("document.querySelector('#errors button').textContent.replace('line ', '')")
     );
+    page.views("file", "#text");
     type_text(&mut page, &text);
     page.wait("!document.querySelector('#errors button') && document.getElementById('save').disabled");
     page.wait(settled);
@@ -660,6 +646,7 @@ fn the_page_steers_edits_and_draws() {
     );
     let cycles = page.value("document.querySelectorAll('#cycles tbody tr').length").as_u64().unwrap();
     assert!(cycles > 2);
+    page.views("run", "#run");
     assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
 
     // A point of the shaper is dragged: variables follow, and the point is where the pointer was.
@@ -681,7 +668,5 @@ fn the_page_steers_edits_and_draws() {
     assert!(moved, "no joint can be dragged");
     page.wait(settled);
     assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
-    if let Some(folder) = std::env::var_os("APP_PICTURES") {
-        page.picture(&Path::new(&folder).join("open-dragged.png"), true);
-    }
+    page.views("dragged", "body");
 }

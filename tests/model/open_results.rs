@@ -5,7 +5,6 @@ use crate::devtools::Page;
 use crate::open::{Server, rests, start_design, wait};
 use crate::shell::TempFolder;
 use serde_json::{Value, json};
-use std::path::Path;
 
 const STUDY: &str = "version = 1\nmodel = \"absorber.toml\"\nkind = \"sample\"\ncount = 24\n\
     [vary.k]\nfrom = 0.2\nto = 0.9\n[vary.c]\nfrom = 0.2\nto = 0.9\n";
@@ -229,14 +228,16 @@ fn the_page_races_compares_and_completes() {
     page.wait(settled);
     page.value("(() => { const s = document.querySelector('#study svg'); s.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight' })); return 0; })()");
     page.wait(&format!("document.getElementById('study').dataset.row !== '{run}'"));
-    if let Some(folder) = std::env::var_os("APP_PICTURES") {
-        page.picture(&Path::new(&folder).join("open-stored.png"), true);
-    }
+    page.views("race", "#race");
+    page.views("stored", "#stored-runs");
+    page.views("study", "#study");
 
     // Words in the editor, chosen with the keyboard.
     page.middle("#text");
     page.value("(() => { const e = document.getElementById('text'); e.value += '\\n[[cons'; e.focus(); e.setSelectionRange(e.value.length, e.value.length); e.scrollTop = 1e6; return 0; })()");
     page.wait("document.activeElement.id === 'text'");
+    // The list is closed by a scroll, whose event comes with the next frame.
+    page.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))");
     let key = |kind: &str, name: &str| {
         format!(
             "(() => {{ document.getElementById('text').dispatchEvent(new KeyboardEvent('keydown', {{ key: '{name}', ctrlKey: {}, cancelable: true }})); return 0; }})()",
@@ -246,9 +247,10 @@ fn the_page_races_compares_and_completes() {
     page.value(&key("ctrl", " "));
     page.wait("!document.getElementById('words').hidden");
     assert!(page.text("document.querySelector('#words li b').textContent").starts_with("[[constraint]]"));
-    if let Some(folder) = std::env::var_os("APP_PICTURES") {
-        page.picture(&Path::new(&folder).join("open-words.png"), false);
-    }
+    // The last line is at the lower edge of the editor: the list is above it.
+    let is_inside = "(() => { const [a, b] = ['#words', '.editor'].map((e) => document.querySelector(e).getBoundingClientRect()); return a.top >= b.top && a.bottom <= b.bottom; })()";
+    assert_eq!(page.value(is_inside), true);
+    page.views("words", ".editor");
     page.value(&key("", "Enter"));
     page.wait("document.getElementById('text').value.endsWith('[[constraint]]')");
     page.wait("document.getElementById('words').hidden");

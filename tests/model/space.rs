@@ -421,6 +421,74 @@ fn impossible_mechanisms_in_space_are_named() {
     }
 }
 
+/// Ball joints of the double wishbone keep their distances from the hinges and from each other, and toe and camber are those of the
+/// rotation that moves them: nine equations for nine coordinates, without bodies and joints.
+#[test]
+fn the_double_wishbone_moves_as_its_hardpoints_say() {
+    use nalgebra::{Matrix3, Vector3};
+    let mut text = include_str!("../../examples/models/double-wishbone-space.toml").to_owned();
+    let balls = ["lower_ball", "upper_ball", "tie_outer"];
+    for ball in balls {
+        text += &format!("[[point]]\nname = \"on_{ball}\"\nbody = \"carrier\"\nat = \"{ball}\"\n");
+    }
+    let measures = balls.iter().flat_map(|ball| ["x", "y", "z"].map(|axis| format!("on_{ball}.{axis}")));
+    text += &outputs(measures.chain(["carrier.z".to_owned()]));
+    let model = read("wishbone.toml", &text).unwrap_or_else(|report| panic!("{report}"));
+    let problem = model.problem().unwrap();
+    let design = problem.start();
+    let values = problem.analyze(&design).unwrap().values;
+    let travel = &problem.grids[0].points;
+    let index = |name: &str| problem.responses.iter().position(|response| response.name == name).unwrap();
+    let (toe, camber, first) = (index("toe"), index("camber"), problem.responses.len() - 10);
+    let at = |ball: usize, p: usize| Vector3::from_fn(|k, _| values[first + 3 * ball + k][p]);
+    // Hardpoints of the file at ride height, which is the middle of the travel.
+    let [upper_front_z, upper_rear_z, lower_rear_z, upper_ball_y, tie_y, tie_z] = design[..6] else { panic!() };
+    let lower = [Vector3::new(-0.18, -0.38, 0.20), Vector3::new(0.20, -0.38, lower_rear_z)];
+    let upper = [Vector3::new(-0.12, -0.44, upper_front_z), Vector3::new(0.16, -0.45, upper_rear_z)];
+    let tie = Vector3::new(0.15, tie_y, tie_z);
+    let ride =
+        [Vector3::new(-0.01, -0.70, 0.19), Vector3::new(0.02, upper_ball_y, 0.50), Vector3::new(0.14, -0.69, 0.27)];
+    let frame = |[a, b, c]: [Vector3<f64>; 3]| Matrix3::from_columns(&[b - a, c - a, (b - a).cross(&(c - a))]);
+    let mut worst = [0.0f64; 2];
+    for (p, travel) in travel.iter().enumerate() {
+        let now = [0, 1, 2].map(|ball| at(ball, p));
+        let mut keeps = |a: Vector3<f64>, b: Vector3<f64>, a0: Vector3<f64>, b0: Vector3<f64>| {
+            worst[0] = worst[0].max(((a - b).norm() - (a0 - b0).norm()).abs());
+        };
+        for k in 0..2 {
+            keeps(now[0], lower[k], ride[0], lower[k]);
+            keeps(now[1], upper[k], ride[1], upper[k]);
+        }
+        keeps(now[2], tie, ride[2], tie);
+        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+            keeps(now[i], now[j], ride[i], ride[j]);
+        }
+        worst[0] = worst[0].max((values[first + 9][p] - 0.31 - travel).abs());
+        let turn = frame(now) * frame(ride).try_inverse().unwrap();
+        let (yaw, roll) = (turn[(1, 0)].atan2(turn[(0, 0)]), turn[(2, 1)].atan2(turn[(2, 2)]));
+        let unit = PI / 180.0;
+        worst[1] = worst[1].max((values[toe][p] * unit + yaw).abs().max((values[camber][p] * unit - roll).abs()));
+    }
+    println!("distances {:.1e} m, angles {:.1e} rad", worst[0], worst[1]);
+    assert!(worst[0] < 1e-10 && worst[1] < 1e-9 && values[toe].iter().any(|toe| toe.abs() > 0.5), "{worst:?}");
+}
+
+/// Mirrored halves of which one is upside down: the copy is named, at its place in the file.
+#[test]
+fn a_mirrored_joint_that_is_upside_down_is_named() {
+    let text = "version = 2\nspace = 3\n[time]\nto = 1\npoints = 2\n[analysis]\nkind = \"dynamics\"\n\
+                [[body]]\neach = { side = [\"left\", \"right\"] }\nname = \"{side}\"\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n\
+                [[joint]]\neach = [{ side = \"left\", s = -1 }, { side = \"right\", s = 1 }]\nname = \"{side}_hinge\"\n\
+                a = { body = \"ground\", z = [0, 0, -1] }\nb = { body = \"{side}\", z = [0, 0, \"{s}\"] }\n\
+                [[output]]\nname = \"x\"\nvalue = \"left.x\"\n";
+    let model = read("m.toml", text).unwrap_or_else(|report| panic!("{report}"));
+    let error = model.simulate(&[]).unwrap_err();
+    let report = model.locate(&error).unwrap().to_string();
+    for words in ["right_hinge", "wrong way round", "initial orientations", "m.toml:15"] {
+        assert!(report.contains(words), "{report}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 

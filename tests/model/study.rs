@@ -153,6 +153,45 @@ fn parts_joined_are_the_whole() {
     assert!(error.contains("all has part 1/1 of this study"), "{error}");
 }
 
+/// The job script of the examples, run as Slurm runs the tasks of an array job; `.ci/slurm` does the same on a real cluster.
+#[cfg(unix)]
+#[test]
+fn the_job_script_of_slurm_does_a_part_for_each_task() {
+    let place = place("slurm", &SAMPLE.replace("count = 40", "count = 20000"));
+    let program = std::path::Path::new(env!("CARGO_BIN_EXE_linkwright"));
+    let path = format!("{}:{}", program.parent().unwrap().display(), std::env::var("PATH").unwrap());
+    let task = |number: usize| {
+        let mut command = Command::new("sh");
+        command.args([concat!(env!("CARGO_MANIFEST_DIR"), "/examples/slurm.sh"), "s.toml", "4"]);
+        command.env("PATH", &path).env("SLURM_ARRAY_TASK_ID", number.to_string()).env("SLURM_CPUS_PER_TASK", "1");
+        command.current_dir(&place.0);
+        command
+    };
+    for number in [1, 3, 4] {
+        assert!(task(number).status().unwrap().success());
+    }
+    // A task is killed in the middle, and submitted again.
+    let rows = place.0.join("out/s-part-2-of-4/rows.jsonl");
+    let mut killed = task(2).spawn().unwrap();
+    while std::fs::metadata(&rows).map_or(0, |file| file.len()) < 20_000 {
+        std::thread::yield_now();
+        if killed.try_wait().unwrap().is_some() {
+            break;
+        }
+    }
+    drop(killed.kill());
+    killed.wait().unwrap();
+    assert!(task(2).status().unwrap().success());
+    let parts: Vec<String> = (1..=4).map(|k| format!("out/s-part-{k}-of-4")).collect();
+    let mut merge = vec!["study", "merge", "--out", "merged", "--quiet"];
+    merge.extend(parts.iter().map(String::as_str));
+    place.run(&merge, 0);
+    place.run(&["study", "s", "--quiet", "--out", "whole"], 0);
+    for file in ["rows.jsonl", "runs.csv", "summary.json"] {
+        assert!(place.read(&format!("merged/{file}")) == place.read(&format!("whole/{file}")), "{file}");
+    }
+}
+
 #[test]
 fn a_changed_study_is_rejected_in_its_folder_and_begins_another_one() {
     let place = place("changed", SAMPLE);

@@ -1,7 +1,7 @@
 //! Robots from URDF files: motions and torques against hand-written models and closed forms, mistakes, and the command.
 
 use linkwright::model_file::read;
-use linkwright::model_file::urdf::{Base, LIMIT, import};
+use linkwright::model_file::robot::{Base, LIMIT, import};
 use proptest::prelude::*;
 
 /// A robot of some elements, on a link `base` without mass.
@@ -28,23 +28,23 @@ fn imported(elements: &str) -> String {
 }
 
 /// Steps with small errors, and the end of the motion.
-fn accurate(text: &str, end: f64) -> String {
+pub(crate) fn accurate(text: &str, end: f64) -> String {
     text.replace("kind = \"dynamics\"", "kind = \"dynamics\"\nscheme = \"rk8\"\ntolerance = 1e-11")
         .replace("to = 1\npoints = 101", &format!("to = {end}\npoints = 3"))
 }
 
-fn output(name: &str, value: &str) -> String {
+pub(crate) fn output(name: &str, value: &str) -> String {
     format!("[[output]]\nname = \"{name}\"\nvalue = \"{value}\"\n")
 }
 
 /// Values of all outputs, [output][time].
-fn outputs(text: &str) -> Vec<Vec<f64>> {
+pub(crate) fn outputs(text: &str) -> Vec<Vec<f64>> {
     let model = read("r.toml", text).unwrap_or_else(|report| panic!("{text}\n{report}"));
     model.simulate(&[]).unwrap_or_else(|error| panic!("{text}\n{error}")).values
 }
 
 #[track_caller]
-fn near(found: f64, expected: f64, tolerance: f64) {
+pub(crate) fn near(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance, "{found}, expected {expected}");
 }
 
@@ -298,7 +298,8 @@ fn files_that_are_no_robots_or_attack_are_refused() {
     for (text, word) in [
         ("", "repair"),
         ("<robot name=\"r\">", "repair"),
-        ("<mujoco/>", "<mujoco>"),
+        ("<mujoco/>", "nothing moves"),
+        ("<sdf/>", "<sdf>"),
         ("<robot name=\"r\"/>", "no link"),
         ("<robot name=\"r\"><link name=\"a\"/></robot>", "nothing moves"),
         (bomb, "entities"),
@@ -351,6 +352,6 @@ fn the_command_writes_a_model_that_is_analysed() {
     assert!(place.run(&["import", "arm.urdf"], 1).contains("exists"));
     assert_eq!(place.run(&["import", "arm.urdf", "other.toml", "--quiet"], 0), "note: <visual> (1) was left out\n");
     assert!(place.run(&["import", "arm.urdf", "free", "--free-base"], 1).contains("moves freely"));
-    assert!(place.run(&["import", "none.urdf"], 1).contains("cannot read none.urdf"));
+    assert!(place.run(&["import", "none.urdf"], 1).contains("none.urdf: cannot read it"));
     place.run(&["import"], 2);
 }

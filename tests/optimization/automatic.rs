@@ -92,6 +92,22 @@ fn an_infeasible_problem_ends_at_a_stationary_point_of_the_violation_and_says_so
 }
 
 #[test]
+fn points_where_no_step_leads_on_are_left() {
+    for (name, optimum) in [
+        // The first step leads to zeros, where the rows depend on two variables in second order only.
+        ("hs89", 1.362_656_8),
+        // Large curvatures of opposite sign across the active rows, and nearly none along them.
+        ("hs116", 97.587_509_6),
+        // The powers of a variable at its small lower bound are so curved that their subproblem has no step.
+        ("hs102", 911.880_571),
+    ] {
+        let end = solve(&case(name));
+        assert_eq!(end.status, Status::Converged, "{name}: {}", end.reason);
+        assert!((end.evaluation.objective / optimum - 1.0).abs() < 1e-5, "{name}: {}", end.evaluation.objective);
+    }
+}
+
+#[test]
 fn an_unbounded_problem_does_not_converge() {
     assert_ne!(solve(&case("unbounded")).status, Status::Converged);
 }

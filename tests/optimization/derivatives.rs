@@ -1,7 +1,7 @@
 //! Exact derivatives compared with finite differences, for all problems of the library.
 
 use linkwright::approximation::{
-    ApproximateProblem, ApproximationOptions, CycleData, Linear, LinearizationPoint, SubproblemBox,
+    ApproximateProblem, ApproximationOptions, CycleData, DesignHistory, Linear, LinearizationPoint, SubproblemBox,
 };
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::nlp::Program;
@@ -85,7 +85,7 @@ fn assert_approximate_problem(problem: &Problem, b: &[f64]) {
     let data = CycleData::first_order(problem, &analyzed, retained).unwrap();
     let point = LinearizationPoint::first_order(&analyzed, &data);
     let region = RelativeLimits::default().region(problem, b, &vec![0.4; b.len()]);
-    let subproblem_box = SubproblemBox::new(problem, vec![b.to_vec()], (region.lower, region.upper));
+    let subproblem_box = SubproblemBox::new(problem, DesignHistory::default().after([b]), (region.lower, region.upper));
     let program =
         ApproximateProblem::new(problem, &Linear, point, (subproblem_box, ApproximationOptions::default())).unwrap();
 

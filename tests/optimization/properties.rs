@@ -1,9 +1,9 @@
 //! Properties that hold for all inputs: first-order exactness, optimality of subproblem solutions, safe screening.
 
 use linkwright::approximation::{
-    ApproximateProblem, Approximation, ApproximationOptions, Conlin, CurvatureRule, CycleData, DiagonalQuadratic,
-    Expansion, FullQuadratic, Hessian, Linear, LinearizationPoint, Mma, Reciprocal, Sample, SubproblemBox, Tana,
-    TwoPointExponential,
+    ApproximateProblem, Approximation, ApproximationOptions, Conlin, CurvatureRule, CycleData, DesignHistory,
+    DiagonalQuadratic, Expansion, FullQuadratic, Hessian, Linear, LinearizationPoint, Mma, Reciprocal, Sample,
+    SubproblemBox, Tana, TwoPointExponential,
 };
 use linkwright::autodiff::{Scalar, gradient};
 use linkwright::cases::{impact_absorber, slider_crank};
@@ -70,7 +70,7 @@ proptest! {
                 let here = Sample { design: &design, value, gradient: &slope };
                 let box_of = |factor: f64| design.iter().map(|b| b * factor).collect::<Vec<_>>();
                 let subproblem_box = SubproblemBox {
-                    history: vec![design.clone()],
+                    history: DesignHistory::default().after([&design[..]]),
                     lower: box_of(0.6),
                     upper: box_of(1.4),
                     scale: vec![1.0; design.len()],
@@ -129,7 +129,7 @@ fn with_approximate_problem(problem: &Problem, b: &[f64], judge: impl FnOnce(&Ap
     let data = CycleData::first_order(problem, &analyzed, retained).unwrap();
     let point = LinearizationPoint::first_order(&analyzed, &data);
     let region = RelativeLimits::default().region(problem, b, &vec![0.2; b.len()]);
-    let subproblem_box = SubproblemBox::new(problem, vec![b.to_vec()], (region.lower, region.upper));
+    let subproblem_box = SubproblemBox::new(problem, DesignHistory::default().after([b]), (region.lower, region.upper));
     judge(
         &ApproximateProblem::new(problem, &Linear, point, (subproblem_box, ApproximationOptions::default())).unwrap(),
     );

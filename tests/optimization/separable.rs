@@ -2,7 +2,8 @@
 
 use linkwright::Error;
 use linkwright::approximation::{
-    ApproximateProblem, Approximation, ApproximationOptions, Conlin, CycleData, LinearizationPoint, Mma, SubproblemBox,
+    ApproximateProblem, Approximation, ApproximationOptions, Conlin, CycleData, DesignHistory, LinearizationPoint, Mma,
+    SubproblemBox,
 };
 use linkwright::cases::{cantilever, ten_bar_truss, two_bar_truss};
 use linkwright::nlp::separable::{DiagonalQuadraticProgram, MovingAsymptotesProgram, ReciprocalProgram, Term};
@@ -162,7 +163,7 @@ fn solvers_agree_on_the_subproblems_of_structures() {
             let point = LinearizationPoint::first_order(&analyzed, &data);
             let region = problem.variables.iter().zip(&start);
             let bounds = region.map(|(v, x)| ((0.3 * x).max(v.lower), (3.0 * x).min(v.upper))).unzip();
-            let around = SubproblemBox::new(&problem, vec![start.clone()], bounds);
+            let around = SubproblemBox::new(&problem, DesignHistory::default().after([&start[..]]), bounds);
             let program =
                 ApproximateProblem::new(&problem, approximation, point, (around, ApproximationOptions::default()))
                     .unwrap();

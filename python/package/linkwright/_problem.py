@@ -47,8 +47,11 @@ class BaseProblem:
         self.title, self.objective_name, self.objective_unit, self._sign = core.head
         self.variables = tuple(Variable(*row) for row in core.variables)
         self.variable_names = tuple(variable.name for variable in self.variables)
-        self.response_names = tuple(row[0] for row in core.responses)
-        self.constraint_names = tuple(row[0] for row in core.constraints)
+        # Names, and whether there are values over time; read once, because every analysis needs them.
+        self._responses = tuple((row[0], row[2]) for row in core.responses)
+        self._constraints = tuple((row[0], row[4]) for row in core.constraints)
+        self.response_names = tuple(name for name, _ in self._responses)
+        self.constraint_names = tuple(name for name, _ in self._constraints)
         grid = core.time
         self.time: Array | None = None if grid is None else grid[2]
         if self.time is not None:
@@ -160,9 +163,9 @@ class BaseProblem:
             array,
             self.variable_names,
             self.time,
-            {row[0]: v if row[2] else v[:, 0] for row, v in zip(self._core.responses, responses)},
+            {name: v if is_history else v[:, 0] for (name, is_history), v in zip(self._responses, responses)},
             self._sign * objective,
-            {row[0]: v if row[4] else v[:, 0] for row, v in zip(self._core.constraints, constraints)},
+            {name: v if is_history else v[:, 0] for (name, is_history), v in zip(self._constraints, constraints)},
             violation,
             failures,
         )
@@ -330,10 +333,10 @@ class BaseProblem:
         return indices
 
     def _labelled_responses(self, arrays: Sequence[Array]) -> dict[str, Any]:
-        return {row[0]: v if row[2] else float(v[0]) for row, v in zip(self._core.responses, arrays)}
+        return _labelled(self._responses, arrays)
 
     def _labelled_constraints(self, arrays: Sequence[Array]) -> dict[str, Any]:
-        return {row[0]: v if row[4] else float(v[0]) for row, v in zip(self._core.constraints, arrays)}
+        return _labelled(self._constraints, arrays)
 
     def __repr__(self) -> str:
         points = 0 if self.time is None else len(self.time)
@@ -527,6 +530,11 @@ class Problem(BaseProblem):
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._arguments = state
         self._setup()
+
+
+def _labelled(rows: Sequence[tuple[str, bool]], arrays: Sequence[Array]) -> dict[str, Any]:
+    """The arrays by name; a float for what has no values over time."""
+    return {name: v if is_history else float(v[0]) for (name, is_history), v in zip(rows, arrays)}
 
 
 def _bounded(variable: Mapping[str, Any]) -> dict[str, Any]:

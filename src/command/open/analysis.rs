@@ -1,5 +1,6 @@
 //! The record of an analysed design: outputs, objective, constraints and motion, and the derivatives of all of them.
 
+use super::super::budget::Budget;
 use super::super::model::located;
 use linkwright::model_file::Model;
 use linkwright::problem::{
@@ -23,6 +24,7 @@ pub struct AnalysedModel {
     /// `None` for a file without an objective.
     problem: Option<Result<Problem>>,
     last: Option<AnalyzedDesign>,
+    budget: Budget,
 }
 
 /// An analysed design. Designs are those of the model's variables, without the one that bounds a peak.
@@ -102,9 +104,9 @@ struct Gradients {
 
 impl AnalysedModel {
     /// A model without an analysis. That its problem cannot be built is the error of each analysis.
-    pub fn new(model: Model) -> Self {
+    pub fn new(model: Model, budget: Budget) -> Self {
         let problem = model.is_problem().then(|| model.problem());
-        Self { model, problem, last: None }
+        Self { model, problem, last: None, budget }
     }
 
     /// Analyses a design, and differentiates it if `derivatives`. The design that was analysed last is not analysed again.
@@ -115,13 +117,15 @@ impl AnalysedModel {
             Error::check_option(&variable.name, "within its bounds", *value, inside)
         })?;
         Error::check_length("design", self.model.variables().len(), design.len())?;
-        let Self { model, problem, last } = self;
+        let Self { model, problem, last, budget } = self;
         let motion = || motion(model, design);
         let Some(problem) = problem else {
+            budget.check_simulation(model)?;
             let (responses, motion) = rayon::join(|| model.simulate(design), motion);
             return Ok(simulated(design, located(&*model, responses)?, located(&*model, motion)?, begin));
         };
         let problem = located(&*model, problem.as_ref().map_err(Clone::clone))?;
+        budget.check_table(problem, model.method())?;
         let full = full_design(problem, design);
         let known = last.take().filter(|known| known.design == full);
         let analysed = || known.map_or_else(|| problem.analyze_design(&full), Ok);
@@ -361,7 +365,7 @@ mod tests {
     #[test]
     fn the_derivatives_predict_a_near_design() {
         for name in ["impact-absorber", "shaper", "slider-crank-assembled", "two-bar-truss"] {
-            let mut at = AnalysedModel::new(model(name));
+            let mut at = AnalysedModel::new(model(name), Budget::default());
             let design: Vec<f64> = at.model.variables().iter().map(|v| v.start).collect();
             let here = at.analyse(&design, true).unwrap();
             let found = here.derivatives.as_ref().unwrap();
@@ -408,7 +412,7 @@ mod tests {
 
     #[test]
     fn a_design_outside_its_bounds_or_of_another_length_is_refused() {
-        let mut at = AnalysedModel::new(model("impact-absorber"));
+        let mut at = AnalysedModel::new(model("impact-absorber"), Budget::default());
         for wrong in [vec![], vec![0.5], vec![0.5, 0.5, 0.5], vec![2.0, 0.5], vec![f64::NAN, 0.5]] {
             assert!(at.analyse(&wrong, true).is_err(), "{wrong:?}");
         }

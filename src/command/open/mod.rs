@@ -23,6 +23,7 @@ mod session;
 mod stored;
 mod worker;
 
+use super::budget::Budget;
 use super::model::model_file;
 use super::output::{complain, say};
 use anyhow::Context;
@@ -47,14 +48,16 @@ pub struct Open {
     /// Analyse designs that are read from standard input, for the server
     #[arg(long, hide = true)]
     worker: bool,
+    #[command(flatten)]
+    budget: Budget,
 }
 
 impl Open {
     pub fn run(&self) -> anyhow::Result<()> {
         if self.worker {
-            return worker::run();
+            return worker::run(self.budget);
         }
-        let session = Session::open(&model_file(&self.file))?;
+        let session = Session::open(&model_file(&self.file), self.budget)?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
         runtime.context("cannot start the server")?.block_on(async {
             let server = server::Server::bind(session).await?;

@@ -3,6 +3,7 @@
 //! The run is stored as `linkwright optimize` stores it, after each trial step, so that `resume`, `report` and `runs` know it. A
 //! trial step that is taken back, and a decision by hand, are recorded like edits of the model.
 
+use super::super::budget::Budget;
 use super::super::model::{located, with_program};
 use super::super::optimize;
 use super::super::run_directory::{Change, RunDirectory};
@@ -63,6 +64,7 @@ pub struct Optimization {
     published: Arc<Mutex<Published>>,
     thread: Mutex<Option<Sender<Action>>>,
     news: watch::Sender<u64>,
+    budget: Budget,
 }
 
 /// What is known of a run outside its thread.
@@ -80,8 +82,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Optimization {
     /// No run; `news` counts what pages have to read.
-    pub fn new(news: watch::Sender<u64>) -> Self {
-        Self { published: Arc::default(), thread: Mutex::default(), news }
+    pub fn new(news: watch::Sender<u64>, budget: Budget) -> Self {
+        Self { published: Arc::default(), thread: Mutex::default(), news, budget }
     }
 
     /// The run as pages show it.
@@ -103,7 +105,7 @@ impl Optimization {
         let is_new = matches!(action, Action::Start { .. } | Action::Resume { .. });
         if is_new {
             let (sender, receiver) = channel();
-            let (published, news) = (self.published.clone(), self.news.clone());
+            let (published, news, budget) = (self.published.clone(), self.news.clone(), self.budget);
             let (file, text) = (file.to_owned(), text.to_owned());
             // The former run ends when its sender is dropped.
             *thread = Some(sender);
@@ -113,7 +115,7 @@ impl Optimization {
                     news.send_modify(|number| *number += 1);
                 };
                 publish(json!({ "status": "Starting" }), "");
-                match SteeredRun::begin(action, &file, &text) {
+                match SteeredRun::begin(action, &file, &text, budget) {
                     Ok(run) => run.serve(&receiver, &publish),
                     Err(error) => publish(json!({ "status": "Failed", "fault": message(&error) }), ""),
                 }
@@ -140,19 +142,20 @@ struct SteeredRun {
     is_running: bool,
     /// Error of the last action.
     fault: Option<String>,
+    budget: Budget,
 }
 
 impl SteeredRun {
     /// A new run from a design, or a stored one.
-    fn begin(action: Action, file: &Path, text: &str) -> anyhow::Result<Self> {
+    fn begin(action: Action, file: &Path, text: &str, budget: Budget) -> anyhow::Result<Self> {
         match action {
-            Action::Start { design, method } => Self::start(design, method.as_deref(), file, text),
-            Action::Resume { folder } => Self::resume(&folder),
+            Action::Start { design, method } => Self::start(design, method.as_deref(), file, text, budget),
+            Action::Resume { folder } => Self::resume(&folder, budget),
             _ => bail!("there is no run"),
         }
     }
 
-    fn start(design: Vec<f64>, method: Option<&str>, file: &Path, text: &str) -> anyhow::Result<Self> {
+    fn start(design: Vec<f64>, method: Option<&str>, file: &Path, text: &str, budget: Budget) -> anyhow::Result<Self> {
         let name = file.display().to_string();
         let mut text = text.to_owned();
         if let Some(method) = method {
@@ -167,25 +170,27 @@ impl SteeredRun {
         }
         let model = with_program(read(&name, &text)?, file);
         let problem = located(&model, model.problem())?;
+        budget.check(&problem, model.method())?;
         let mut folder = optimize::next_folder(&model, &text, file)?;
         let mut state = located(&model, model.method().start(&problem))?;
         folder.save(&model, &problem, &mut state)?;
-        Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None })
+        Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None, budget })
     }
 
     /// Continues the run in a folder of the default folder of results.
-    fn resume(name: &str) -> anyhow::Result<Self> {
-        Self::reopened(Directory::open(Path::new(&stored::known(name)?.folder))?, None)
+    fn resume(name: &str, budget: Budget) -> anyhow::Result<Self> {
+        Self::reopened(Directory::open(Path::new(&stored::known(name)?.folder))?, None, budget)
     }
 
     /// The run of a folder, with an edited model if there is one.
-    fn reopened(directory: Directory, edited: Option<&str>) -> anyhow::Result<Self> {
+    fn reopened(directory: Directory, edited: Option<&str>, budget: Budget) -> anyhow::Result<Self> {
         let (mut folder, mut model, mut text) = RunDirectory::claim(directory)?;
         if let Some(edited) = edited {
             folder.edit(edited)?;
             (model, text) = (read("model.toml", edited)?, edited.to_owned());
         }
         let problem = located(&model, model.problem())?;
+        budget.check(&problem, model.method())?;
         let state = folder.resume(&model, &problem, &text, false)?;
         let state = match state {
             Some(state) => state,
@@ -193,7 +198,7 @@ impl SteeredRun {
         };
         let mut state = model.method().restart(&problem, state)?;
         folder.save(&model, &problem, &mut state)?;
-        Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None })
+        Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None, budget })
     }
 
     /// Acts until the page closes the run or begins another one.
@@ -328,7 +333,7 @@ impl SteeredRun {
         };
         let directory = self.folder.folder().directory().clone();
         self.folder.release();
-        let mut again = Self::reopened(directory, Some(&text))?;
+        let mut again = Self::reopened(directory, Some(&text), self.budget)?;
         again.earlier = std::mem::take(&mut self.earlier);
         again.is_running = self.is_running && again.state.status == Status::Running;
         Ok(Ok(again))

@@ -3,6 +3,7 @@
 //! The file on disk is the truth: it is read again whenever it changes. Text that is edited in a page is kept in `FILE.unsaved` until it
 //! is saved. The model in force is the last one without errors.
 
+use super::super::budget::Budget;
 use super::super::model::programs_are_allowed;
 use super::super::run_directory::fingerprint;
 use super::optimization::{Action, Optimization};
@@ -73,7 +74,7 @@ pub enum Saved {
 
 impl Session {
     /// Opens a model file. That it has errors is shown in the page.
-    pub fn open(file: &Path) -> anyhow::Result<Self> {
+    pub fn open(file: &Path, budget: Budget) -> anyhow::Result<Self> {
         let cannot = || format!("cannot read the model {}", file.display());
         let path = file.canonicalize().with_context(cannot)?;
         let (Some(parent), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else {
@@ -81,6 +82,7 @@ impl Session {
         };
         let directory = Directory::open(parent).with_context(cannot)?;
         let mut arguments = vec!["open".to_owned(), "--worker".to_owned(), name.to_owned()];
+        arguments.extend(["--memory".to_owned(), budget.bytes().to_string()]);
         if programs_are_allowed() {
             arguments.push("--allow-programs".to_owned());
         }
@@ -101,8 +103,8 @@ impl Session {
             directory,
             project: Mutex::new(project),
             queue: Queue::start(program, arguments),
-            optimization: Optimization::new(news.clone()),
-            rival: Optimization::new(news.clone()),
+            optimization: Optimization::new(news.clone(), budget),
+            rival: Optimization::new(news.clone(), budget),
             news,
             path,
         };
@@ -341,13 +343,15 @@ fn description(model: &Model) -> Value {
     let finite = |v: f64| v.is_finite().then_some(v);
     let variable = |v: &DesignVariable| json!({ "name": v.name, "unit": v.unit, "start": v.start, "lower": finite(v.lower), "upper": finite(v.upper) });
     let output = |(name, unit, grid): (&str, &str, Option<usize>)| json!({ "name": name, "unit": unit, "changes": grid.is_some() });
-    let grid = |grid: &TimeGrid| json!({ "name": grid.name, "unit": grid.unit, "points": grid.points });
+    let shown = |times: Vec<f64>| model.grid().map(|grid| times.iter().map(|&t| grid.shown(t)).collect::<Vec<_>>());
+    let drawing_times = model.drawing_times().and_then(shown);
+    let grid = |grid: &TimeGrid| json!({ "name": grid.name, "unit": grid.unit, "points": grid.shown_points() });
     json!({
         "title": model.title(),
         "variables": model.variables().iter().map(variable).collect::<Vec<_>>(),
         "outputs": model.output_names().map(output).collect::<Vec<_>>(),
         "time": model.grid().map(grid),
-        "drawing_times": model.drawing_times(),
+        "drawing_times": drawing_times,
         "objective": problem.as_ref().map(objective),
         "constraints": problem.as_ref().map_or_else(Vec::new, constraints),
         "fault": fault,

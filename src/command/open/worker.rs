@@ -1,6 +1,7 @@
 //! The process that analyses designs. Standard input: the model as a line of JSON, then a request in each line; standard output: an
 //! answer in each line. The process ends with its standard input, also in the middle of an analysis.
 
+use super::super::budget::Budget;
 use super::super::model::with_program;
 use super::analysis::AnalysedModel;
 use super::guard::message;
@@ -28,7 +29,7 @@ struct Wanted {
 }
 
 /// Answers until standard input ends.
-pub fn run() -> anyhow::Result<()> {
+pub fn run(budget: Budget) -> anyhow::Result<()> {
     let (sender, lines) = mpsc::channel();
     std::thread::spawn(move || {
         for line in std::io::stdin().lock().lines().map_while(Result::ok) {
@@ -38,7 +39,7 @@ pub fn run() -> anyhow::Result<()> {
     });
     let first: ModelLine = serde_json::from_str(&lines.recv().context("there is no model")?)?;
     let file = Path::new(&first.file);
-    let mut model = AnalysedModel::new(with_program(read(&first.file, &first.text)?, file));
+    let mut model = AnalysedModel::new(with_program(read(&first.file, &first.text)?, file), budget);
     let mut output = std::io::stdout().lock();
     for line in lines {
         let wanted: Wanted = serde_json::from_str(&line)?;

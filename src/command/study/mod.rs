@@ -142,7 +142,9 @@ fn read_study(file: &Path, settings: &Settings, budget: &Budget) -> anyhow::Resu
         budget.check(&located(&read_model, read_model.problem())?, read_model.method())?;
     }
     let source = ModelSource { name: model.display().to_string(), text, programs: program_folder(&model) };
-    Ok(studies::Study::new(read, &source)?)
+    let study = studies::Study::new(read, &source)?;
+    budget.check_rows(&study)?;
+    Ok(study)
 }
 
 /// The study of a folder, from the copies of its files. Its programs do not run.

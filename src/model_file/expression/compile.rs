@@ -166,8 +166,13 @@ impl Code<'_> {
             let message = format!("{what}`{name}` {CANNOT}");
             Err(Diagnostic::new(span.clone(), message).help(format!("{place} may use {}", self.scope.words())))
         };
-        if name == "time" {
+        let axis = &self.names.axis;
+        if name == axis.name() {
             return if *time { self.push(Operation::Time, span) } else { cannot("") };
+        }
+        if let ("time", Some(sweep)) = (name, axis.sweep()) {
+            let message = format!("`time` has no meaning in this file, whose [sweep] is over `{sweep}`");
+            return Err(Diagnostic::new(span.clone(), message).help(format!("write `{sweep}`, or use [time]")));
         }
         match self.names.meanings.get(name) {
             Some(Meaning::Constant(value)) => Ok(Some(*value)),
@@ -221,7 +226,7 @@ impl Code<'_> {
             return Diagnostic::new(span.clone(), format!("the function `{name}` has no arguments"))
                 .label("expected `(`");
         }
-        let time = self.scope.time.then_some("time");
+        let time = self.scope.time.then_some(self.names.axis.name());
         let design = |n: &&str| self.scope.design || !matches!(self.names.meanings.get(*n), Some(Meaning::Design(_)));
         let known = self.names.order.iter().map(String::as_str).filter(design).chain(["pi"]).chain(time);
         let more = (self.scope.suggestions)();

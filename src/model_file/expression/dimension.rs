@@ -98,8 +98,8 @@ impl Inference<'_> {
     }
 
     fn of_name(&mut self, name: &str) -> Inferred {
-        if name == "time" {
-            return Ok(Unit::parse("s").and_then(|unit| Known::loose(unit.dimension)));
+        if name == self.names.axis.name() {
+            return Ok(self.names.axis.known());
         }
         let Some(meaning) = self.names.meanings.get(name) else {
             return Ok((self.scope.other_units)(name).map(|unit| unit.known));

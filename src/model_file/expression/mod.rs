@@ -24,6 +24,7 @@
 //! # Ok::<(), linkwright::model_file::Diagnostic>(())
 //! ```
 
+mod axis;
 mod compile;
 mod compiled;
 mod dimension;
@@ -35,6 +36,7 @@ mod reduction;
 mod table;
 mod tree;
 
+pub use axis::Axis;
 pub use compile::{OtherUnit, Scope};
 pub use compiled::{CompiledExpression, Inputs};
 pub use function::MathFunction;

@@ -1,6 +1,7 @@
 //! Names in expressions: design variables, constants and named expressions.
 
 use super::Tree;
+use super::axis::Axis;
 use super::function::FUNCTIONS;
 use super::known::Known;
 use super::table::Table;
@@ -34,6 +35,8 @@ pub struct Names {
     pub(super) tables: HashMap<String, Arc<Table>>,
     /// Dimensions of constants.
     pub(super) dimensions: HashMap<String, Known>,
+    /// The quantity over which histories are.
+    pub(super) axis: Axis,
     /// Operations of all expressions compiled so far.
     pub(super) compiled: Cell<usize>,
 }
@@ -70,6 +73,16 @@ impl Names {
     /// The unit of the values of a design variable; `None` if they are in SI.
     pub fn unit_of(&self, design: &str) -> Option<&Unit> {
         self.units.get(design)
+    }
+
+    /// Sets the quantity over which histories are.
+    pub fn set_axis(&mut self, axis: Axis) {
+        self.axis = axis;
+    }
+
+    /// The quantity over which histories are.
+    pub fn axis(&self) -> &Axis {
+        &self.axis
     }
 
     /// Adds a table, which expressions call as a function.
@@ -117,7 +130,8 @@ impl Names {
     /// If it is no valid name, is reserved, or is already defined.
     pub fn check(&self, name: &str, span: Range<usize>) -> Result<(), Diagnostic> {
         check_name(name, span.clone())?;
-        if !(self.meanings.contains_key(name) || self.tables.contains_key(name)) {
+        let is_axis = self.axis.sweep() == Some(name);
+        if !(is_axis || self.meanings.contains_key(name) || self.tables.contains_key(name)) {
             return Ok(());
         }
         Err(Diagnostic::new(span, format!("the name `{name}` is taken twice")).label("second use"))

@@ -1,13 +1,11 @@
-//! `[time]` and `[analysis]`: time points and the analysis of the mechanism.
+//! `[analysis]`: the analysis of the mechanism.
 
 use super::key::{Accepts, Key, TableKeys, default, optional, required};
-use super::label::{self, Labels};
 use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::section::{Read, Section};
 use crate::Readable;
 use crate::Result;
 use crate::model_file::expression::Names;
-use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 #[cfg(feature = "report")]
 use crate::problem::Responses;
@@ -19,15 +17,6 @@ use mechanics::analyses::statics::Statics;
 use mechanics::initial_conditions::Assembly;
 use mechanics::integrators::explicit::{Coordinates, Explicit, StepControl};
 use mechanics::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed};
-
-const TIME: &[Key] = &[
-    default("name", Accepts::Text, "time", "name of the time, for axes"),
-    default("unit", Accepts::Text, "s", "unit of the time, for axes"),
-    default("from", Accepts::Number, "0", "first time point").of("s"),
-    optional("to", Accepts::Number, "last time point").of("s"),
-    optional("points", Accepts::Count, "number of equally spaced time points, both ends included"),
-    optional("at", Accepts::Numbers, "list of all time points, in place of the three keys above").of("s"),
-];
 
 pub const KEYS: &[Key] = &[
     required("kind", Accepts::Choice(&["dynamics", "kinematics", "statics", "program"]), "kind of analysis"),
@@ -109,7 +98,6 @@ const DYNAMICS: &[Key] = &[
 
 /// Declarations for documentation and schema.
 pub const TABLES: &[TableKeys] = &[
-    TableKeys { name: "time", kind: None, about: "the time points of all histories", keys: TIME },
     TableKeys { name: "analysis", kind: None, about: "analysis of the mechanism", keys: KEYS },
     TableKeys { name: "analysis", kind: Some("dynamics"), about: "the motion over time", keys: DYNAMICS },
     TableKeys {
@@ -120,47 +108,6 @@ pub const TABLES: &[TableKeys] = &[
     },
     TableKeys { name: "analysis", kind: Some("statics"), about: "a static equilibrium for each time point", keys: &[] },
 ];
-
-/// Reads the time points, if there are any.
-pub fn read_time(file: &Section<'_>, names: &Names, labels: &Labels) -> Read<Option<TimeGrid>> {
-    let Some(section) = file.inner("time", &[TIME])? else { return Ok(None) };
-    let points = match section.numbers("at", names)? {
-        Some(points) => {
-            if let Some(key) = ["from", "to", "points"].into_iter().find(|key| section.has(key)) {
-                return Err(section.error_at(key, format!("`{key}` and `at` exclude each other")));
-            }
-            points
-        }
-        None => uniform(&section, names)?,
-    };
-    if let Some(p) = (1..points.len()).find(|&p| points[p] <= points[p - 1]) {
-        let message = format!("time points must increase, but {} follows {}", points[p], points[p - 1]);
-        return Err(section.error_at("at", message).help("give strictly increasing time points"));
-    }
-    // The parameter of a motion may be another quantity than the time, such as a travel.
-    let time = label::time();
-    let label = Unit::parse(&section.text("unit")?).map(|unit| unit.dimension);
-    let time = time.filter(|time| label == Some(time.dimension));
-    let grid = TimeGrid::new(&section.text("name")?, &labels.read(&section, time, None)?, points);
-    grid.map(Some).map_err(|e| section.error_at("at", e.to_string()))
-}
-
-fn uniform(section: &Section<'_>, names: &Names) -> Read<Vec<f64>> {
-    let from = section.number("from", names)?.unwrap_or(0.0);
-    let (Some(to), Some(count)) = (section.number("to", names)?, section.count("points", limits::POINTS)?) else {
-        let message = "[time] needs `to` and `points`, or `at`";
-        return Err(section.error_at("to", message).help("for instance to = 12.0 and points = 101"));
-    };
-    if !(from < to) {
-        let [from, to] = [from, to].map(Readable);
-        return Err(section.error_at("to", format!("the last time point {to} must be after the first one, {from}")));
-    }
-    if count < 2 {
-        return Err(section.error_at("points", "at least two time points are needed"));
-    }
-    let grid = TimeGrid::uniform(from, to, count).map_err(|e| section.error_at("points", e.to_string()))?;
-    Ok(grid.points)
-}
 
 /// Method of the derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -202,6 +149,12 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, mechanism: &Mech
         None => (0, DYNAMICS),
     };
     let section = Section::open(value, "[analysis]", &[KEYS, kind.1], file.source())?;
+    if kind.0 == 0
+        && let Some(sweep) = names.axis().sweep()
+    {
+        let message = format!("a motion over time needs [time], and this file sweeps `{sweep}`");
+        return Err(section.error_at("kind", message).help("use kind = \"kinematics\" or \"statics\", or [time]"));
+    }
     let start = if kind.0 == 0 { section.number("start", names)?.unwrap_or(0.0) } else { grid.points[0] };
     let kind = match kind.0 {
         0 => AnalysisKind::Dynamics(dynamics(&section, names, grid, mechanism.coordinates())?),

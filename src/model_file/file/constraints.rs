@@ -1,5 +1,6 @@
 //! `[[constraint]]`: limits of a value, at all time points, on an interval, or in continuous time.
 
+use super::axis::on_axis;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
 use super::naming::constant_in;
 use super::quantity::{CompiledQuantity, QuantityContext};
@@ -25,10 +26,18 @@ const KEYS: &[Key] = &[
         "normalization, in the unit of the value; by default |limit|, or 1 if that is zero",
     )
     .of_any_unit(),
-    optional("from", Accepts::Number, "first time at which the constraint must hold; by default the first time point")
-        .of("s"),
-    optional("to", Accepts::Number, "last time at which the constraint must hold; by default the last time point")
-        .of("s"),
+    optional(
+        "from",
+        Accepts::Number,
+        "first time, or point of a sweep, at which the constraint must hold; by default the first point",
+    )
+    .of("s"),
+    optional(
+        "to",
+        Accepts::Number,
+        "last time, or point of a sweep, at which the constraint must hold; by default the last point",
+    )
+    .of("s"),
     default("continuous", Accepts::Flag, "false", "whether the constraint must hold between the time points, too"),
     NEIGHBOURS,
     optional("directly_in", Accepts::Intermediate, "approximates the value itself, linearized in these variables"),
@@ -133,7 +142,8 @@ fn scale(scale: Option<f64>, section: &Section<'_>) -> Read<Option<f64>> {
 
 /// The interval on which the constraint holds, if it is not the whole one.
 fn window(section: &Section<'_>, known: &QuantityContext<'_>, value: &CompiledQuantity) -> Read<Option<[f64; 2]>> {
-    let (from, to) = (section.number("from", known.names)?, section.number("to", known.names)?);
+    let [from, to] = ["from", "to"].map(|key| on_axis(section, key, known.names));
+    let (from, to) = (from?, to?);
     let key = if from.is_some() { "from" } else { "to" };
     if from.is_none() && to.is_none() {
         return Ok(None);

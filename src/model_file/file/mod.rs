@@ -10,12 +10,14 @@
 //! | `mechanism` | the mechanism as a pure function of the design |
 //! | `measures`, `measured`, `outputs`, `label` | measured quantities, formulas of them, outputs and their units |
 //! | `events` | events by a condition |
-//! | `analysis`, `program` | time points and analysis; analysis by another program |
+//! | `axis` | the points of all histories, over time or over another quantity |
+//! | `analysis`, `program` | the analysis; analysis by another program |
 //! | `quantity`, `objective`, `constraints` | objective and constraints as formulas of outputs |
 //! | `method` | the optimization method |
 //! | `drawing`, `drawing3`, `symbols` | drawings of the mechanism in motion, in the plane and in space, and shapes of its elements |
 
 mod analysis;
+mod axis;
 mod beams;
 mod beams3;
 mod bodies;
@@ -118,6 +120,7 @@ pub(super) const KEYS: &[Key] = &[
     optional("force", Accepts::Tables, "forces"),
     optional("event", Accepts::Tables, "events: joints that let go, forces that are switched, the end of the motion"),
     optional("time", Accepts::Table, "the time points of all histories"),
+    optional("sweep", Accepts::Table, "points of another quantity, such as a travel, in place of [time]"),
     optional("series", Accepts::Table, "series of numbers, one for each time point: NAME = [ … ]"),
     optional("analysis", Accepts::Table, "analysis of the mechanism, or by another program"),
     optional("output", Accepts::Tables, "responses of the analysis"),
@@ -157,7 +160,14 @@ pub(super) fn families() -> Vec<TableKeys> {
     all.extend(beams3::TABLES);
     all.extend(element_kinds::tables3());
     all.extend(events::TABLES);
-    all.extend(motion::TABLES.iter().chain(analysis::TABLES).chain([&program::TABLE]).chain(outputs::TABLES));
+    all.extend(
+        motion::TABLES
+            .iter()
+            .chain(axis::TABLES)
+            .chain(analysis::TABLES)
+            .chain([&program::TABLE])
+            .chain(outputs::TABLES),
+    );
     all.extend(objective::TABLES.iter().chain(constraints::TABLES).chain(method::TABLES));
     all
 }
@@ -244,7 +254,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     let program = program::read(&section, &names)?;
     let mechanism = if program.is_some() { None } else { mechanism::read(&section, &names)? };
     let labels = Labels::of(table, &variables);
-    let grid = analysis::read_time(&section, &names, &labels)?;
+    let grid = axis::read(&section, &names, &labels)?;
     let series = quantity::series(&section, &names, grid.as_ref())?;
     let outputs = outputs::read(
         &section,
@@ -285,7 +295,9 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
             mechanism.start = settings.start();
             Some((Arc::new(mechanism), settings))
         }
-        (Some(_), None) => return Err(section.error_at("time", "a mechanism needs time points").help("add [time]")),
+        (Some(_), None) => {
+            return Err(section.error_at("time", "a mechanism needs time points").help("add [time], or [sweep]"));
+        }
     };
     let title = section.text("title")?;
     let title = if title.is_empty() { file.to_owned() } else { title };
@@ -324,7 +336,7 @@ fn check_times(section: &Section<'_>, outputs: &[OutputSpec], grid: Option<&Time
         None => Ok(()),
         Some(output) => {
             let message = format!("the output `{}` changes with time, but there are no time points", output.name);
-            Err(section.error_at("time", message).help("add [time] with `to` and `points`"))
+            Err(section.error_at("time", message).help("add [time] with `to` and `points`, or [sweep]"))
         }
     }
 }

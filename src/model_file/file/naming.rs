@@ -1,5 +1,6 @@
 //! Design variables, constants and named expressions.
 
+use super::axis;
 use super::key::{Accepts, Key, default, optional, required};
 use super::section::{Read, Section, constant, ordered, tree, wrong_type};
 use crate::Readable;
@@ -56,6 +57,7 @@ pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>)> {
     }
     constants(file, &mut names)?;
     tables(file, &mut names)?;
+    names.set_axis(axis::read_name(file, &names)?);
     // A variable with errors is defined nevertheless, because other parts of the file name it.
     let read = |(name, section): &(String, Section<'_>)| {
         let is_known = !without_unit.contains(&name);

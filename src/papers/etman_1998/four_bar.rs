@@ -1,7 +1,9 @@
 //! Tables V and VI: the stress-constrained flexible four-bar mechanism.
 
 use super::printed_rows::{PrintedRow, printed_rows};
-use crate::approximation::{ApproximateProblem, ApproximationOptions, CycleData, LinearizationPoint, SubproblemBox};
+use crate::approximation::{
+    ApproximateProblem, ApproximationOptions, CycleData, DesignHistory, LinearizationPoint, SubproblemBox,
+};
 use crate::cases::four_bar::{DerivativeMethod, FourBar, StressConstrained, method};
 use crate::papers::paper::{Observer, ReproducedRun, ReproducedTable};
 use crate::problem::{AnalyzedDesign, Problem};
@@ -185,7 +187,8 @@ impl CycleStart {
         let point = LinearizationPoint::first_order(analyzed, data);
         let design = &analyzed.design;
         let region = method.move_limits.region(problem, design, &printed.factors);
-        let subproblem_box = SubproblemBox::new(problem, vec![design.clone()], (region.lower, region.upper));
+        let subproblem_box =
+            SubproblemBox::new(problem, DesignHistory::default().after([&design[..]]), (region.lower, region.upper));
         let around = (subproblem_box, ApproximationOptions::default());
         let approximate = ApproximateProblem::new(problem, &*method.approximation, point, around)?;
         let proposed = method.solver.solve(&approximate, design)?.x;

@@ -41,7 +41,7 @@ impl OptimizationReport<'_> {
         for k in order {
             let caption = format!("{}{}.", constrained[k].name, constrained[k].remark);
             let name = format!("history-{}-{}", k + 1, stem(&constrained[k].name));
-            let times = self.problem.grids[constrained[k].grid].points[constrained[k].points.clone()].to_vec();
+            let times = self.problem.grids[constrained[k].grid].shown_points()[constrained[k].points.clone()].to_vec();
             curves.push(CycleCurves { figure: name.clone(), times, values: constrained[k].cycles.clone() });
             section = section.figure(name, caption, self.constrained_plot(&constrained[k])?);
         }
@@ -50,7 +50,7 @@ impl OptimizationReport<'_> {
             let name = &self.problem.responses[h].name;
             let role = if enters(&h) { "which enters constraints" } else { "not constrained" };
             let figure = format!("response-{}-{}", h + 1, stem(name));
-            let times = self.problem.grids[self.problem.responses[h].grid.unwrap_or(0)].points.clone();
+            let times = self.problem.grids[self.problem.responses[h].grid.unwrap_or(0)].shown_points();
             let values = self.cycles.iter().map(|shown| shown.responses.values[h].clone()).collect();
             curves.push(CycleCurves { figure: figure.clone(), times, values });
             section = section.figure(figure, format!("{name}, {role}."), self.response_plot(h)?);
@@ -66,7 +66,7 @@ impl OptimizationReport<'_> {
         time_history(&TimeHistory {
             time: self.time(w.grid),
             response: QuantityLabel::literal(&w.name, &w.unit),
-            times: &self.problem.grids[w.grid].points[w.points.clone()],
+            times: &self.problem.grids[w.grid].shown_points()[w.points.clone()],
             histories: &pair(&w.first, &w.last),
             bounds: &w.bounds,
             kept: &w.retained,
@@ -81,7 +81,7 @@ impl OptimizationReport<'_> {
         time_history(&TimeHistory {
             time: self.time(grid),
             response: QuantityLabel::literal(&response.name, &response.unit),
-            times: &self.problem.grids[grid].points,
+            times: &self.problem.grids[grid].shown_points(),
             histories: &pair(&self.first.0.values[h], &self.state.responses.values[h]),
             bounds: &[],
             kept: &[],

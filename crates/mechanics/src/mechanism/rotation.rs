@@ -146,16 +146,12 @@ impl<S: Scalar> Rotation<S> {
 
     /// This rotation followed by `other` about the rotated axes: the matrix product R R_other.
     pub fn then(self, other: Self) -> Self {
-        let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (self.e, other.e);
-        let (a, b) = ([a1, a2, a3], [b1, b2, b3]);
-        let [x, y, z] = add(add(scaled(b, a0), scaled(a, b0)), cross(a, b));
-        Self { e: [a0 * b0 - dot(a, b), x, y, z] }
+        Self { e: quaternion_product(&self.e, &other.e) }
     }
 
     /// The inverse rotation.
     pub fn inverse(self) -> Self {
-        let [e0, e1, e2, e3] = self.e;
-        Self { e: [e0, -e1, -e2, -e3] }
+        Self { e: conjugate(&self.e) }
     }
 
     /// Components in the axes of reference of a vector with the components `v` in the rotated axes.
@@ -251,12 +247,29 @@ impl EulerSequence {
     }
 }
 
+/// Euler parameters of the rotation with the parameters `a`, followed by that with the parameters `b` about the rotated axes.
+#[inline(always)]
+pub(crate) fn quaternion_product<T: Scalar>(a: &[T; 4], b: &[T; 4]) -> [T; 4] {
+    let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (*a, *b);
+    let (a, b) = ([a1, a2, a3], [b1, b2, b3]);
+    let [x, y, z] = add(add(scaled(b, a0), scaled(a, b0)), cross(a, b));
+    [a0 * b0 - dot(a, b), x, y, z]
+}
+
+/// Euler parameters of the inverse rotation.
+#[inline(always)]
+pub(crate) fn conjugate<T: Scalar>(e: &[T; 4]) -> [T; 4] {
+    [e[0], -e[1], -e[2], -e[3]]
+}
+
 /// |e|².
+#[inline(always)]
 pub(crate) fn square<T: Scalar>(e: &[T; 4]) -> T {
     e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3]
 }
 
 /// Rotation matrix E Lᵀ / |e|² of Euler parameters, row by row: it does not depend on their length.
+#[inline(always)]
 pub(crate) fn matrix<T: Scalar>(e: &[T; 4]) -> [[T; 3]; 3] {
     let [e0, e1, e2, e3] = *e;
     let scale = square(e).recip();
@@ -272,6 +285,7 @@ pub(crate) fn matrix<T: Scalar>(e: &[T; 4]) -> [[T; 3]; 3] {
 }
 
 /// E(e) d, half the angular velocity in the axes of reference for the rates d of unit Euler parameters.
+#[inline(always)]
 pub(crate) fn e_times<T: Scalar>(e: &[T; 4], d: &[T; 4]) -> [T; 3] {
     [
         e[0] * d[1] - e[1] * d[0] - e[3] * d[2] + e[2] * d[3],
@@ -281,6 +295,7 @@ pub(crate) fn e_times<T: Scalar>(e: &[T; 4], d: &[T; 4]) -> [T; 3] {
 }
 
 /// E(e)ᵀ w.
+#[inline(always)]
 pub(crate) fn e_transposed_times<T: Scalar>(e: &[T; 4], w: [T; 3]) -> [T; 4] {
     [
         -(e[1] * w[0] + e[2] * w[1] + e[3] * w[2]),

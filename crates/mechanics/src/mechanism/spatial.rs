@@ -131,6 +131,11 @@ impl<S: Scalar> Mechanism<S> {
         ground
     }
 
+    /// Coordinates of the ground of spatial mechanisms, if there is one.
+    pub(crate) fn ground3_coordinates(&self) -> Option<[usize; 7]> {
+        self.ground3.map(|ground| ground.coordinates().map(|coordinate| coordinate.0))
+    }
+
     /// Adds a frame at rest in space.
     pub fn fixed_frame3(&mut self, name: &str, pose: Pose3<S>) -> Body3 {
         let frame = self.coordinates3(name, pose);

@@ -76,27 +76,38 @@ impl System {
     ) where
         Jet2<T>: ElementScalar,
     {
-        let (zero, one) = (T::from(0.0), T::from(1.0));
-        let constant = |&x: &T| Jet2::new(x, zero, zero);
         let constraints = mechanism.elements.iter().filter(|instance| instance.num_constraints > 0);
         for instance in constraints.filter(|instance| state.modes.is_active(instance)) {
-            workspace.p.clear();
-            workspace.p.extend(instance.parameters.iter().map(constant));
-            workspace.q.clear();
-            workspace.q.extend(instance.coordinates.iter().map(|&i| Jet2::new(state.q[i], state.v[i], state.a[i])));
-            for zeros in [&mut workspace.v, &mut workspace.a] {
-                zeros.clear();
-                zeros.resize(instance.coordinates.len(), constant(&zero));
-            }
-            workspace.l.clear();
-            workspace.l.resize(instance.num_constraints, constant(&zero));
-            Jet2::<T>::residual(instance.element.as_ref(), Jet2::new(state.t, one, zero), workspace);
+            constraint_jets(instance, state, workspace);
             for (k, constraint) in workspace.constraint.iter().enumerate() {
                 let rate = [constraint.re, constraint.v1, constraint.v2][order];
                 rows[self.multiplier_equation[instance.first_multiplier + k]] = rate;
             }
         }
     }
+}
+
+/// Evaluates the constraints of an element with their first and second time derivatives along the motion of `state`.
+pub(crate) fn constraint_jets<T: StateScalar>(
+    instance: &ElementInstance<T>,
+    state: &State<T>,
+    workspace: &mut ElementWorkspace<Jet2<T>>,
+) where
+    Jet2<T>: ElementScalar,
+{
+    let (zero, one) = (T::from(0.0), T::from(1.0));
+    let constant = |&x: &T| Jet2::new(x, zero, zero);
+    workspace.p.clear();
+    workspace.p.extend(instance.parameters.iter().map(constant));
+    workspace.q.clear();
+    workspace.q.extend(instance.coordinates.iter().map(|&i| Jet2::new(state.q[i], state.v[i], state.a[i])));
+    for zeros in [&mut workspace.v, &mut workspace.a] {
+        zeros.clear();
+        zeros.resize(instance.coordinates.len(), constant(&zero));
+    }
+    workspace.l.clear();
+    workspace.l.resize(instance.num_constraints, constant(&zero));
+    Jet2::<T>::residual(instance.element.as_ref(), Jet2::new(state.t, one, zero), workspace);
 }
 
 /// Adds the residual of an element to the rows of its equations.

@@ -11,8 +11,10 @@
 //!
 //! Featherstone, *Rigid Body Dynamics Algorithms* (2008), Chapter 7.
 
-use crate::tree::joint::{Joint, Levers, turned};
+use crate::tree::joint::{Joint, turned};
+use crate::tree::place::TreeGeometry;
 use crate::tree::plan::Tree;
+use crate::tree::space::articulated::{Articulated3, Inertia3};
 use crate::{Error, Result};
 
 /// Symmetric inertia of a body about its reference point: xx, xy, yy, xθ, yθ, θθ.
@@ -40,8 +42,27 @@ struct NodeFactor {
 pub(crate) struct Articulated {
     nodes: Vec<NodeFactor>,
     inertias: Vec<Inertia>,
+    /// Of bodies in space.
+    space: Articulated3,
     /// Inverse masses of single coordinates.
     singles: Vec<f64>,
+}
+
+/// Inertias of all bodies in a position.
+pub(crate) struct TreeInertias<'a> {
+    /// Of bodies in the plane.
+    pub plane: &'a [Inertia],
+    /// Of bodies in space.
+    pub space: &'a [Inertia3],
+    /// Constant masses by coordinate, of coordinates that belong to no body.
+    pub coordinates: &'a [f64],
+}
+
+/// Workspace of solutions with `W` right-hand sides.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SolveWorkspace<const W: usize> {
+    plane: Vec<[[f64; W]; 3]>,
+    space: Vec<[[f64; W]; 6]>,
 }
 
 /// I · (x, y, θ).
@@ -56,19 +77,29 @@ impl Articulated {
         Self {
             nodes: vec![NodeFactor::default(); tree.nodes.len()],
             inertias: vec![[0.0; 6]; tree.nodes.len()],
+            space: Articulated3::new(&tree.space),
             singles: singles.iter().map(|mass| 1.0 / mass).collect(),
         }
     }
 
-    /// Factorizes the mass matrix for the `inertias` of the bodies, in the position with these levers.
+    /// Factorizes the mass matrix for the `inertias` of the bodies, in the position with this `geometry` and the joint coordinates `q`.
     ///
     /// # Errors
     ///
     /// [`Error::Analysis`] naming a joint coordinate that moves no mass.
-    pub fn factorize(&mut self, tree: &Tree, inertias: &[Inertia], levers: &[Levers<f64>], t: f64) -> Result<()> {
-        self.inertias.copy_from_slice(inertias);
+    pub fn factorize(
+        &mut self,
+        tree: &Tree,
+        inertias: &TreeInertias<'_>,
+        geometry: &TreeGeometry<f64>,
+        q: &[f64],
+        t: f64,
+    ) -> Result<()> {
+        let in_space = self.space.factorize(&tree.space, inertias.space, &geometry.placed, q, inertias.coordinates);
+        in_space.map_err(|coordinate| singular(tree, coordinate, t))?;
+        self.inertias.copy_from_slice(inertias.plane);
         for k in (0..tree.nodes.len()).rev() {
-            let (node, levers, factor) = (&tree.nodes[k], &levers[k], &mut self.nodes[k]);
+            let (node, levers, factor) = (&tree.nodes[k], &geometry.levers[k], &mut self.nodes[k]);
             let mut inertia = self.inertias[k];
             factor.rotates = 1.0;
             match node.joint {
@@ -125,8 +156,9 @@ impl Articulated {
 
     /// Solves A x = b in place, where row i of `b` belongs to the joint coordinate i. `work` is a workspace.
     #[inline(always)]
-    pub fn solve<const W: usize>(&self, tree: &Tree, b: &mut [[f64; W]], work: &mut Vec<[[f64; W]; 3]>) {
-        let zero = [0.0; W];
+    pub fn solve<const W: usize>(&self, tree: &Tree, b: &mut [[f64; W]], workspace: &mut SolveWorkspace<W>) {
+        self.space.solve(&tree.space, b, &mut workspace.space);
+        let (zero, work) = ([0.0; W], &mut workspace.plane);
         work.clear();
         work.resize(tree.nodes.len(), [zero; 3]);
         // Inwards: forces that the parts of the tree exert on their parents.

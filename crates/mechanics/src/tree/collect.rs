@@ -2,16 +2,25 @@
 
 use crate::mechanism::scalars::StateScalar;
 use crate::tree::joint::{Joint, Levers, dot, turned};
+use crate::tree::place::TreeGeometry;
 use crate::tree::plan::{Node, Tree};
+use crate::tree::space::sweep::Twist;
 
 impl Tree {
     /// Adds the rows of every body to those of its parent, and writes the rows of the joint coordinates to `out`.
     ///
-    /// `rows` are inertia − force by coordinate. On return those of a body are the wrench of the part of the tree from this body
-    /// on, about its reference point.
+    /// `rows` are inertia − force by coordinate, and `wrenches` those of bodies in space; q are the joint coordinates. On return those
+    /// of a body are the wrench of the part of the tree from this body on, about its reference point.
     #[inline(always)]
-    pub fn collect<T: StateScalar>(&self, levers: &[Levers<T>], rows: &mut [T], out: &mut [T]) {
-        for (node, levers) in self.nodes.iter().zip(levers).rev() {
+    pub fn collect<T: StateScalar>(
+        &self,
+        geometry: &TreeGeometry<T>,
+        q: &[T],
+        (rows, wrenches): (&mut [T], &mut [Twist<T>]),
+        out: &mut [T],
+    ) {
+        self.space.collect(&geometry.placed, q, rows, wrenches, out);
+        for (node, levers) in self.nodes.iter().zip(&geometry.levers).rev() {
             let [x, y, turn] = node.coordinates;
             let (force, moment) = ([rows[x], rows[y]], rows[turn]);
             match node.joint {
@@ -38,11 +47,18 @@ impl Tree {
         }
     }
 
-    /// Writes the multipliers of the joints in equilibrium, from the wrenches that [`Tree::collect`] has left in `rows`.
+    /// Writes the multipliers of the joints in equilibrium, from the wrenches that [`Tree::collect`] has left in `rows` and `wrenches`.
     ///
     /// They have the signs of the joints' elements: a reaction Φ_qᵀ λ is in equilibrium with the wrench.
-    pub fn reactions<T: StateScalar>(&self, y: &[T], levers: &[Levers<T>], rows: &[T], multipliers: &mut [T]) {
-        for (node, levers) in self.nodes.iter().zip(levers) {
+    pub fn reactions<T: StateScalar>(
+        &self,
+        y: &[T],
+        geometry: &TreeGeometry<T>,
+        (rows, wrenches): (&[T], &[Twist<T>]),
+        multipliers: &mut [T],
+    ) {
+        self.space.reactions(&geometry.placed, rows, wrenches, multipliers);
+        for (node, levers) in self.nodes.iter().zip(&geometry.levers) {
             let [x, y_row, turn] = node.coordinates;
             let force = [rows[x], rows[y_row]];
             let moment = |rows: &[T]| rows[turn] - dot(turned(levers.child), force);

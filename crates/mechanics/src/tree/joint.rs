@@ -110,13 +110,15 @@ pub(crate) struct Levers<T> {
     pub child: [T; 2],
     /// Unit vector of the line, positive for a positive displacement of the body.
     pub axis: [T; 2],
+    /// Sine and cosine of the rotations of the parent and of the body.
+    pub rotations: [(T, T); 2],
 }
 
 impl<T: StateScalar> Levers<T> {
     /// Zero vectors.
     pub fn zero() -> Self {
         let zero = [T::from(0.0); 2];
-        Self { base: zero, parent: zero, child: zero, axis: zero }
+        Self { base: zero, parent: zero, child: zero, axis: zero, rotations: [(T::from(0.0), T::from(1.0)); 2] }
     }
 
     /// From the reference point of the parent to that of the body.

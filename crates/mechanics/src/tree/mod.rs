@@ -1,4 +1,4 @@
-//! Relative (joint) coordinates of open chains and trees in the plane.
+//! Relative (joint) coordinates of chains, trees and loops, in the plane and in space.
 //!
 //! Bodies hang on each other by joints: a revolute joint adds an angle, a prismatic joint a displacement. The joint coordinates q
 //! are the unknowns. Positions, velocities and accelerations of the bodies in the plane are computed from them, so that
@@ -7,7 +7,8 @@
 //! $$ \mathbf r(q, v, \dot v) = J^T\,\mathbf r_{abs}\big(\mathbf x(q),\ \dot{\mathbf x},\ \ddot{\mathbf x}\big) = 0 ,\qquad
 //!    J = \partial\dot{\mathbf x} / \partial v $$
 //!
-//! $r_{abs}$ are the rows of all bodies and forces, inertia − force. There are no constraints, and nothing drifts.
+//! $r_{abs}$ are the rows of all bodies and forces, inertia − force. In open trees there are no constraints, and nothing drifts. Joints
+//! that close loops are cut: they remain constraints Φ(x(q)) = 0, onto which the ends of steps are projected.
 //!
 //! | file | contents |
 //! |---|---|
@@ -16,15 +17,21 @@
 //! | `place` | from the ground to the tips: positions, velocities and accelerations of the bodies, any scalar |
 //! | `collect` | from the tips to the ground: rows of the joints, wrenches and reactions, any scalar |
 //! | `articulated` | from the tips to the ground and back: factorization of the mass matrix, and its solutions |
+//! | `linearize` | derivatives of the sweeps in the plane, for many design variables at a time |
 //! | `transpose` | from the tips to the ground: derivatives with respect to bodies become those of joints |
+//! | `space` | the same for bodies in space |
+//! | `cut` | constraints that close loops: Delassus matrix, projection |
 //! | `dynamics` | accelerations of the joint coordinates |
 
 pub(crate) mod articulated;
 pub(crate) mod collect;
+pub(crate) mod cut;
 pub(crate) mod dynamics;
 pub(crate) mod joint;
+pub(crate) mod linearize;
 pub(crate) mod place;
 pub(crate) mod plan;
+pub(crate) mod space;
 pub(crate) mod transpose;
 
 pub(crate) use dynamics::TreeDynamics;

@@ -5,12 +5,55 @@ use crate::mechanism::scalars::StateScalar;
 use crate::system::state::State;
 use crate::tree::joint::{Joint, JointParameters, Levers, joint_coordinate, motion_of, rotated, turned};
 use crate::tree::plan::Tree;
+use crate::tree::space::joint::JointMarkers;
+use crate::tree::space::sweep::{Placed, Twist};
+
+/// Parameters of all joints, as seen from the tree.
+#[derive(Clone)]
+pub(crate) struct TreeParameters<T> {
+    /// Of joints in the plane.
+    pub plane: Vec<JointParameters<T>>,
+    /// Of joints in space.
+    pub space: Vec<JointMarkers<T>>,
+}
+
+/// Vectors of all joints in a position, and the motion of the bodies in space.
+#[derive(Clone)]
+pub(crate) struct TreeGeometry<T> {
+    /// Of joints in the plane.
+    pub levers: Vec<Levers<T>>,
+    /// Of bodies in space.
+    pub placed: Vec<Placed<T>>,
+}
+
+impl<T: StateScalar> TreeGeometry<T> {
+    /// Storage for `tree`.
+    pub fn new(tree: &Tree) -> Self {
+        Self { levers: vec![Levers::zero(); tree.nodes.len()], placed: vec![Placed::zero(); tree.space.nodes.len()] }
+    }
+}
 
 impl Tree {
     /// Parameters of all joints.
-    pub fn parameters<T: StateScalar>(&self, mechanism: &Mechanism<T>) -> Vec<JointParameters<T>> {
+    pub fn parameters<T: StateScalar>(&self, mechanism: &Mechanism<T>) -> TreeParameters<T> {
         let of = |node| JointParameters::of(node, self.element_parameters(mechanism, node));
-        self.nodes.iter().map(of).collect()
+        TreeParameters { plane: self.nodes.iter().map(of).collect(), space: self.space.markers(mechanism) }
+    }
+
+    /// Chooses the signs of Euler parameters so that [`Self::place`] gives those of the consistent `state`.
+    pub fn choose_signs(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) {
+        let (parameters, y) = (self.parameters(mechanism), self.joint_state(mechanism, state));
+        let (mut placed, mut geometry) = (state.clone(), TreeGeometry::new(self));
+        self.place(&parameters, &y, &mut placed, &mut geometry);
+        let mut signs = Vec::with_capacity(self.space.nodes.len());
+        for node in &mut self.space.nodes {
+            let [.., a, b, c, d] = node.coordinates;
+            let product: f64 = [a, b, c, d].into_iter().map(|i| placed.q[i] * state.q[i]).sum();
+            let sign = if product < 0.0 { -1.0 } else { 1.0 };
+            // A body follows the sign of its parent.
+            node.e_sign = sign * node.parent_node.map_or(1.0, |parent| signs[parent]);
+            signs.push(sign);
+        }
     }
 
     /// Joint coordinates, followed by their velocities, of the consistent `state`.
@@ -32,6 +75,8 @@ impl Tree {
                 Joint::Pin | Joint::Fixed => {}
             }
         }
+        let (q, v) = y.split_at_mut(n);
+        self.space.write_joint_state(mechanism, state, (q, v));
         for (k, &i) in self.singles.iter().enumerate() {
             let at = self.first_single + k;
             (y[at], y[n + at]) = (state.q[i], state.v[i]);
@@ -44,13 +89,14 @@ impl Tree {
     #[inline(always)]
     pub fn place<T: StateScalar>(
         &self,
-        parameters: &[JointParameters<T>],
+        parameters: &TreeParameters<T>,
         y: &[T],
         state: &mut State<T>,
-        levers: &mut [Levers<T>],
+        geometry: &mut TreeGeometry<T>,
     ) {
         let (q, v) = y.split_at(self.count);
-        for ((node, parameters), levers) in self.nodes.iter().zip(parameters).zip(levers) {
+        self.space.place(&parameters.space, (q, v), state, &mut geometry.placed);
+        for ((node, parameters), levers) in self.nodes.iter().zip(&parameters.plane).zip(&mut geometry.levers) {
             let ([px, py, pt], [cx, cy, ct]) = (node.parent, node.coordinates);
             if let Joint::Free { .. } = node.joint {
                 for (k, i) in node.free_coordinates().enumerate() {
@@ -70,9 +116,10 @@ impl Tree {
                     state.v[ct] = spin;
                 }
             }
-            levers.base = rotated(rotation.sin_cos(), parameters.parent);
+            levers.rotations = [rotation.sin_cos(), state.q[ct].sin_cos()];
+            levers.base = rotated(levers.rotations[0], parameters.parent);
             levers.parent = levers.base;
-            levers.child = rotated(state.q[ct].sin_cos(), parameters.child);
+            levers.child = rotated(levers.rotations[1], parameters.child);
             let mut slide = [T::from(0.0); 2];
             if node.joint == Joint::Prismatic {
                 let (sin, cos) = (state.q[node.first_body()[2]] + parameters.line).sin_cos();
@@ -94,9 +141,16 @@ impl Tree {
 
     /// Writes accelerations of all bodies to `state`, for the accelerations `a` of the joint coordinates.
     #[inline(always)]
-    pub fn place_accelerations<T: StateScalar>(&self, y: &[T], a: &[T], state: &mut State<T>, levers: &[Levers<T>]) {
-        let v = &y[self.count..];
-        for (node, levers) in self.nodes.iter().zip(levers) {
+    pub fn place_accelerations<T: StateScalar>(
+        &self,
+        y: &[T],
+        a: &[T],
+        state: &mut State<T>,
+        geometry: &mut TreeGeometry<T>,
+    ) {
+        let (q, v) = y.split_at(self.count);
+        self.space.accelerate((q, a), state, &mut geometry.placed);
+        for (node, levers) in self.nodes.iter().zip(&geometry.levers) {
             let ([px, py, pt], [cx, cy, ct]) = (node.parent, node.coordinates);
             if let Joint::Free { .. } = node.joint {
                 for (k, i) in node.free_coordinates().enumerate() {
@@ -133,9 +187,17 @@ impl Tree {
     ///
     /// Joints open against their constraints: the virtual displacement of the equation with the multiplier m is the negative
     /// `gaps[m]`. Then `gaps` · λ = Σ `out` · r over the rows of all bodies, which gives the derivatives of reactions.
-    pub fn place_virtual(&self, y: &[f64], psi: &[f64], gaps: Option<&[f64]>, levers: &[Levers<f64>], out: &mut [f64]) {
+    pub fn place_virtual(
+        &self,
+        y: &[f64],
+        psi: &[f64],
+        gaps: Option<&[f64]>,
+        geometry: &TreeGeometry<f64>,
+        (twists, out): (&mut [Twist<f64>], &mut [f64]),
+    ) {
         out.fill(0.0);
-        for (node, levers) in self.nodes.iter().zip(levers) {
+        self.space.place_virtual(&geometry.placed, &y[..self.count], psi, gaps, (twists, &mut *out));
+        for (node, levers) in self.nodes.iter().zip(&geometry.levers) {
             let ([px, py, pt], [cx, cy, ct]) = (node.parent, node.coordinates);
             if let Joint::Free { .. } = node.joint {
                 for (k, i) in node.free_coordinates().enumerate() {

@@ -7,9 +7,13 @@ use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{CoordinateData, ElementInstance, Mechanism};
 use crate::system::System;
 use crate::system::state::{State, gather};
+use crate::tree::cut::CutRow;
 use crate::tree::joint::Joint;
+use crate::tree::space::Space;
+use crate::tree::space::plan::Node3;
+use crate::tree::space::rigid::is_body as is_body_in_space;
 use crate::{Error, Result};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// A body of a tree, and the joint by which it hangs on its parent.
 #[derive(Clone, Debug)]
@@ -43,8 +47,10 @@ impl Node {
 /// The bodies of a mechanism in relative coordinates, the same for all designs.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
-    /// Bodies, each after its parent.
+    /// Bodies in the plane, each after its parent.
     pub nodes: Vec<Node>,
+    /// Bodies in space, whose joint coordinates follow those of the bodies in the plane.
+    pub space: Space,
     /// Unknown coordinates that belong to no body, such as those of flywheels; they are joint coordinates as well.
     pub singles: Vec<usize>,
     /// Joint coordinate of the first of the singles.
@@ -55,6 +61,10 @@ pub(crate) struct Tree {
     pub bodies: Vec<usize>,
     /// Other elements that act on coordinates.
     pub forces: Vec<usize>,
+    /// Equations of joints that the trees do not contain: those that close loops.
+    pub cuts: Vec<CutRow>,
+    /// Elements of these equations.
+    pub cut_elements: Vec<usize>,
     /// Prescribed coordinates that move.
     pub moving: Vec<usize>,
     /// Names of the joint coordinates.
@@ -75,30 +85,89 @@ impl Tree {
             return Err(unsupported(&event.gap.name, "events need absolute coordinates"));
         }
         let mut plan = Plan::new(mechanism)?;
-        plan.attach_all()?;
-        let Plan { nodes, owner, .. } = plan;
-        check_forces(mechanism, system, &owner)?;
+        plan.attach_all();
+        let Plan { nodes, mut owner, bodies: planar, mut cuts, .. } = plan;
+        let in_plane: usize = nodes.iter().map(|node| node.joint.count()).sum();
+        let space = Space::new(mechanism, in_plane)?;
         let is_unknown = |&i: &usize| mechanism.coordinates[i].motion.is_none();
+        for (k, node) in space.nodes.iter().enumerate() {
+            let own = node.coordinates.iter().filter(|i| is_unknown(i));
+            own.for_each(|&i| owner[i] = Some(planar.len() + k));
+            for attached in &node.attached {
+                owner[attached.coordinate] = Some(planar.len() + space.nodes.len() + attached.coordinate);
+            }
+        }
+        cuts.extend(&space.cuts);
+        cuts.sort_unstable();
+        check_forces(mechanism, system, &owner)?;
+        check_cuts(mechanism, system, &cuts, &owner)?;
+        let rows_of = |&element: &usize| {
+            let first = mechanism.elements[element].first_multiplier;
+            let count = mechanism.elements[element].num_constraints;
+            (0..count).map(move |row| CutRow { element, row, multiplier: first + row })
+        };
+        let rows = cuts.iter().flat_map(rows_of).collect();
         let singles: Vec<usize> =
             (0..mechanism.coordinates.len()).filter(|i| is_unknown(i) && owner[*i].is_none()).collect();
-        let first_single = nodes.iter().map(|node| node.joint.count()).sum();
-        let names = names(mechanism, &nodes, &singles);
+        let first_single = in_plane + space.count;
+        let names = names(mechanism, (&nodes, &space), &singles);
         let acts = |k: &usize| {
             let ElementInstance { coordinates, num_constraints, element, .. } = &mechanism.elements[*k];
             *num_constraints == 0 && !element.is_sensor() && coordinates.iter().any(is_unknown)
         };
+        let own = |k: &usize| !is_body_in_space(&mechanism.elements[*k]);
         let (bodies, forces) =
-            (0..mechanism.elements.len()).filter(acts).partition(|&k| is_body(&mechanism.elements[k]));
+            (0..mechanism.elements.len()).filter(acts).filter(own).partition(|&k| is_body(&mechanism.elements[k]));
         let moves =
             |coordinate: &CoordinateData<f64>| coordinate.motion.as_ref().is_some_and(|(motion, _)| !motion.is_fixed());
         let moving = (0..mechanism.coordinates.len()).filter(|&i| moves(&mechanism.coordinates[i])).collect();
         let count = first_single + singles.len();
-        Ok(Self { nodes, singles, first_single, count, bodies, forces, moving, names })
+        Ok(Self {
+            nodes,
+            space,
+            singles,
+            first_single,
+            count,
+            bodies,
+            forces,
+            cuts: rows,
+            cut_elements: cuts,
+            moving,
+            names,
+        })
     }
 
-    /// Returns whether it has joints, in place of constraints.
-    pub fn has_joints(&self) -> bool {
-        self.nodes.iter().any(|node| node.element.is_some())
+    /// Returns whether it has joints or Euler parameters, in place of constraints.
+    fn has_joints(&self) -> bool {
+        let replaces = |node: &Node3| node.element.is_some() || node.rotates();
+        self.space.nodes.iter().any(replaces) || self.nodes.iter().any(|node| node.element.is_some())
+    }
+
+    /// Returns whether it replaces constraints, and none is left.
+    pub fn is_open(&self) -> bool {
+        self.has_joints() && self.cuts.is_empty()
+    }
+
+    /// Ratio of the largest to the smallest mass of bodies with mass. The recursion loses digits where it is large.
+    pub fn mass_ratio(&self, mechanism: &Mechanism<f64>, system: &System) -> f64 {
+        let mut masses: BTreeMap<usize, f64> = BTreeMap::new();
+        let xs: BTreeSet<usize> = self.nodes.iter().map(|node| node.coordinates[0]).collect();
+        for &k in &self.bodies {
+            let instance = &mechanism.elements[k];
+            for entry in system.coefficients(k).iter().filter(|entry| entry.row == entry.coordinate) {
+                let coordinate = instance.coordinates[entry.coordinate];
+                if xs.contains(&coordinate) {
+                    *masses.entry(coordinate).or_default() += entry.values[2];
+                }
+            }
+        }
+        for &(k, node) in &self.space.bodies {
+            let coordinate = self.space.nodes[node].coordinates[0];
+            *masses.entry(coordinate).or_default() += mechanism.elements[k].parameters[0];
+        }
+        let all = masses.into_values().filter(|mass| *mass > 0.0);
+        let [least, largest] = all.fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], mass| [a.min(mass), b.max(mass)]);
+        if largest > 0.0 { largest / least } else { 1.0 }
     }
 
     /// The parameters of the element of a joint.
@@ -107,7 +176,8 @@ impl Tree {
     }
 }
 
-fn unsupported(what: &str, why: &str) -> Error {
+/// The error of a part that relative coordinates do not support.
+pub(crate) fn unsupported(what: &str, why: &str) -> Error {
     Error::unsupported(what, why, REMEDY)
 }
 
@@ -137,6 +207,8 @@ struct Plan<'m> {
     nodes: Vec<Node>,
     /// Node of each body that is reached; `None` inside for a body whose motion is prescribed.
     reached: Vec<Option<Option<usize>>>,
+    /// Elements with constraints that the tree does not contain.
+    cuts: Vec<usize>,
 }
 
 impl<'m> Plan<'m> {
@@ -150,12 +222,12 @@ impl<'m> Plan<'m> {
                 bodies.len() - 1
             })
         };
-        let mut joints = Vec::new();
+        let (mut joints, mut cuts) = (Vec::new(), Vec::new());
         for (k, instance) in mechanism.elements.iter().enumerate() {
             if is_kind(instance, &rigid_body::DESCRIPTOR) {
                 body_of(&instance.coordinates);
             }
-            if instance.num_constraints == 0 {
+            if instance.num_constraints == 0 || Space::has_constraint(instance) {
                 continue;
             }
             let joint = match () {
@@ -163,9 +235,8 @@ impl<'m> Plan<'m> {
                 () if is_kind(instance, &prismatic::DESCRIPTOR) => Joint::Prismatic,
                 () if is_kind(instance, &fixed_joint::DESCRIPTOR) => Joint::Fixed,
                 () => {
-                    let why =
-                        "a tree has revolute, prismatic and fixed joints of bodies in the plane, no other constraint";
-                    return Err(unsupported(&instance.name, why));
+                    cuts.push(k);
+                    continue;
                 }
             };
             joints.push((k, joint, [body_of(&instance.coordinates[..3]), body_of(&instance.coordinates[3..])]));
@@ -183,7 +254,7 @@ impl<'m> Plan<'m> {
             pair.iter().for_each(|&body: &usize| joints_of[body].push(k));
         }
         let reached = vec![None; bodies.len()];
-        Ok(Self { mechanism, bodies, joints, joints_of, owner, nodes: Vec::new(), reached })
+        Ok(Self { mechanism, bodies, joints, joints_of, owner, nodes: Vec::new(), reached, cuts })
     }
 
     fn is_free(&self, body: usize) -> [bool; 3] {
@@ -191,7 +262,7 @@ impl<'m> Plan<'m> {
     }
 
     /// Attaches all bodies, breadth first: from those whose motion is prescribed, then from free ones.
-    fn attach_all(&mut self) -> Result<()> {
+    fn attach_all(&mut self) {
         let all = 0..self.bodies.len();
         let prescribed = all.clone().filter(|&body| self.is_free(body) == [false; 3]);
         let mut queue: VecDeque<usize> = prescribed.collect();
@@ -204,50 +275,39 @@ impl<'m> Plan<'m> {
             !(x && y)
         });
         let mut used = vec![false; self.joints.len()];
-        self.attach_from(&mut queue, &mut used)?;
+        self.attach_from(&mut queue, &mut used);
         for body in guided.into_iter().chain(others) {
             if self.reached[body].is_none() {
                 self.push(body, None);
                 queue.push_back(body);
-                self.attach_from(&mut queue, &mut used)?;
+                self.attach_from(&mut queue, &mut used);
             }
         }
-        Ok(())
     }
 
-    /// Attaches all bodies that hang on those in the queue.
-    fn attach_from(&mut self, queue: &mut VecDeque<usize>, used: &mut [bool]) -> Result<()> {
+    /// Attaches all bodies that hang on those in the queue. Joints that close loops, or that a tree cannot have, are cut.
+    fn attach_from(&mut self, queue: &mut VecDeque<usize>, used: &mut [bool]) {
         while let Some(parent) = queue.pop_front() {
             for k in self.joints_of[parent].clone() {
-                let (element, _, bodies) = self.joints[k];
+                let (element, joint, bodies) = self.joints[k];
                 if std::mem::replace(&mut used[k], true) {
                     continue;
                 }
                 let child = if bodies[0] == parent { bodies[1] } else { bodies[0] };
-                if self.reached[child].is_some() {
-                    let why = "it closes a loop of bodies, and relative coordinates are for open chains and trees";
-                    return Err(unsupported(&self.mechanism.elements[element].name, why));
+                let holds = match (self.is_free(child), joint) {
+                    ([true, true, true], joint) => Some(joint),
+                    ([true, true, false], Joint::Revolute) => Some(Joint::Pin),
+                    _ => None, // it would move a prescribed coordinate
+                };
+                match holds.filter(|_| self.reached[child].is_none()) {
+                    Some(joint) => {
+                        self.push(child, Some((parent, joint, element, bodies[0] == child)));
+                        queue.push_back(child);
+                    }
+                    None => self.cuts.push(element),
                 }
-                self.push_joint(parent, child, k)?;
-                queue.push_back(child);
             }
         }
-        Ok(())
-    }
-
-    /// Adds `child`, which hangs on `parent` by joint number `k`.
-    fn push_joint(&mut self, parent: usize, child: usize, k: usize) -> Result<()> {
-        let (element, joint, bodies) = self.joints[k];
-        let joint = match (self.is_free(child), joint) {
-            ([true, true, true], joint) => joint,
-            ([true, true, false], Joint::Revolute) => Joint::Pin,
-            _ => {
-                let why = "it holds a body with a prescribed coordinate, which it would move";
-                return Err(unsupported(&self.mechanism.elements[element].name, why));
-            }
-        };
-        self.push(child, Some((parent, joint, element, bodies[0] == child)));
-        Ok(())
     }
 
     fn push(&mut self, body: usize, on: Option<(usize, Joint, usize, bool)>) {
@@ -277,6 +337,25 @@ impl<'m> Plan<'m> {
     }
 }
 
+/// Checks that the coordinates of cut joints that belong to no body have masses of their own.
+fn check_cuts(mechanism: &Mechanism<f64>, system: &System, cuts: &[usize], owner: &[Option<usize>]) -> Result<()> {
+    let moves_mass = |i: usize| {
+        let all = mechanism.elements.iter().enumerate().flat_map(|(k, instance)| {
+            system.coefficients(k).iter().map(move |entry| (instance.coordinates[entry.coordinate], entry.values[2]))
+        });
+        all.filter(|(coordinate, _)| *coordinate == i).any(|(_, mass)| mass != 0.0)
+    };
+    for &k in cuts {
+        let instance = &mechanism.elements[k];
+        let is_free = |&&i: &&usize| mechanism.coordinates[i].motion.is_none() && owner[i].is_none();
+        if instance.coordinates.iter().filter(is_free).any(|&i| !moves_mass(i)) {
+            let why = "it is no joint of the tree, and its coordinate has no mass of its own";
+            return Err(unsupported(&instance.name, why));
+        }
+    }
+    Ok(())
+}
+
 /// Checks that accelerations enter the elements as constant masses of single bodies, and that forces are smooth.
 fn check_forces(mechanism: &Mechanism<f64>, system: &System, owner: &[Option<usize>]) -> Result<()> {
     let mut state = State::built(mechanism, 0.0);
@@ -286,7 +365,7 @@ fn check_forces(mechanism: &Mechanism<f64>, system: &System, owner: &[Option<usi
     let mut switching = Vec::new();
     let is_unknown = |i: usize| mechanism.coordinates[i].motion.is_none();
     for (k, instance) in mechanism.elements.iter().enumerate() {
-        if instance.num_constraints > 0 || instance.element.is_sensor() {
+        if instance.num_constraints > 0 || instance.element.is_sensor() || is_body_in_space(instance) {
             continue;
         }
         if instance.num_reactions > 0 {
@@ -322,7 +401,7 @@ fn check_forces(mechanism: &Mechanism<f64>, system: &System, owner: &[Option<usi
 }
 
 /// Names of the joint coordinates.
-fn names(mechanism: &Mechanism<f64>, nodes: &[Node], singles: &[usize]) -> Vec<String> {
+fn names(mechanism: &Mechanism<f64>, (nodes, space): (&[Node], &Space), singles: &[usize]) -> Vec<String> {
     let mut names = Vec::new();
     for node in nodes {
         let joint = |what| node.element.map(|k| format!("{what} of {}", mechanism.elements[k].name));
@@ -332,6 +411,7 @@ fn names(mechanism: &Mechanism<f64>, nodes: &[Node], singles: &[usize]) -> Vec<S
             _ => names.extend(node.free_coordinates().map(|i| mechanism.coordinates[i].name.clone())),
         }
     }
+    space.names(mechanism, &mut names);
     names.extend(singles.iter().map(|&i| mechanism.coordinates[i].name.clone()));
     names
 }

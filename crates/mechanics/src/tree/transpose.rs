@@ -4,7 +4,10 @@
 use crate::system::state::State;
 use crate::tree::collect::prismatic_opening;
 use crate::tree::joint::{Joint, Levers, dot, rotated, turned};
+use crate::tree::place::TreeGeometry;
 use crate::tree::plan::{Node, Tree};
+use crate::tree::space::sweep::Twist;
+use crate::tree::space::transpose::{NodeJacobian, SpacePoint};
 
 /// A state of a tree in which its sweeps are transposed.
 pub(crate) struct TreePoint<'a> {
@@ -14,9 +17,13 @@ pub(crate) struct TreePoint<'a> {
     pub y: &'a [f64],
     /// Accelerations of the joint coordinates.
     pub a: &'a [f64],
-    pub levers: &'a [Levers<f64>],
+    pub geometry: &'a TreeGeometry<f64>,
     /// Wrenches of the parts of the tree, from [`Tree::collect`] at these accelerations.
     pub wrenches: &'a [f64],
+    /// Wrenches of the parts of the trees in space, and those of each body alone.
+    pub in_space: [&'a [Twist<f64>]; 2],
+    /// Derivatives of the bodies in space.
+    pub jacobians: &'a [NodeJacobian],
 }
 
 /// Virtual displacements of a tree.
@@ -51,6 +58,14 @@ impl Tree {
         mut add: impl FnMut(usize, usize, f64),
     ) {
         let n = self.count;
+        let (q, v) = x.y.split_at(n);
+        let (by_q, by_v) = out.split_at_mut(n);
+        by_q.fill(0.0);
+        by_v.fill(0.0);
+        let [wrenches, own] = x.in_space;
+        let point = SpacePoint { state: x.state, joints: [q, v, x.a], placed: &x.geometry.placed, wrenches, own };
+        let displacements = (psi.joints, psi.bodies, psi.gaps);
+        self.space.transpose(&point, x.jacobians, displacements, bodies, [by_q, by_v], &mut add);
         for k in (0..self.nodes.len()).rev() {
             let node = &self.nodes[k];
             if let Joint::Free { .. } = node.joint {
@@ -83,7 +98,7 @@ fn transpose_joint(
 ) -> [f64; 2] {
     let ([px, py, pt], [cx, cy, ct]) = (node.parent, node.coordinates);
     let State { q, v, a, .. } = x.state;
-    let Levers { base, parent, child, axis } = x.levers[k];
+    let Levers { base, parent, child, axis, .. } = x.geometry.levers[k];
     // Derivatives with respect to position, velocity and acceleration of the body, and to its virtual displacement.
     let [by_q, by_v, by_a] = [&bodies.q, &bodies.v, &bodies.a].map(|bar| [bar[cx], bar[cy]]);
     let by_psi = [x.wrenches[cx], x.wrenches[cy]];

@@ -2,8 +2,10 @@
 //! name what is not supported.
 
 mod chains;
+mod loops;
 mod rejected;
 mod zoo;
+mod zoo3;
 
 use linkwright_mechanics::analyses::dynamics::{History, simulate_explicitly};
 use linkwright_mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_explicitly_backwards};
@@ -12,6 +14,7 @@ use linkwright_mechanics::derivatives::second_order::{HessianPart, differentiate
 use linkwright_mechanics::integrators::explicit::{Coordinates, StepControl};
 use linkwright_mechanics::{Explicit, ParametricMechanism};
 use zoo::{DESIGN, Zoo};
+use zoo3::{DESIGN3, Zoo3};
 
 const TIMES: [f64; 4] = [0.0, 0.117, 0.2, 0.45];
 
@@ -31,47 +34,49 @@ fn assert_close(name: &str, a: &[f64], b: &[f64], tolerance: f64) {
     assert!(a.len() == b.len() && error <= tolerance * size, "{name}: {error:.2e} of {size:.2e}\n{a:?}\n{b:?}");
 }
 
-#[test]
-fn a_tree_moves_as_in_absolute_coordinates() {
+/// Compares motions in absolute and in relative coordinates, of which the automatic choice is `chosen`.
+fn moves_alike(model: &impl ParametricMechanism, b: &[f64], chosen: Coordinates) {
     let run = |coordinates| -> History {
-        simulate_explicitly(&Zoo.build(&DESIGN).unwrap(), &settings(coordinates), &TIMES).unwrap()
+        simulate_explicitly(&model.build(b).unwrap(), &settings(coordinates), &TIMES).unwrap()
     };
     let [absolute, relative, automatic] =
         [Coordinates::Absolute, Coordinates::Relative, Coordinates::Automatic].map(run);
     assert_eq!(absolute.coordinates, Coordinates::Absolute);
     assert_eq!(relative.coordinates, Coordinates::Relative);
-    assert_eq!(automatic, relative);
+    assert_eq!(automatic.coordinates, chosen);
     for (k, name) in absolute.names.iter().enumerate() {
         assert_close(name, &relative.values[k], &absolute.values[k], 1e-10);
     }
 }
 
-#[test]
-fn derivatives_are_those_of_absolute_coordinates_and_of_differences() {
-    let direct = |coordinates| differentiate_explicitly(&Zoo, &DESIGN, &settings(coordinates), &TIMES).unwrap();
-    let [absolute, relative] = [Coordinates::Absolute, Coordinates::Relative].map(direct);
-    let (outputs, points) = (relative.names.len(), TIMES.len());
-    let all: Vec<_> =
-        (0..outputs).flat_map(|k| (0..points).map(move |point| AdjointFunctional::at(k, point))).collect();
-    let adjoint =
-        differentiate_explicitly_backwards(&Zoo, &DESIGN, &settings(Coordinates::Relative), &TIMES, &all).unwrap();
+/// Compares first derivatives in absolute and in relative coordinates, and those by the adjoint method with longer steps.
+fn has_derivatives_alike(model: &impl ParametricMechanism, b: &[f64]) {
+    let direct = |settings: &Explicit| differentiate_explicitly(model, b, settings, &TIMES).unwrap();
+    let [absolute, relative] =
+        [Coordinates::Absolute, Coordinates::Relative].map(|coordinates| direct(&settings(coordinates)));
     for (k, name) in relative.names.iter().enumerate() {
-        for point in 0..points {
-            let label = format!("{name} at {} s", TIMES[point]);
+        for (point, t) in TIMES.iter().enumerate() {
             let [a, r] = [&absolute, &relative].map(|history| history.gradients[k][point].clone());
-            assert_close(&label, &r, &a, 1e-8);
-            let row: Vec<f64> = adjoint.row(k * points + point).iter().copied().collect();
-            assert_close(&format!("adjoint, {label}"), &row, &r, 1e-10);
+            assert_close(&format!("{name} at {t} s"), &r, &a, 1e-8);
         }
+    }
+    // Both methods differentiate the same discrete motion.
+    let longer = settings(Coordinates::Relative).with_step_control(StepControl::Fixed(1e-2));
+    let (relative, last) = (direct(&longer), TIMES.len() - 1);
+    let all: Vec<_> = (0..relative.names.len()).map(|k| AdjointFunctional::at(k, last)).collect();
+    let adjoint = differentiate_explicitly_backwards(model, b, &longer, &TIMES, &all).unwrap();
+    for (k, name) in relative.names.iter().enumerate() {
+        let row: Vec<f64> = adjoint.row(k).iter().copied().collect();
+        assert_close(&format!("adjoint, {name}"), &row, &relative.gradients[k][last], 1e-10);
     }
 }
 
-#[test]
-fn second_derivatives_are_those_of_absolute_coordinates() {
-    let direction: Vec<f64> = (0..DESIGN.len()).map(|i| (1.0 + 2.3 * i as f64).sin()).collect();
+/// Compares second derivatives in absolute and in relative coordinates.
+fn has_second_derivatives_alike(model: &impl ParametricMechanism, b: &[f64]) {
+    let direction: Vec<f64> = (0..b.len()).map(|i| (1.0 + 2.3 * i as f64).sin()).collect();
     let twice = |coordinates| {
         let settings = settings(coordinates).with_step_control(StepControl::Fixed(5e-3));
-        differentiate_explicitly_twice(&Zoo, &DESIGN, &settings, &TIMES[..3], HessianPart::Times(&direction)).unwrap()
+        differentiate_explicitly_twice(model, b, &settings, &TIMES[..3], HessianPart::Times(&direction)).unwrap()
     };
     let [absolute, relative] = [Coordinates::Absolute, Coordinates::Relative].map(twice);
     for (k, name) in relative.names.iter().enumerate() {
@@ -82,4 +87,34 @@ fn second_derivatives_are_those_of_absolute_coordinates() {
             assert_close(&format!("second, {label}"), &r, &a, 1e-6);
         }
     }
+}
+
+#[test]
+fn a_tree_moves_as_in_absolute_coordinates() {
+    moves_alike(&Zoo, &DESIGN, Coordinates::Relative);
+}
+
+#[test]
+fn trees_in_space_move_as_in_absolute_coordinates() {
+    moves_alike(&Zoo3, &DESIGN3, Coordinates::Relative);
+}
+
+#[test]
+fn derivatives_are_those_of_absolute_coordinates() {
+    has_derivatives_alike(&Zoo, &DESIGN);
+}
+
+#[test]
+fn derivatives_in_space_are_those_of_absolute_coordinates() {
+    has_derivatives_alike(&Zoo3, &DESIGN3);
+}
+
+#[test]
+fn second_derivatives_are_those_of_absolute_coordinates() {
+    has_second_derivatives_alike(&Zoo, &DESIGN);
+}
+
+#[test]
+fn second_derivatives_in_space_are_those_of_absolute_coordinates() {
+    has_second_derivatives_alike(&Zoo3, &DESIGN3);
 }

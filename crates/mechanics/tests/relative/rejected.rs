@@ -4,7 +4,6 @@ use crate::settings;
 use linkwright_mechanics::analyses::dynamics::simulate_explicitly;
 use linkwright_mechanics::integrators::explicit::{Coordinates, StepControl, Tolerance};
 use linkwright_mechanics::mechanism::{Body, Mechanism, Pose};
-use linkwright_mechanics::motion::Harmonic;
 use linkwright_mechanics::{Error, Explicit};
 
 /// Two rods on the ground, with an addition.
@@ -30,19 +29,12 @@ fn is_named(m: &Mechanism<f64>, what: &str, why: &str) {
 
 #[test]
 fn what_is_not_a_tree_is_named() {
-    let loops = pendulum(|m, [_, second]| {
-        let (ground, third) = (m.ground(), m.body("third", 1.0, 0.1, Pose { x: 2.0, y: -0.5, theta: -1.6 }));
-        m.revolute("base", ground.at(2.0, -1.0), third.at(0.5, 0.0));
-        m.revolute("knee", second.at(0.5, 0.0), third.at(-0.5, 0.0));
-    });
-    is_named(&loops, "knee", "closes a loop");
-    let distance = pendulum(|m, [_, second]| {
+    let beside = pendulum(|m, [_, second]| {
+        let driver = m.coordinate("free", 0.0, 0.0);
         let ground = m.ground();
-        m.distance_constraint("strut", ground.at(2.0, 1.0), second.at(0.5, 0.0), 1.0);
+        m.gear_pair("gears", [driver, second.theta], ground.theta, [1.0, 1.0, 0.0]);
     });
-    is_named(&distance, "strut", "no other constraint");
-    let guided = pendulum(|m, [_, second]| m.drive(second.y, Harmonic, &[0.0, 0.1, 2.0, 0.0]));
-    is_named(&guided, "elbow", "prescribed coordinate");
+    is_named(&beside, "gears", "no mass of its own");
     let contact = pendulum(|m, [_, second]| {
         let ground = m.ground();
         m.rope("rope", ground.origin(), second.at(0.5, 0.0), [10.0, 0.0, 1.0]);
@@ -79,4 +71,17 @@ fn tolerances_by_component_are_those_of_absolute_coordinates() {
     let relative = by_component.with_coordinates(Coordinates::Relative);
     let error = simulate_explicitly(&m, &relative, &[0.1]).unwrap_err().to_string();
     assert!(error.contains("absolute tolerances") && error.contains('4'), "{error}");
+}
+
+#[test]
+fn very_different_masses_are_left_to_absolute_coordinates() {
+    for (mass, expected) in [(1e-5, Coordinates::Relative), (1e-7, Coordinates::Absolute)] {
+        let m = pendulum(|m, [_, second]| {
+            let light = m.body("light", mass, mass * 0.01, Pose { x: 2.0, y: 0.0, theta: 0.0 });
+            m.revolute("last", second.at(0.5, 0.0), light.origin());
+        });
+        let run = |coordinates| simulate_explicitly(&m, &settings(coordinates), &[0.02]).unwrap();
+        assert_eq!(run(Coordinates::Automatic).coordinates, expected);
+        assert_eq!(run(Coordinates::Relative).coordinates, Coordinates::Relative);
+    }
 }

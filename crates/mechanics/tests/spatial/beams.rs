@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
 /// Points of an arc in the plane x, y that starts along x, with the given radius and angle; a straight line if the angle is 0.
-fn arc(length: f64, angle: f64, elements: usize) -> Vec<[f64; 3]> {
+pub(crate) fn arc(length: f64, angle: f64, elements: usize) -> Vec<[f64; 3]> {
     let point = |k: usize| {
         let s = length * k as f64 / elements as f64;
         let turned = angle * k as f64 / elements as f64;
@@ -30,7 +30,13 @@ fn arc(length: f64, angle: f64, elements: usize) -> Vec<[f64; 3]> {
 
 /// Tip of a clamped beam with a load at its tip, in static equilibrium. The load grows in ten steps: a path of equilibria that
 /// is found from the unloaded beam alone does not reach rotations of half a turn.
-fn tip(points: &[[f64; 3]], section: &BeamSection3<f64>, shear: Shear, kind: LoadKind3, load: [f64; 3]) -> [f64; 3] {
+pub(crate) fn tip(
+    points: &[[f64; 3]],
+    section: &BeamSection3<f64>,
+    shear: Shear,
+    kind: LoadKind3,
+    load: [f64; 3],
+) -> [f64; 3] {
     let mut m = Mechanism::<f64>::new();
     let ground = m.ground3();
     let (nodes, _) = m.beam3("beam", points, [0.0, 0.0, 1.0], [Some(ground), None], section, shear);
@@ -48,10 +54,10 @@ fn tip(points: &[[f64; 3]], section: &BeamSection3<f64>, shear: Shear, kind: Loa
 ///
 /// # Sources
 /// Antman, *Nonlinear Problems of Elasticity* (2005), Chapter 8.
-struct Rod<'a> {
-    section: &'a BeamSection3<f64>,
-    length: f64,
-    curvature: f64,
+pub(crate) struct Rod<'a> {
+    pub section: &'a BeamSection3<f64>,
+    pub length: f64,
+    pub curvature: f64,
 }
 
 impl Rod<'_> {
@@ -91,7 +97,7 @@ impl Rod<'_> {
     }
 
     /// The tip under the force, which is applied in ten parts.
-    fn tip(&self, force: [f64; 3]) -> [f64; 3] {
+    pub fn tip(&self, force: [f64; 3]) -> [f64; 3] {
         let mut root = Vector3::zeros();
         for part in 1..=10 {
             let f = Vector3::from(force) * (0.1 * f64::from(part));
@@ -118,7 +124,7 @@ impl Rod<'_> {
     }
 }
 
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(crate) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
 

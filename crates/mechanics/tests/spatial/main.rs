@@ -1,5 +1,6 @@
 //! Spatial mechanisms compared with closed forms, conservation laws, planar mechanisms and finite differences.
 
+mod beam_references;
 mod beams;
 mod derivatives;
 mod elements;
@@ -10,7 +11,7 @@ mod rejected;
 mod tops;
 
 use autodiff::Scalar;
-use linkwright_mechanics::integrators::explicit::Explicit;
+use linkwright_mechanics::integrators::explicit::{Coordinates, Explicit};
 use linkwright_mechanics::{ElementIndex, Mechanism, Result};
 
 /// Adds outputs for measures of an element, named by their numbers and the measures.
@@ -25,6 +26,11 @@ fn watch<S: Scalar>(m: &mut Mechanism<S>, element: ElementIndex, measures: &[&st
 /// Explicit steps of order 8 with small errors.
 fn accurate() -> Explicit {
     Explicit::eighth_order(1e-11)
+}
+
+/// [`accurate`] steps in absolute and in relative coordinates, with the names of these.
+fn in_both_coordinates() -> [(&'static str, Explicit); 2] {
+    [Coordinates::Absolute, Coordinates::Relative].map(|choice| (choice.name(), accurate().with_coordinates(choice)))
 }
 
 /// `count` times from `end`/`count` to `end`.

@@ -1,7 +1,7 @@
 //! Bad input of spatial mechanisms: the error names the part, the value and the remedy.
 
 use linkwright_mechanics::elements::spatial::{LoadKind3, MassProperties3};
-use linkwright_mechanics::mechanism::{Pose3, Rotation};
+use linkwright_mechanics::mechanism::{Marker3, Pose3, Rotation};
 use linkwright_mechanics::motion::Fixed;
 use linkwright_mechanics::{Assembly, Body3, Dynamics, Mechanism, kinematics, simulate};
 
@@ -104,4 +104,114 @@ fn a_spring_that_pushes_away_is_told() {
     };
     assert!(warnings(5.0).is_empty(), "{:?}", warnings(5.0));
     assert!(warnings(-5.0).iter().any(|warning| warning.contains("spring") && warning.contains("stiffness of -5")));
+}
+
+/// A joint between two markers.
+type Add = fn(&mut Mechanism<f64>, &str, Marker3<f64>, Marker3<f64>);
+
+/// Joints with axes that must have the same direction, and whether they keep all of them.
+const ALIGNED: [(&str, bool, Add); 5] = [
+    ("revolute", false, |m, name, a, b| {
+        m.revolute3(name, a, b);
+    }),
+    ("prismatic", true, |m, name, a, b| {
+        m.prismatic3(name, a, b);
+    }),
+    ("cylindrical", false, |m, name, a, b| {
+        m.cylindrical(name, a, b);
+    }),
+    ("planar", false, |m, name, a, b| {
+        m.planar_joint(name, a, b);
+    }),
+    ("fixed", true, |m, name, a, b| {
+        m.fixed_joint3(name, a, b);
+    }),
+];
+
+/// The equations of perpendicular axes hold upside down, too: every joint that has them says so, with its name and a remedy.
+#[test]
+fn every_joint_that_is_upside_down_is_named() {
+    let half = std::f64::consts::PI;
+    for (kind, keeps_all, add) in ALIGNED {
+        // Turned about x, z and y are wrong; about z, joints that keep all axes are.
+        for (turn, is_wrong) in [(Rotation::about_x(half), true), (Rotation::about_z(half), keeps_all)] {
+            let mut m = Mechanism::<f64>::new();
+            let ground = m.ground3();
+            let arm = m.body3("arm", regular(), Pose3::new([0.0; 3], turn));
+            add(&mut m, kind, ground.origin(), arm.origin());
+            match simulate(&m, &Dynamics::fixed(0.01), &[0.1]) {
+                Ok(_) => assert!(!is_wrong, "{kind}"),
+                Err(error) => {
+                    let words = [kind, "wrong way round", "should have the same direction", "initial orientations"];
+                    has(&error.to_string(), &words);
+                    assert!(is_wrong, "{kind}");
+                }
+            }
+        }
+    }
+}
+
+/// Axes of length zero, and parallel ones, at either end of every joint with axes.
+#[test]
+fn every_joint_with_an_impossible_axis_is_named() {
+    let others: [(&str, Add); 4] = [
+        ("universal", |m, name, a, b| {
+            m.universal(name, a, b);
+        }),
+        ("point-on-line", |m, name, a, b| {
+            m.point_on_line3(name, a, b);
+        }),
+        ("point-on-plane", |m, name, a, b| {
+            m.point_on_plane(name, a, b);
+        }),
+        ("angle", |m, name, a, b| {
+            m.joint_angle(name, a, b);
+        }),
+    ];
+    let all = ALIGNED.map(|(kind, _, add)| (kind, add)).into_iter().chain(others);
+    for (kind, add) in all {
+        for (end, z, x, words) in [
+            ("a", [0.0; 3], [1.0, 0.0, 0.0], "length zero"),
+            ("b", [0.0; 3], [1.0, 0.0, 0.0], "length zero"),
+            ("a", [0.0, 0.0, 1.0], [0.0, 0.0, -3.0], "parallel"),
+            ("b", [0.0, 0.0, 1.0], [0.0, 0.0, 2.0], "parallel"),
+            ("a", [f64::NAN, 0.0, 1.0], [1.0, 0.0, 0.0], "no rotation"),
+        ] {
+            let why = message(regular(), Pose3::at([0.0; 3]), |m, ground, arm| {
+                let (a, b) = (ground.origin(), arm.origin());
+                let bad = |marker: Marker3<f64>| marker.with_z_x(z, x);
+                if end == "a" { add(m, kind, bad(a), b) } else { add(m, kind, a, bad(b)) }
+            });
+            has(&why, &[kind, &format!("point {end} is no rotation"), words]);
+        }
+    }
+}
+
+/// Joints that cannot hold at the same time: one of them is named, with what to look at.
+#[test]
+fn joints_that_contradict_each_other_are_named() {
+    let at = Pose3::at([0.0; 3]);
+    let across = |m: &mut Mechanism<f64>, ground: Body3, arm: Body3| {
+        m.fixed_joint3("weld", ground.origin(), arm.origin());
+        m.revolute3("hinge", ground.origin().with_z([1.0, 0.0, 0.0]), arm.origin().with_z([0.0, 1.0, 0.0]));
+    };
+    let apart = |m: &mut Mechanism<f64>, ground: Body3, arm: Body3| {
+        m.prismatic3("guide", ground.origin(), arm.origin());
+        m.spherical("ball", ground.at([0.2, 0.0, 0.0]), arm.origin());
+    };
+    let driven = |m: &mut Mechanism<f64>, ground: Body3, arm: Body3| {
+        m.revolute3("hinge", ground.origin(), arm.origin());
+        m.distance_constraint3("rod", ground.at([3.0, 0.0, 0.0]), arm.at([1.0, 0.0, 0.0]), 1.0);
+    };
+    for (names, add) in [
+        (["weld", "hinge"], &across as &dyn Fn(&mut Mechanism<f64>, Body3, Body3)),
+        (["guide", "ball"], &apart),
+        (["hinge", "rod"], &driven),
+    ] {
+        let why = message(regular(), at, |m, ground, arm| add(m, ground, arm));
+        println!("{why}");
+        assert!(names.iter().any(|name| why.contains(name)), "{why}");
+        assert!(["contradictory", "cannot be assembled"].iter().any(|words| why.contains(words)), "{why}");
+        assert!(why.contains(';'), "no remedy: {why}");
+    }
 }

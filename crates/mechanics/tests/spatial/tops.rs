@@ -1,8 +1,7 @@
 //! Free and heavy tops and the spherical pendulum, compared with closed forms and conservation laws.
 
-use crate::{accurate, follows, times, watch};
+use crate::{accurate, follows, in_both_coordinates, times, watch};
 use linkwright_mechanics::elements::spatial::MassProperties3;
-use linkwright_mechanics::integrators::explicit::Explicit;
 use linkwright_mechanics::mechanism::{EulerSequence, Pose3, Rotation};
 use linkwright_mechanics::{Dynamics, Mechanism, Result, simulate, simulate_explicitly};
 
@@ -92,13 +91,16 @@ fn free_tops_follow_elliptic_functions() {
     // Near the separatrix, errors grow exponentially on the way to the next flip.
     for (name, top, end, tolerance) in [("tumbling", tumbling, 20.0, 1e-8), ("flipping", flipping, 40.0, 2e-7)] {
         let at = times(end, 200);
-        let run = simulate_explicitly(&top.build().unwrap(), &accurate(), &at).unwrap();
-        for k in 0..3 {
-            follows(&format!("{name}, ω{}", k + 1), &at, &run.values[k], |t| top.closed_form(t)[k], tolerance);
+        for (coordinates, settings) in in_both_coordinates() {
+            let run = simulate_explicitly(&top.build().unwrap(), &settings, &at).unwrap();
+            for k in 0..3 {
+                let label = format!("{name}, {coordinates} coordinates, ω{}", k + 1);
+                follows(&label, &at, &run.values[k], |t| top.closed_form(t)[k], tolerance);
+            }
+            let [momentum, energy] = top.drift(&run.values);
+            println!("{name}, {coordinates} coordinates: momentum {momentum:.1e}, energy {energy:.1e}");
+            assert!(momentum < 1e-9 && energy < 1e-9);
         }
-        let [momentum, energy] = top.drift(&run.values);
-        println!("{name}: momentum {momentum:.1e}, energy {energy:.1e}");
-        assert!(momentum < 1e-9 && energy < 1e-9);
     }
 }
 
@@ -151,13 +153,15 @@ fn a_heavy_top_precesses_steadily() {
     watch(&mut m, angles, &["first", "second"]).unwrap();
     watch(&mut m, pivot, &["force_z", "force"]).unwrap();
     let at = times(0.9, 90);
-    let run = simulate_explicitly(&m, &accurate(), &at).unwrap();
-    follows("precession", &at, &run.values[0], |t| 0.2 + precession * t, 1e-9);
-    follows("nutation", &at, &run.values[1], |_| theta, 1e-9);
     // The centre of mass moves on a horizontal circle of radius l sin θ.
     let centripetal = mass * precession * precession * l * theta.sin();
-    follows("vertical force", &at, &run.values[2], |_| mass * g, 1e-7);
-    follows("force", &at, &run.values[3], |_| (mass * g).hypot(centripetal), 1e-7);
+    for (coordinates, settings) in in_both_coordinates() {
+        let run = simulate_explicitly(&m, &settings, &at).unwrap();
+        follows(&format!("precession, {coordinates}"), &at, &run.values[0], |t| 0.2 + precession * t, 1e-9);
+        follows(&format!("nutation, {coordinates}"), &at, &run.values[1], |_| theta, 1e-9);
+        follows(&format!("vertical force, {coordinates}"), &at, &run.values[2], |_| mass * g, 1e-7);
+        follows(&format!("force, {coordinates}"), &at, &run.values[3], |_| (mass * g).hypot(centripetal), 1e-7);
+    }
 }
 
 #[test]
@@ -200,18 +204,24 @@ fn a_spherical_pendulum_turns_where_energy_and_momentum_say() {
     let sensor = m.sensor3("sensor", bob.at([0.0, 0.0, -l]));
     watch(&mut m, sensor, &["x", "y", "z", "vx", "vy"]).unwrap();
     let at = times(6.0, 3000);
-    let run = simulate_explicitly(&m, &Explicit::eighth_order(1e-10), &at).unwrap();
-    let [x, y, z, vx, vy] = [0, 1, 2, 3, 4].map(|k| &run.values[k]);
-    let momentum = |p: usize| x[p] * vy[p] - y[p] * vx[p];
-    for p in 0..at.len() {
-        assert!((momentum(p) - radius * speed).abs() < 1e-7);
+    for (coordinates, settings) in in_both_coordinates() {
+        let run = simulate_explicitly(&m, &settings, &at).unwrap();
+        let [x, y, z, vx, vy] = [0, 1, 2, 3, 4].map(|k| &run.values[k]);
+        let momentum = |p: usize| x[p] * vy[p] - y[p] * vx[p];
+        for p in 0..at.len() {
+            assert!((momentum(p) - radius * speed).abs() < 1e-7);
+        }
+        // l² ż² = 2 (E − g z)(l² − z²) − h² with the energy E and the momentum h, both per mass.
+        let energy = 0.5 * speed * speed + g * height;
+        let rate = |z: f64| 2.0 * (energy - g * z) * (l * l - z * z) - (radius * speed).powi(2);
+        let (lowest, highest) = (z.iter().copied().fold(0.0, f64::min), z.iter().copied().fold(-1.0, f64::max));
+        println!(
+            "{coordinates} coordinates: turning heights {lowest} and {highest}: {:.1e} and {:.1e}",
+            rate(lowest),
+            rate(highest)
+        );
+        // Sampled at 2 ms, the extremes are missed by at most ½ z̈ (1 ms)².
+        assert!((highest - height).abs() < 1e-5 && lowest < height - 0.1);
+        assert!(rate(lowest).abs() < 1e-4 && rate(highest).abs() < 1e-4);
     }
-    // l² ż² = 2 (E − g z)(l² − z²) − h² with the energy E and the momentum h, both per mass.
-    let energy = 0.5 * speed * speed + g * height;
-    let rate = |z: f64| 2.0 * (energy - g * z) * (l * l - z * z) - (radius * speed).powi(2);
-    let (lowest, highest) = (z.iter().copied().fold(0.0, f64::min), z.iter().copied().fold(-1.0, f64::max));
-    println!("turning heights {lowest} and {highest}: {:.1e} and {:.1e}", rate(lowest), rate(highest));
-    // Sampled at 2 ms, the extremes are missed by at most ½ z̈ (1 ms)².
-    assert!((highest - height).abs() < 1e-5 && lowest < height - 0.1);
-    assert!(rate(lowest).abs() < 1e-4 && rate(highest).abs() < 1e-4);
 }

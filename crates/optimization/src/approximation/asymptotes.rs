@@ -1,7 +1,6 @@
 //! Rules for moving asymptotes.
 
-use super::SubproblemBox;
-use error::{Error, Readable, Result};
+use error::{Error, Result};
 
 /// A rule for the asymptotes l < b < u.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,102 +88,49 @@ impl Asymptotes {
         }
     }
 
-    /// l and u of variable k.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Definition`] if a variable with proportional or relative asymptotes is not positive.
-    pub fn of(&self, k: usize, subproblem_box: &SubproblemBox) -> Result<(f64, f64)> {
-        let history = &subproblem_box.history;
-        let x = history.last().map_or(0.0, |b| b[k]);
+    /// The rules for single variables that this one consists of.
+    pub(super) fn parts(&self) -> &[Self] {
+        match self {
+            Self::Each(rules) => rules,
+            one => std::slice::from_ref(one),
+        }
+    }
+
+    /// Distances of variable k after the first design, or after the first two, which have the same ones.
+    pub(super) fn first(&self, k: usize, designs: &[Vec<f64>]) -> [f64; 2] {
         match *self {
-            Self::Moving { initial, shrink, grow, least, most } => {
-                let sign_change = |w: &[Vec<f64>]| (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]);
-                let factor = |product: f64| {
-                    if product < 0.0 {
-                        shrink
-                    } else if product > 0.0 {
-                        grow
-                    } else {
-                        1.0
-                    }
+            Self::Moving { initial, .. } => [initial; 2],
+            Self::Relative { initial, least, most, .. } => {
+                designs.last().map_or(initial, |b| within(initial.map(|d| d * b[k]), [least, most], b[k]))
+            }
+            Self::Proportional(_) | Self::Each(_) => [0.0; 2],
+        }
+    }
+
+    /// Distances of variable k after three designs, from those after the second of them.
+    pub(super) fn next(&self, distances: [f64; 2], k: usize, designs: &[Vec<f64>]) -> [f64; 2] {
+        let [a, b, c] = [0, 1, 2].map(|i| designs[i][k]);
+        let change = (c - b) * (b - a);
+        match *self {
+            Self::Moving { shrink, grow, least, most, .. } => {
+                let factor = if change < 0.0 {
+                    shrink
+                } else if change > 0.0 {
+                    grow
+                } else {
+                    1.0
                 };
-                let width = history
-                    .windows(3)
-                    .map(sign_change)
-                    .fold(initial, |sigma, t| (sigma * factor(t)).clamp(least, most));
-                let sigma = width * subproblem_box.scale[k];
-                Ok((x - sigma, x + sigma))
+                distances.map(|width| (width * factor).clamp(least, most))
             }
-            Self::Each(rules) => rules[k.min(rules.len() - 1)].of(k, subproblem_box),
-            Self::Proportional(_) | Self::Relative { .. } if !(x > 0.0) => {
-                let why = format!("variable {k} is {}, which is not positive", Readable(x));
-                Err(Error::definition("proportional asymptotes", why, "use moving asymptotes, or bound it above zero"))
+            Self::Relative { rate, least, most, .. } => {
+                within(distances.map(|d| if change < 0.0 { d * rate } else { d / rate }), [least, most], c)
             }
-            Self::Proportional(s) => Ok((s * x, x / s)),
-            Self::Relative { initial, rate, least, most } => {
-                let within = |d: [f64; 2], x: f64| [0, 1].map(|i| d[i].clamp(least[i] * x, most[i] * x));
-                let first = |x: f64| within(initial.map(|d| d * x), x);
-                // The first two designs have the first distances.
-                let begin = history.get(1).or(history.first()).map_or(initial, |b| first(b[k]));
-                let next = |d: [f64; 2], w: &[Vec<f64>]| {
-                    let reverses = (w[2][k] - w[1][k]) * (w[1][k] - w[0][k]) < 0.0;
-                    within(d.map(|d| if reverses { d * rate } else { d / rate }), w[2][k])
-                };
-                let [below, above] = history.windows(3).fold(begin, next);
-                Ok((x - below, x + above))
-            }
+            Self::Proportional(_) | Self::Each(_) => distances,
         }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn of(rule: Asymptotes, history: &[f64]) -> (f64, f64) {
-        let history = history.iter().map(|&x| vec![x]).collect();
-        rule.of(0, &SubproblemBox { history, lower: vec![0.0], upper: vec![1.0], scale: vec![2.0] }).unwrap()
-    }
-
-    #[test]
-    fn asymptotes_follow_the_signs_of_the_steps() {
-        let rule = Asymptotes::SVANBERG_2002;
-        let distance = |history: &[f64]| {
-            let (l, u) = of(rule, history);
-            assert!(((u + l) / 2.0 - history[history.len() - 1]).abs() < 1e-15);
-            (u - l) / 4.0
-        };
-        assert!((distance(&[1.0, 2.0]) - 0.5).abs() < 1e-15);
-        assert!((distance(&[1.0, 2.0, 3.0]) - 0.6).abs() < 1e-15);
-        assert!((distance(&[1.0, 2.0, 1.5]) - 0.35).abs() < 1e-15);
-        assert!((distance(&[1.0, 2.0, 1.5, 1.5, 1.6]) - 0.35).abs() < 1e-15);
-        assert_eq!(of(Asymptotes::Proportional(0.5), &[3.0]), (1.5, 6.0));
-    }
-
-    #[test]
-    fn relative_distances_follow_the_steps_within_their_limits() {
-        let rule = Asymptotes::Relative { initial: [1.0, 4.0], rate: 0.5, least: [0.75, 1.5], most: [51.0, 49.0] };
-        assert_eq!(of(rule, &[2.0]), (0.0, 10.0));
-        assert_eq!(of(rule, &[2.0, 3.0]), (0.0, 15.0));
-        // One direction: distances 3 and 12 double. A reversal: they halve, but not below 0.75 and 1.5 times the variable.
-        assert_eq!(of(rule, &[2.0, 3.0, 4.0]), (-2.0, 28.0));
-        assert_eq!(of(rule, &[2.0, 4.0, 3.0]), (0.75, 11.0));
-        assert_eq!(of(rule, &[2.0, 10.0, 8.0]), (2.0, 28.0));
-        let each = Asymptotes::Each(&[Asymptotes::Proportional(0.5), Asymptotes::Proportional(0.25)]);
-        assert_eq!(of(each, &[3.0]), (1.5, 6.0));
-        assert!(Asymptotes::Each(&[]).check().is_err());
-        assert!(
-            Asymptotes::Relative { initial: [1.0; 2], rate: 2.0, least: [0.5; 2], most: [9.0; 2] }.check().is_err()
-        );
-    }
-
-    #[test]
-    fn rejects_invalid_settings() {
-        assert!(Asymptotes::Proportional(1.0).check().is_err());
-        assert!(Asymptotes::Moving { initial: 0.0, shrink: 0.7, grow: 1.2, least: 0.01, most: 1.0 }.check().is_err());
-        let at_zero = SubproblemBox { history: vec![vec![0.0]], lower: vec![0.0], upper: vec![1.0], scale: vec![1.0] };
-        let message = Asymptotes::Proportional(0.5).of(0, &at_zero).unwrap_err().to_string();
-        assert!(message.contains("variable 0") && message.contains("positive"), "{message}");
-    }
+/// Distances of a variable with value `x` within limits relative to it.
+fn within(distances: [f64; 2], [least, most]: [[f64; 2]; 2], x: f64) -> [f64; 2] {
+    [0, 1].map(|i| distances[i].clamp(least[i] * x, most[i] * x))
 }

@@ -1,6 +1,6 @@
 //! Tests for all approximations.
 
-use super::{AnyModel, Approximation, Expansion, Sample, SubproblemBox};
+use super::{AnyModel, Approximation, DesignHistory, Expansion, Sample, SubproblemBox};
 use crate::problem::Intermediates;
 use autodiff::{HyperDual, Scalar, gradient, hessian};
 use error::Result;
@@ -23,8 +23,8 @@ impl<F: Fn(&[HyperDual]) -> HyperDual + Sync> Case<F> {
     pub fn of(f: F, b: &[f64], lower: &[f64], upper: &[f64]) -> Self {
         let (value, slope, curvature) = hessian(&f, b);
         let scale = lower.iter().zip(upper).map(|(l, u)| u - l).collect();
-        let subproblem_box =
-            SubproblemBox { history: vec![b.to_vec()], lower: lower.to_vec(), upper: upper.to_vec(), scale };
+        let history = DesignHistory::default().after([b]);
+        let subproblem_box = SubproblemBox { history, lower: lower.to_vec(), upper: upper.to_vec(), scale };
         Self { f, here: (b.to_vec(), value, slope), before: vec![], curvature, subproblem_box }
     }
 
@@ -32,7 +32,8 @@ impl<F: Fn(&[HyperDual]) -> HyperDual + Sync> Case<F> {
     pub fn after(mut self, b: &[f64]) -> Self {
         let (value, slope, _) = hessian(&self.f, b);
         self.before.push((b.to_vec(), value, slope));
-        self.subproblem_box.history.insert(0, b.to_vec());
+        let designs = self.before.iter().rev().chain([&self.here]).map(|(design, ..)| design.as_slice());
+        self.subproblem_box.history = DesignHistory::default().after(designs);
         self
     }
 

@@ -54,7 +54,7 @@ impl DiagonalQuadratic {
             CurvatureRule::SphericalValue | CurvatureRule::SphericalGradient => spherical / (scale * scale),
             CurvatureRule::Reciprocal => over_x(2.0 * slope),
             CurvatureRule::Asymptotes(rule) => {
-                let (low, high) = rule.of(k, expansion.subproblem_box)?;
+                let (low, high) = expansion.subproblem_box.asymptotes(&rule, k)?;
                 2.0 * slope.max(0.0) / (high - x) + 2.0 * (-slope).max(0.0) / (x - low)
             }
             CurvatureRule::Exponential => {
@@ -104,6 +104,13 @@ impl Approximation for DiagonalQuadratic {
             self.curvature,
             CurvatureRule::SphericalValue | CurvatureRule::SphericalGradient | CurvatureRule::Exponential
         ))
+    }
+
+    fn asymptotes(&self) -> Vec<Asymptotes> {
+        match self.curvature {
+            CurvatureRule::Asymptotes(rule) => vec![rule],
+            _ => vec![],
+        }
     }
 
     fn wants_curvature(&self) -> bool {

@@ -59,13 +59,13 @@ impl FittedModel for Taylor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::approximation::{Sample, SubproblemBox};
+    use crate::approximation::{DesignHistory, Sample, SubproblemBox};
     use crate::problem::{Intermediate, IntermediateMap};
     use autodiff::{Scalar, gradient};
 
     fn nowhere(n: usize) -> SubproblemBox {
         let (lower, upper) = (vec![-9.0; n], vec![9.0; n]);
-        SubproblemBox { history: vec![], lower, upper, scale: vec![1.0; n] }
+        SubproblemBox { history: DesignHistory::default(), lower, upper, scale: vec![1.0; n] }
     }
 
     #[test]

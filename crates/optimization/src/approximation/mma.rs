@@ -58,13 +58,17 @@ impl Approximation for Mma {
         Error::check_option("flatness of MMA", "at least 0", self.flatness, not_negative(self.flatness))
     }
 
+    fn asymptotes(&self) -> Vec<Asymptotes> {
+        vec![self.asymptotes]
+    }
+
     fn fit(&self, expansion: &Expansion) -> Result<Arc<dyn AnyModel>> {
         let (here, around) = (expansion.here, expansion.subproblem_box);
         let n = here.design.len();
         let mean = (0..n).map(|k| here.gradient[k].abs() * around.scale[k]).sum::<f64>() / n as f64;
         let (mut forms, mut domain) = (Vec::with_capacity(n), [vec![], vec![]]);
         for k in 0..n {
-            let (low, high) = self.asymptotes.of(k, around)?;
+            let (low, high) = around.asymptotes(&self.asymptotes, k)?;
             let (x, slope) = (here.design[k], here.gradient[k]);
             let both = self.curvature * slope.abs() + self.flatness * mean / around.scale[k];
             let p = (high - x) * (high - x) * (slope.max(0.0) + both);

@@ -10,6 +10,7 @@ mod asymptotes;
 #[cfg(test)]
 pub(crate) mod checks;
 mod conlin;
+mod design_history;
 mod diagonal_quadratic;
 mod expansion;
 mod fitted_models;
@@ -31,6 +32,7 @@ mod two_point;
 pub use approximate_problem::ApproximateProblem;
 pub use asymptotes::Asymptotes;
 pub use conlin::Conlin;
+pub use design_history::DesignHistory;
 pub use diagonal_quadratic::{CurvatureRule, DiagonalQuadratic};
 pub use expansion::{Expansion, Sample};
 pub use lagrangian::LagrangianCurvature;
@@ -65,6 +67,10 @@ pub trait Approximation: Send + Sync + std::fmt::Debug {
     /// Number of earlier accepted designs that it uses.
     fn memory(&self) -> usize {
         0
+    }
+    /// Rules for moving asymptotes that it uses: the driver follows their distances from the first design on.
+    fn asymptotes(&self) -> Vec<Asymptotes> {
+        vec![]
     }
     /// True if the model of −r is the negative of the model of r. Others, such as convex approximations, are fitted to a response
     /// with the sign with which it enters an objective or a constraint: a problem and its mirror image have the same solution.

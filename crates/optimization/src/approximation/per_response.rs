@@ -1,6 +1,6 @@
 //! A choice of approximation for each response.
 
-use super::{AnyModel, Approximation, Expansion};
+use super::{AnyModel, Approximation, Asymptotes, Expansion};
 use crate::problem::Problem;
 use error::{Error, Result};
 use std::sync::Arc;
@@ -54,6 +54,10 @@ impl Approximation for PerResponse {
 
     fn memory(&self) -> usize {
         self.every().map(Approximation::memory).max().unwrap_or(0)
+    }
+
+    fn asymptotes(&self) -> Vec<Asymptotes> {
+        self.every().flat_map(Approximation::asymptotes).collect()
     }
 
     fn is_odd(&self) -> bool {

@@ -9,8 +9,11 @@ use error::{Error, Readable, Result};
 pub struct TimeGrid {
     /// Name of the parameter, for axes: "time", "crank rotation".
     pub name: String,
-    /// Its unit: "s", "rad".
+    /// Unit in which tables and axes show the points: "s", "mm".
     pub unit: String,
+    /// Numbers by which one such unit is multiplied and divided for that of the points: 1 and 1000 if these are in m and
+    /// shown in mm.
+    pub unit_factors: [f64; 2],
     /// The points, strictly increasing.
     pub points: Vec<f64>,
 }
@@ -36,15 +39,44 @@ impl TimeGrid {
     ///
     /// [`Error::Definition`] for an empty grid and for points that do not increase.
     pub fn new(name: &str, unit: &str, points: Vec<f64>) -> Result<Self> {
-        let grid = Self { name: name.to_owned(), unit: unit.to_owned(), points };
+        let grid = Self { name: name.to_owned(), unit: unit.to_owned(), unit_factors: [1.0; 2], points };
         grid.check()?;
         Ok(grid)
     }
 
+    /// The same points, shown in a unit with the given factors.
+    ///
+    /// ```
+    /// use linkwright_optimization::problem::TimeGrid;
+    /// let travel = TimeGrid::new("travel", "m", vec![-0.08, 0.0, 0.08])?.shown_in("mm", [1.0, 1e3]);
+    /// assert_eq!(travel.shown_points(), [-80.0, 0.0, 80.0]);
+    /// # Ok::<(), linkwright_optimization::Error>(())
+    /// ```
+    pub fn shown_in(self, unit: &str, unit_factors: [f64; 2]) -> Self {
+        Self { unit: unit.to_owned(), unit_factors, ..self }
+    }
+
+    /// A value of the parameter as a number of the unit.
+    pub fn shown(&self, t: f64) -> f64 {
+        t * self.unit_factors[1] / self.unit_factors[0]
+    }
+
+    /// The points as numbers of the unit.
+    pub fn shown_points(&self) -> Vec<f64> {
+        self.points.iter().map(|&t| self.shown(t)).collect()
+    }
+
     /// Checks that the grid is not empty and the points increase.
     pub(super) fn check(&self) -> Result<()> {
-        let Self { name, unit, points } = self;
+        let Self { name, unit, unit_factors, points } = self;
         let what = || format!("time grid `{name}`");
+        if !unit_factors.iter().all(|factor| *factor > 0.0 && factor.is_finite()) {
+            return Err(Error::definition(
+                what(),
+                format!("its unit has the factors {unit_factors:?}"),
+                "give positive ones",
+            ));
+        }
         if points.is_empty() {
             return Err(Error::definition(what(), "it has no time point", "give at least one point"));
         }

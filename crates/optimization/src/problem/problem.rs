@@ -256,7 +256,8 @@ impl Problem {
     pub fn time_in_words(&self, grid: Option<usize>, p: usize) -> String {
         match grid {
             Some(g) => {
-                format!("{} {} {}", self.grids[g].name, Readable(rounded(self.grids[g].points[p])), self.grids[g].unit)
+                let grid = &self.grids[g];
+                format!("{} {} {}", grid.name, Readable(rounded(grid.shown(grid.points[p]))), grid.unit)
             }
             None => "no particular time".to_owned(),
         }

@@ -4,7 +4,8 @@
 //! conservatism, or the start says nothing about the lengths of the variables. Whether a design is an optimum is therefore
 //! decided in one place for all methods: the [automatic method](super::Automatic) continues from the design where a run has
 //! settled, with the derivatives that are known, or from an earlier design of the run if that is clearly better. The end is
-//! confirmed if that leads to no better design.
+//! confirmed if that leads to no design that is better by more than the accuracy. A design that is better by less becomes the end of
+//! the run.
 
 use super::automatic::{AcceptedPoint, Automatic, Continuation, spread};
 use super::{Confirmation, Cycle, Method, State, Status, Stop};
@@ -25,6 +26,8 @@ const LEAST: f64 = 1e-4;
 /// Least gain, as a fraction of the range of the objective, for which an earlier design is where a confirmation begins; and loss for
 /// which its end is another design.
 const CLEARLY: f64 = 0.01;
+/// Part of the accuracy by which the end of a confirmation must be better to be the end of the run.
+const ADOPTED: f64 = 0.01;
 /// Least step of a variable, relative to itself, by which a run still moves.
 const NO_STEP: f64 = 1e-12;
 /// A constant may hide the size of an objective that has changed over a run by less than this part of itself. Its unit is then this
@@ -60,6 +63,11 @@ impl Confirmation {
         is_confirmed.then_some(self.status)
     }
 
+    /// True if the design that was found is better by more than a part of the accuracy, and violates no constraint more.
+    fn is_better(&self, accuracy: f64) -> bool {
+        self.from - self.objective > ADOPTED * accuracy * self.unit && self.violation <= self.violation_before
+    }
+
     /// What it found, for a run that ends with this verdict.
     fn in_words(&self, verdict: Option<Status>) -> String {
         let [analyses, sensitivities] = self.work;
@@ -87,21 +95,33 @@ impl Method {
     /// Those of the sensitivities and of the subproblem solver.
     pub(super) fn conclude(&self, problem: &Problem, mut state: State) -> Result<State> {
         let (status, reason) = self.stop.test(problem, &state);
+        let is_confirmed = |known: &Confirmation| known.is_adopted && known.is_of(problem, &state);
+        if let Some(status) =
+            state.confirmation.as_ref().filter(|c| is_confirmed(c)).and_then(|c| c.verdict(self.stop.accuracy))
+        {
+            // The last design is the one that was found.
+            state.status = status;
+            return Ok(state);
+        }
         (state.status, state.reason) = (status, reason);
         if !self.stop.confirm || matches!(status, Status::Running | Status::CycleLimit) {
             return Ok(state);
         }
         let is_at_end = status == Status::Stalled || has_stopped(&state);
-        let known = match state.confirmation.take() {
-            Some(known) if known.is_of(problem, &state) => known,
+        let (mut known, end) = match state.confirmation.take() {
+            Some(known) if known.is_of(problem, &state) => (known, None),
             Some(known) if !is_at_end && !known.is_outdated(problem, &state) => {
                 state.confirmation = Some(known);
                 (state.status, state.reason) = self.stop.cycle_limit(&state);
                 return Ok(state);
             }
-            _ => confirm(problem, &mut state, self.stop.accuracy)?,
+            _ => confirm(problem, &mut state, self.stop.accuracy).map(|(known, end)| (known, Some(end)))?,
         };
         let verdict = known.verdict(self.stop.accuracy);
+        if let Some(end) = end.filter(|_| verdict == Some(Status::Converged) && known.is_better(self.stop.accuracy)) {
+            state.adopt(end);
+            (known.trials, known.is_adopted) = (state.history.len(), true);
+        }
         (state.status, state.reason) = if verdict.is_some() || is_at_end {
             let is_refuted = verdict.is_none() && status != Status::Stalled;
             let reason = if is_refuted { "the steps have become zero" } else { &state.reason };
@@ -147,8 +167,20 @@ fn has_stopped(state: &State) -> bool {
     is_accepted && state.last_step.as_ref().is_some_and(|step| step.iter().zip(&state.design).all(zero))
 }
 
-/// Continues with the automatic method from the design of a state, or from a clearly better one before it, until it ends.
-fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<Confirmation> {
+impl State {
+    /// Moves to the design where the run of a confirmation has ended: the last cycle.
+    fn adopt(&mut self, end: State) {
+        let Some(cycle) = end.history.into_iter().rfind(|cycle| cycle.accepted) else { return };
+        self.history.push(Cycle { cycle: self.cycles() + 1, ..cycle });
+        let State { design, responses, evaluation, .. } = end;
+        self.last_step = Some(design.iter().zip(&self.design).map(|(to, from)| to - from).collect());
+        (self.design, self.responses, self.evaluation, self.data) = (design, responses, evaluation, None);
+    }
+}
+
+/// Continues with the automatic method from the design of a state, or from a clearly better one before it, until it ends. Returns its
+/// last state, too.
+fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<(Confirmation, State)> {
     let better = clearly_better(state, accuracy);
     let mut history: Vec<_> = state.history.iter().filter(|cycle| cycle.accepted).cloned().collect();
     history.extend(better.map(|cycle| Cycle { accepted: true, ..cycle.clone() }));
@@ -185,11 +217,12 @@ fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<Confir
         status: run.status,
         objective: run.evaluation.objective,
         violation: violation(&run),
-        reason: run.reason,
+        reason: std::mem::take(&mut run.reason),
         unit,
+        is_adopted: false,
     };
     state.counters = end;
-    Ok(confirmation)
+    Ok((confirmation, run))
 }
 
 /// The best design of a run if it is better than the last one by more than the accuracy can explain.

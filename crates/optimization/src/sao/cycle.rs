@@ -80,6 +80,16 @@ pub struct Cycle {
 }
 
 impl Cycle {
+    /// The quantity that is minimized at the proposed design: the peak of a min–max problem, or F.
+    pub(super) fn stated_objective(&self) -> f64 {
+        self.peak.unwrap_or(self.objective)
+    }
+
+    /// V as a fraction; 0 if no constraint is violated.
+    pub(super) fn violation(&self) -> f64 {
+        (self.violation_pct / 100.0).max(0.0)
+    }
+
     /// The row of the start design.
     pub(super) fn start(problem: &Problem, design: &[f64], evaluation: &Evaluation, factors: &[f64]) -> Self {
         Self {

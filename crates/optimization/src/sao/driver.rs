@@ -1,5 +1,6 @@
 //! The sequence of cycles (Section 4 of the paper).
 
+use super::trace::Trace;
 use super::trial::Proposal;
 use super::{Counters, Cycle, Method, STATE_VERSION, State, Status, Trial, Verdict, optimality};
 use crate::approximation::{ApproximateProblem, ApproximationOptions, CycleData, SubproblemBox};
@@ -71,6 +72,7 @@ impl Method {
             counters: Counters { analyses: 1, ..Default::default() },
             status: Status::Running,
             reason: String::new(),
+            trace: Trace::default(),
         })
     }
 
@@ -81,9 +83,17 @@ impl Method {
     /// Those of the sensitivities, of the approximation and of the subproblem solver. A failed analysis of the proposed design
     /// is not an error: it rejects the design.
     pub fn step(&self, problem: &Problem, mut state: State) -> Result<State> {
-        if let Some(automatic) = self.automatic {
-            return automatic.step(self, problem, state);
-        }
+        let rules = self.approximation.asymptotes();
+        state.follow(&rules);
+        let mut state = match self.automatic {
+            Some(automatic) => automatic.step(self, problem, state)?,
+            None => self.trial_step(problem, state)?,
+        };
+        state.follow(&rules);
+        Ok(state)
+    }
+
+    fn trial_step(&self, problem: &Problem, mut state: State) -> Result<State> {
         // 1. Responses and 2. objective and constraints at the design of the state: from the analysis that accepted it.
         // 3. Screening and 4. sensitivities of the retained responses; a repeated cycle reuses both.
         let data = match state.data.take() {
@@ -166,13 +176,12 @@ impl Method {
         sides: (Vec<f64>, Vec<f64>),
     ) -> Result<ApproximateProblem<'a>> {
         let point = state.linearization_point(data);
-        let accepted = state.history.iter().filter(|c| c.accepted).map(|c| c.design.clone()).collect();
         let options = ApproximationOptions {
             conservatism: state.globalization.conservatism.clone(),
             moving_peaks: self.moving_peaks,
             curvature: self.curvature.and_then(|c| c.fit(problem, &point, &state.multipliers())),
         };
-        let subproblem_box = SubproblemBox::new(problem, accepted, sides);
+        let subproblem_box = SubproblemBox::new(problem, state.trace().designs.clone(), sides);
         ApproximateProblem::new(problem, &*self.approximation, point, (subproblem_box, options))
     }
 }

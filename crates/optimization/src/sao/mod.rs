@@ -21,6 +21,7 @@ mod screening;
 mod state;
 mod state_shape;
 mod stop;
+mod trace;
 mod trial;
 mod trust_region;
 

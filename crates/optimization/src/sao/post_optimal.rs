@@ -252,7 +252,7 @@ impl State {
         match self.evaluation.nearest_peak(row).zip(constraint.quantity.grid()) {
             Some((peak, grid)) => {
                 let grid = &problem.grids[grid];
-                format!("{} at {} {:.6} {}", constraint.name, grid.name, peak.time, grid.unit)
+                format!("{} at {} {:.6} {}", constraint.name, grid.name, grid.shown(peak.time), grid.unit)
             }
             None => problem.row_in_words(row),
         }

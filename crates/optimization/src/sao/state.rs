@@ -1,11 +1,12 @@
 //! The state of a run: one record that can be written to a file.
 
-use super::automatic::spread;
+use super::trace::Trace;
 use super::{AcceptedPoint, AutomaticState, Cycle, GlobalizationState};
-use crate::approximation::{CycleData, LinearizationPoint, PreviousPoint};
+use crate::approximation::{Asymptotes, CycleData, LinearizationPoint, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId, Sensitivities};
 use error::{Error, Result};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::path::Path;
 
 /// Version of the state file; a file of another version is rejected.
@@ -90,6 +91,9 @@ pub struct State {
     pub status: Status,
     /// Reason of the status in words; empty during the run.
     pub reason: String,
+    /// Quantities of the history, which follow from it.
+    #[serde(skip)]
+    pub(super) trace: Trace,
 }
 
 /// The end of the automatic method from the design of a run that had settled.
@@ -120,6 +124,9 @@ pub struct Confirmation {
     pub violation: f64,
     /// Change of the objective over the run, relative to which a difference of the objective is judged.
     pub unit: f64,
+    /// True if the run ends at the design that was found, as it is better.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_adopted: bool,
 }
 
 impl State {
@@ -235,29 +242,37 @@ impl State {
     /// Better is a smaller objective, by more than `tolerance` × the range of the objective over the accepted designs, among the
     /// designs that violate no constraint by more than `tolerance` (a fraction of its scale); if the last design violates one, any
     /// design that does not, or the one with a violation smaller by more than `tolerance`. The objective of a min–max problem is the
-    /// peak. Of equals it is the earliest one.
+    /// peak. Of equals it is the earliest one with the least violation.
     pub fn better_than_last(&self, tolerance: f64) -> Option<&Cycle> {
-        let objective = |cycle: &Cycle| cycle.peak.unwrap_or(cycle.objective);
         let merit = |cycle: &Cycle| {
-            let violation = cycle.violation_pct / 100.0;
-            if violation <= tolerance { [0.0, objective(cycle)] } else { [violation, 0.0] }
+            let violation = cycle.violation();
+            if violation <= tolerance { [0.0, cycle.stated_objective()] } else { [violation, 0.0] }
         };
-        let mut accepted = self.history.iter().filter(|cycle| cycle.accepted);
-        let range = spread(accepted.clone().map(objective));
-        let last = merit(accepted.next_back()?);
-        let gain = |cycle: &&Cycle| {
-            let [violation, objective] = merit(cycle);
-            if last[0] > 0.0 {
-                last[0] - violation > tolerance
-            } else {
-                violation == 0.0 && last[1] - objective > tolerance * range
-            }
+        let last = merit(self.history.iter().rev().find(|cycle| cycle.accepted)?);
+        let trace = self.trace();
+        let best = &self.history[trace.best(tolerance)?];
+        let [violation, objective] = merit(best);
+        let is_better = if last[0] > 0.0 {
+            last[0] - violation > tolerance
+        } else {
+            violation == 0.0 && last[1] - objective > tolerance * trace.stated.width()
         };
-        let order = |a: &&Cycle, b: &&Cycle| {
-            let ([v, f], [w, g]) = (merit(a), merit(b));
-            v.total_cmp(&w).then(f.total_cmp(&g))
-        };
-        self.history.iter().filter(|cycle| cycle.failure.is_none()).filter(gain).min_by(order)
+        is_better.then_some(best)
+    }
+
+    /// Quantities of all steps.
+    pub(super) fn trace(&self) -> Cow<'_, Trace> {
+        if self.trace.is_complete(&self.history) {
+            return Cow::Borrowed(&self.trace);
+        }
+        let mut trace = self.trace.clone();
+        trace.follow(&self.history);
+        Cow::Owned(trace)
+    }
+
+    /// Reads the last steps, and follows the distances by rules for asymptotes.
+    pub(super) fn follow(&mut self, rules: &[Asymptotes]) {
+        self.trace.follow_with(rules, &self.history);
     }
 
     /// Number of accepted cycles.

@@ -69,7 +69,7 @@ export class Completer {
       this.area.setAttribute("aria-activedescendant", `word-${this.at}`);
       this.list.children[this.at].scrollIntoView({ block: "nearest" });
     } else this.area.removeAttribute("aria-activedescendant");
-    // Below the line of the word.
+    // Below the line of the word; above it where there is more room.
     const style = getComputedStyle(this.area);
     const [line, pad] = [parseFloat(style.lineHeight), parseFloat(style.paddingTop)];
     const before = this.area.value.slice(0, this.from).split("\n");
@@ -78,7 +78,9 @@ export class Completer {
     const left = this.area.offsetLeft + pad + context.measureText(before[before.length - 1]).width - this.area.scrollLeft;
     const top = this.area.offsetTop + pad + before.length * line - this.area.scrollTop;
     const most = this.list.offsetParent.clientWidth - this.list.offsetWidth;
-    Object.assign(this.list.style, { left: `${Math.max(Math.min(left, most), 0)}px`, top: `${top}px` });
+    const [height, room] = [this.list.offsetHeight, this.list.offsetParent.clientHeight - top];
+    const shown = height <= room || room > top - line ? top : Math.max(top - line - height, 0);
+    Object.assign(this.list.style, { left: `${Math.max(Math.min(left, most), 0)}px`, top: `${shown}px` });
   }
 
   close() {

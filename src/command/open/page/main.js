@@ -243,7 +243,8 @@ function showNumbers() {
     const { name, unit, relation } = constraint;
     const now = shown.constraints[j];
     const predicted = prediction?.constraints[j].margin;
-    const size = Math.max(Math.abs(now.limit), ...now.values.filter((v) => v !== null).map(Math.abs), 1e-300);
+    now.size ??= Math.max(Math.abs(now.limit), ...now.values.filter((v) => v !== null).map(Math.abs), 1e-300);
+    const { size } = now;
     const part = (m) => 50 * Math.max(-1, Math.min(1, m / size));
     const bar = make("i", now.margin < 0 ? { class: "over" } : {});
     Object.assign(bar.style, now.margin < 0 ? { left: `${50 + part(now.margin)}%`, width: `${-part(now.margin)}%` } : { width: `${part(now.margin)}%` });

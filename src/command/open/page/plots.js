@@ -31,7 +31,12 @@ export class Plot {
     this.tools.className = "tools";
     figure.append(this.tools, caption, this.svg);
     place.append(figure);
-    Object.assign(this, { figure, name, time, series: new Map(), limits: [], range: null, lines: element("g") });
+    Object.assign(this, { figure, name, time, series: new Map(), limits: [], range: null, lines: element("g"), seen: true, stale: false });
+    // Plots outside the screen are drawn when they come near it.
+    new IntersectionObserver((entries) => {
+      this.seen = entries.at(-1).isIntersecting;
+      if (this.seen && this.stale) this.draw();
+    }, { rootMargin: "200px" }).observe(figure);
   }
 
   // Points of a series under a key; null removes it.
@@ -57,6 +62,8 @@ export class Plot {
       return button;
     });
     const arm = (sign) => {
+      // The observer may not have seen yet that the plot has come into view.
+      if (this.stale) this.render();
       [relation, points, from] = [sign, [], null];
       line.remove();
       this.figure.classList.toggle("drawing", sign !== null);
@@ -134,8 +141,14 @@ export class Plot {
     if (!fits) this.range = wanted;
   }
 
-  // Draws the series anew, and the axes if they have changed.
+  // Draws the series anew if the plot is near the screen.
   draw() {
+    this.stale = !this.seen;
+    if (!this.stale) this.render();
+  }
+
+  // Draws the series, and the axes if they have changed.
+  render() {
     this.scale();
     const axes = JSON.stringify([this.range, this.limits]);
     if (axes !== this.axes) {

@@ -19,7 +19,8 @@ use crate::mechanism::scalars::{Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
-use crate::tree::articulated::Articulated;
+use crate::tree::cut::TreeFactor;
+use crate::tree::dynamics::ProjectionRecord;
 use crate::tree::{Tree, TreeDynamics};
 use crate::{Error, Result, reaction_loads};
 
@@ -70,6 +71,10 @@ pub struct MechanismRhs<'m> {
 /// A mechanism in relative coordinates as a system of first-order equations.
 pub(crate) struct RelativeRhs {
     pub dynamics: TreeDynamics,
+    /// The projection at the end of the step onto the constraints of cut joints, for its derivatives.
+    pub projection: ProjectionRecord,
+    /// Joint coordinates and velocities at the end of the step before the projection of Euler parameters, for its derivatives.
+    pub unprojected: Vec<f64>,
     /// Evaluations at each slot of the current step, if they are recorded; the last one is for outputs.
     pub stages: Option<Vec<RelativeStageRecord>>,
 }
@@ -83,8 +88,10 @@ pub(crate) struct RelativeStageRecord {
     pub y: Vec<f64>,
     /// Accelerations of the joint coordinates.
     pub a: Vec<f64>,
-    /// The factorized mass matrix.
-    pub factor: Articulated,
+    /// Multipliers of the cut joints.
+    pub l: Vec<f64>,
+    /// The factorized equations of motion.
+    pub factor: TreeFactor,
 }
 
 impl RelativeRhs {
@@ -109,8 +116,33 @@ impl RelativeRhs {
             stage.t = t;
             stage.y.copy_from_slice(y);
             stage.a.copy_from_slice(accelerations);
+            stage.l.iter_mut().zip(&self.dynamics.tree.cuts).for_each(|(l, cut)| *l = state.l[cut.multiplier]);
             std::mem::swap(&mut stage.factor, &mut self.dynamics.factor);
         }
+        Ok(())
+    }
+}
+
+impl RelativeRhs {
+    /// Projects the joint coordinates onto the constraints of cut joints, and Euler parameters among them onto their length one.
+    fn project(
+        &mut self,
+        mechanism: &Mechanism<f64>,
+        t: f64,
+        y: &mut [f64],
+        state: &mut State<f64>,
+        drift: &mut ConstraintDrift,
+    ) -> Result<()> {
+        let Self { dynamics, projection, unprojected, stages } = self;
+        if !dynamics.tree.cuts.is_empty() {
+            let violations = dynamics.project(mechanism, t, y, state, projection)?;
+            drift.add(t, violations, [&state.q, &state.v]);
+        }
+        if stages.is_some() {
+            unprojected.copy_from_slice(y);
+        }
+        let (q, v) = y.split_at_mut(dynamics.tree.count);
+        dynamics.tree.space.normalize(q, v);
         Ok(())
     }
 }
@@ -125,9 +157,15 @@ fn relative_tree(mechanism: &Mechanism<f64>, system: &System, settings: &Explici
         Coordinates::Absolute => Ok(None),
         Coordinates::Relative => Tree::new(mechanism, system).map(Some),
         Coordinates::Automatic if settings.has_tolerance_vectors() => Ok(None),
-        Coordinates::Automatic => Ok(Tree::new(mechanism, system).ok().filter(Tree::has_joints)),
+        Coordinates::Automatic => {
+            let is_safe = |tree: &Tree| tree.is_open() && tree.mass_ratio(mechanism, system) < LARGEST_MASS_RATIO;
+            Ok(Tree::new(mechanism, system).ok().filter(is_safe))
+        }
     }
 }
+
+/// Ratio of the masses of two bodies above which the recursion of relative coordinates would lose too many digits.
+const LARGEST_MASS_RATIO: f64 = 1e6;
 
 /// States and factorizations of one step, for its derivatives.
 pub struct StepRecord {
@@ -333,7 +371,10 @@ impl OdeRhs for MechanismRhs<'_> {
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<()> {
         self.mechanism.tick(t);
-        if self.mechanism.multipliers == 0 || self.relative.is_some() {
+        if let Some(relative) = &mut self.relative {
+            return relative.project(self.mechanism, t, y, &mut self.state, &mut self.drift);
+        }
+        if self.mechanism.multipliers == 0 {
             return Ok(());
         }
         self.set_state(t, y);
@@ -417,14 +458,20 @@ pub(crate) fn start<'m>(
         projection = assemble_closed(&mut system, mechanism, &mut state, settings.assembly)?;
     }
     state.l.fill(0.0);
-    if let Some(tree) = relative_tree(mechanism, &system, settings)? {
+    if let Some(mut tree) = relative_tree(mechanism, &system, settings)? {
+        tree.choose_signs(mechanism, &state);
+        if system.allows_redundancy() {
+            tree.leave_out_redundant(mechanism, &state);
+        }
         let y = tree.joint_state(mechanism, &state);
         let dynamics = TreeDynamics::new(tree, mechanism, &system);
         let a = vec![0.0; dynamics.tree.count];
-        let stage = || RelativeStageRecord { t: settings.start, y: y.clone(), a, factor: dynamics.factor.clone() };
+        let l = vec![0.0; dynamics.tree.cuts.len()];
+        let stage = || RelativeStageRecord { t: settings.start, y: y.clone(), a, l, factor: dynamics.factor.clone() };
         let stages = recorded.then(|| vec![stage(); SAMPLE + 1]);
         let mut rhs = MechanismRhs::new(mechanism, system, state.clone());
-        rhs.relative = Some(Box::new(RelativeRhs { dynamics, stages }));
+        let record = ProjectionRecord::new(&dynamics.tree);
+        rhs.relative = Some(Box::new(RelativeRhs { dynamics, projection: record, unprojected: y.clone(), stages }));
         return Ok((OdeDriver::new(rhs, settings, y, times)?, ConsistentState { state, projection }));
     }
     let y = MechanismRhs::vector(&state);

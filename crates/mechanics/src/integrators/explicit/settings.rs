@@ -45,19 +45,19 @@ impl Tolerance {
 
 /// Choice of the unknowns of a mechanism in explicit steps.
 ///
-/// Open chains and trees of rigid bodies in the plane with revolute, prismatic and fixed joints have joint angles and
-/// displacements as unknowns in relative coordinates: fewer of them, no constraints that drift, and a cost per step that is
+/// Open chains and trees of rigid bodies have joint angles and displacements as unknowns in relative coordinates, and Euler
+/// parameters of spherical joints and of free bodies in space: fewer of them, no constraints that drift, and a cost per step that is
 /// proportional to the number of bodies. Outputs and their derivatives are the same up to the tolerance of the steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Coordinates {
-    /// Relative coordinates where they are possible and replace constraints, otherwise absolute ones.
+    /// Relative coordinates for open chains and trees, otherwise absolute ones.
     #[default]
     Automatic,
     /// Position and rotation of every body, with constraints.
     Absolute,
-    /// Joint angles and displacements. An error names the part of a mechanism that they do not support: loops, beams, contacts,
-    /// events, other constraints.
+    /// Joint angles and displacements. Joints that close loops, and other constraints, are cut: they remain constraints. An error names
+    /// the part of a mechanism that is not supported: beams, contacts, events.
     Relative,
 }
 

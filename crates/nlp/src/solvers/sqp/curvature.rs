@@ -7,6 +7,8 @@ use nalgebra::{DMatrix, DVector};
 const DAMPING: f64 = 0.2;
 /// Smallest eigenvalue, relative to the largest entry of the scaled Hessian.
 const FLOOR: f64 = 1e-8;
+/// Part of a vector that is new, below which it counts as dependent on others.
+const DEPENDENT: f64 = 1e-6;
 
 /// The initial Hessian unit · S⁻², with the scales S of the variables on the diagonal.
 pub(super) fn initial(scale: &[f64], unit: f64) -> DMatrix<f64> {
@@ -56,12 +58,12 @@ pub(super) fn convexified(h: &DMatrix<f64>, state: &SqpState, scale: &[f64], uni
     DMatrix::from_fn(n, n, |i, j| convex[(i, j)] / scale[i] / scale[j])
 }
 
-/// H with absolute eigenvalues, in variables scaled by `scale`.
-pub(super) fn absolute(h: &DMatrix<f64>, _: &SqpState, scale: &[f64], unit: f64) -> DMatrix<f64> {
+/// H with absolute eigenvalues on the tangent space of `normals`, in variables scaled by `scale`.
+pub(super) fn absolute(h: &DMatrix<f64>, normals: &[DVector<f64>], scale: &[f64], unit: f64) -> DMatrix<f64> {
     let n = scale.len();
     let scaled = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * scale[i] * scale[j]);
     let size = scaled.amax().max(unit);
-    let convex = absolute_eigenvalues(scaled, FLOOR * size);
+    let convex = absolute_on_tangents(scaled, normals, FLOOR * size);
     DMatrix::from_fn(n, n, |i, j| convex[(i, j)] / scale[i] / scale[j])
 }
 
@@ -79,6 +81,49 @@ fn active_outer_products(state: &SqpState, scale: &[f64]) -> DMatrix<f64> {
         out[(j, j)] += 1.0;
     }
     out
+}
+
+/// Orthonormal vectors that span the given ones.
+pub(super) fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<f64>> {
+    let mut basis: Vec<DVector<f64>> = vec![];
+    for vector in vectors {
+        let mut rest = vector.clone();
+        // The second time removes what rounding left.
+        for _ in 0..2 {
+            basis.iter().for_each(|known| rest.axpy(-known.dot(&rest), known, 1.0));
+        }
+        if rest.norm() > DEPENDENT * vector.norm() {
+            basis.push(rest.normalize());
+        }
+    }
+    basis
+}
+
+/// A positive definite matrix that equals H in the products of a tangent with any vector, but for the absolute eigenvalues on the
+/// tangents, which are the vectors orthogonal to the orthonormal `normals`.
+///
+/// The eigenvalues of H itself may be large with opposite signs where its curvature along the tangents is small: their absolute values
+/// would shorten all steps along the active rows. With tangents Z and normals Y the matrix is
+///
+/// $$ \begin{pmatrix} Z & Y \end{pmatrix} \begin{pmatrix} T & C \\ C^T & N + C^T T^{-1} C \end{pmatrix}
+///    \begin{pmatrix} Z^T \\ Y^T \end{pmatrix},\quad T = |Z^T H Z|,\ N = |Y^T H Y|,\ C = Z^T H Y $$
+fn absolute_on_tangents(h: DMatrix<f64>, normals: &[DVector<f64>], floor: f64) -> DMatrix<f64> {
+    let n = h.nrows();
+    let is_convex = (&h + DMatrix::identity(n, n) * floor).cholesky().is_some();
+    if normals.is_empty() || normals.len() >= n || is_convex {
+        return absolute_eigenvalues(h, floor);
+    }
+    let units = (0..n).map(|j| DVector::from_fn(n, |i, _| f64::from(i == j)));
+    let all = basis(normals.iter().cloned().chain(units));
+    let (y, z) = (DMatrix::from_columns(&all[..normals.len()]), DMatrix::from_columns(&all[normals.len()..]));
+    let tangent = absolute_eigenvalues(z.transpose() * &h * &z, floor);
+    let normal = absolute_eigenvalues(y.transpose() * &h * &y, floor);
+    let coupling = z.transpose() * &h * &y;
+    let Some(factors) = tangent.clone().cholesky() else { return absolute_eigenvalues(h, floor) };
+    // The Schur complement of the tangents is the block of the normals.
+    let normal = normal + coupling.transpose() * factors.solve(&coupling);
+    let cross = &z * coupling * y.transpose();
+    &z * tangent * z.transpose() + &y * normal * y.transpose() + &cross + cross.transpose()
 }
 
 /// |H|, with eigenvalues of at least `floor`.
@@ -100,6 +145,20 @@ mod tests {
         assert!((&b * &d - &y).norm() < 1e-14);
         damped_bfgs(&mut b, &d, &-y);
         assert!(b.cholesky().is_some());
+    }
+
+    #[test]
+    fn absolute_eigenvalues_on_tangents_keep_the_curvature_along_a_row() {
+        // Large curvatures of opposite sign; along the row x + y = 2 the curvature is 2·(100 − 99)/2 = 1.
+        let h = DMatrix::from_row_slice(2, 2, &[100.0, 0.0, 0.0, -99.0]);
+        let normal = DVector::from_vec(vec![1.0, 1.0]).normalize();
+        let tangent = DVector::from_vec(vec![1.0, -1.0]);
+        let b = absolute(&h, &[normal], &[1.0, 1.0], 1.0);
+        assert!(b.clone().cholesky().is_some());
+        assert!((tangent.dot(&(&b * &tangent)) - 1.0).abs() < 1e-9, "{b}");
+        assert!((tangent.dot(&(&b * DVector::from_vec(vec![1.0, 1.0]))) - 199.0).abs() < 1e-9, "{b}");
+        let whole = absolute(&h, &[], &[1.0, 1.0], 1.0);
+        assert!((tangent.dot(&(&whole * &tangent)) - 199.0).abs() < 1e-9, "{whole}");
     }
 
     #[test]

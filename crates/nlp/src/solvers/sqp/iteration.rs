@@ -99,8 +99,12 @@ impl Sqp {
         if !h.iter().all(|v| v.is_finite()) {
             return Ok(false);
         }
-        let convex = if is_absolute { curvature::absolute } else { curvature::convexified };
-        state.hessian = convex(&h, state, &scale, unit);
+        state.hessian = if is_absolute {
+            let normals = least_squares::normals(program, state, &scale, &weights);
+            curvature::absolute(&h, &normals, &scale, unit)
+        } else {
+            curvature::convexified(&h, state, &scale, unit)
+        };
         Ok(true)
     }
 }

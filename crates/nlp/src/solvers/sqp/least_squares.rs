@@ -36,6 +36,30 @@ pub(super) fn multipliers(program: &dyn Program, state: &SqpState, scale: &[f64]
     λ
 }
 
+/// Orthonormal vectors that span the gradients of the equalities and of the rows with a multiplier, over the variables scaled by
+/// `scale`, and the variables that the slope of the Lagrangian holds at a bound.
+pub(super) fn normals(
+    program: &dyn Program,
+    state: &SqpState,
+    scale: &[f64],
+    multipliers: &[f64],
+) -> Vec<DVector<f64>> {
+    let n = scale.len();
+    let slope = |j: usize| {
+        state.objective_gradient[j]
+            + multipliers.iter().enumerate().map(|(i, λ)| λ * state.row_gradients[(i, j)]).sum::<f64>()
+    };
+    let is_held = |j: &usize| {
+        let j = *j;
+        let (low, high) = (program.lower()[j] + ACTIVE * scale[j], program.upper()[j] - ACTIVE * scale[j]);
+        (state.x[j] <= low && slope(j) > 0.0) || (state.x[j] >= high && slope(j) < 0.0)
+    };
+    let held = (0..n).filter(is_held).map(|j| DVector::from_fn(n, |k, _| f64::from(k == j)));
+    let rows = (0..multipliers.len()).filter(|&i| program.is_equality(i) || multipliers[i] != 0.0);
+    let gradient = |i: usize| DVector::from_fn(n, |j, _| state.row_gradients[(i, j)] * scale[j]);
+    super::curvature::basis(held.chain(rows.map(gradient)))
+}
+
 /// The multipliers λ that minimize ‖slope + `gradients` λ‖, non-negative except for equalities; zero columns have λ = 0.
 ///
 /// `gradients` has one column for each multiplier.

@@ -16,7 +16,8 @@ pub enum Curvature {
     /// The program's exact Hessian if it provides one, otherwise damped BFGS.
     #[default]
     Exact,
-    /// The program's exact Hessian, weighted with the least-squares multipliers of the active rows, with absolute eigenvalues.
+    /// The program's exact Hessian, weighted with the least-squares multipliers of the active rows, with absolute eigenvalues on the
+    /// tangent space of these rows.
     ///
     /// For nonconvex programs whose solution is to stay near the start, such as approximate problems in a trust region. Damped
     /// BFGS if the program has no Hessian.

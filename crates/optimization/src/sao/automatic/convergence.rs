@@ -22,7 +22,7 @@ const RECENT: usize = 4;
 /// designs.
 const LEAST: f64 = 1e-4;
 /// Number of accepted designs of the shorter range, without the start. A start with a huge objective must not count for ever.
-const LONGER: usize = 20;
+pub(super) const LONGER: usize = 20;
 /// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.
 const ROUNDING: [f64; 2] = [1e-14, 1e-12];
 /// Part of the change of the objective that does not matter, below which each of the sums does not matter.
@@ -87,8 +87,10 @@ pub(super) struct StopTest<'a> {
     /// True if the proposal is at a move limit.
     pub at_limit: bool,
     pub optimality: Optimality,
-    /// Objectives of the accepted designs, the newest last.
+    /// Objectives of the last [`LONGER`] + 1 accepted designs, the newest last.
     pub objectives: &'a [f64],
+    /// Range of the objective over all accepted designs.
+    pub objective_range: f64,
     /// Largest change of the objective by a rejected step from the current design.
     pub rejected_change: f64,
     /// Change of the objective that does not matter.
@@ -104,7 +106,7 @@ impl StopTest<'_> {
             spread(recent.iter().copied())
         };
         let longer = LONGER.min(self.objectives.len().saturating_sub(1));
-        range(RECENT).min(objective.abs()).max(LEAST * (range(longer) * range(self.objectives.len())).sqrt())
+        range(RECENT).min(objective.abs()).max(LEAST * (range(longer) * self.objective_range).sqrt())
     }
 
     /// A change of the objective that does not matter at all.

@@ -2,17 +2,18 @@
 
 mod exploration;
 mod noise;
+mod stationary;
 
 use super::super::trial::{Proposal as Record, Trial};
 use super::super::{Cycle, Method, Region, State, Status, Verdict};
 use super::acceptance::{Decision, FilterEntry, Merit, Step, widths_after_acceptance, widths_after_rejection};
 use super::candidates::{AcceptedPoint, Candidate, Model, Samples, gradient_changes};
-use super::convergence::{Optimality, StopTest, feasibility_factor, is_feasible, largest_change, stalled};
+use super::convergence::{LONGER, Optimality, StopTest, feasibility_factor, is_feasible, largest_change, stalled};
 use super::lengths::{Units, spread, start_lengths};
 use super::linearized::Linearized;
 use super::numbers::{NumberGroup, collect, find};
 use super::quasi_newton::{Pair, damped_bfgs};
-use super::restoration::{is_incompatible, is_stationary, least_violation, reach};
+use super::restoration::{is_incompatible, least_violation};
 use super::selection::{Observation, ObservedLagrangian, discount};
 use super::surrogate::{BoxedSurrogate, Surrogate};
 use super::{Automatic, AutomaticState, RejectedPoint};
@@ -22,15 +23,6 @@ use error::Result;
 use nalgebra::{DMatrix, DVector};
 use nlp::{Curvature, Solution, Sqp, SubproblemSolver};
 
-/// Displacements from a stationary point in lengths: the second one if the first one led back.
-const DISPLACEMENTS: [f64; 2] = [0.1, 0.5];
-/// Largest number of displacements in a run.
-const MOST_DISPLACEMENTS: usize = 6;
-/// A stationary point of the violation is better than earlier ones if its violation is below this fraction of theirs.
-const BETTER: f64 = 0.99;
-/// Lengths within which the violation must be stationary. A length may be underestimated, above all for a variable that
-/// started at zero.
-const WIDE: f64 = 100.0;
 /// Number of designs whose extent is the first box of a run that is continued, and its least part of the lengths.
 const RECENT: usize = 4;
 const LEAST_WIDTH: f64 = 1e-3;
@@ -154,9 +146,13 @@ impl Automatic {
                     widths_after_acceptance(&mut memory.widths, &step, &at_limit, ratio);
                 } else {
                     let left = purpose == Purpose::Displacement && violation > 0.0;
-                    memory.stationary.extend(left.then_some(violation));
+                    memory.left.extend(left.then(|| state.evaluation.violations()));
                     memory.filter.clear();
-                    memory.widths.iter_mut().zip(&lengths).for_each(|(w, l)| *w = w.max(DISPLACEMENTS[0] * l));
+                    memory
+                        .widths
+                        .iter_mut()
+                        .zip(&lengths)
+                        .for_each(|(w, l)| *w = w.max(stationary::DISPLACEMENTS[0] * l));
                 }
                 (memory.rejections, memory.rejected) = (0, vec![]);
                 state.counters.sensitivity_analyses += usize::from(next.has_derivatives());
@@ -334,7 +330,7 @@ impl<'a> Situation<'a> {
         data: &'a CycleData,
         memory: &'a AutomaticState,
     ) -> Self {
-        let units = Units::new(memory, &state.history, &state.evaluation);
+        let units = Units::new(memory, &state.trace(), &state.evaluation);
         let violation = units.violation(&state.evaluation.violations());
         let here = Linearized::new(problem, (&state.design, &state.responses, &state.evaluation), data);
         Self { settings, problem, state, data, memory, here, units, violation }
@@ -433,7 +429,7 @@ impl<'a> Situation<'a> {
 
     fn propose(&self) -> Result<Next> {
         let design = &self.state.design;
-        let mut region = self.sides(&self.memory.widths);
+        let region = self.sides(&self.memory.widths);
         let least = least_violation(&self.here, &self.units, design, [&region.lower, &region.upper])?;
         let restoration = is_incompatible(least, self.violation).then_some(least);
         if restoration.is_some()
@@ -442,14 +438,10 @@ impl<'a> Situation<'a> {
             return Ok(next);
         }
         let surrogate = self.chosen();
-        for j in 0..self.n() {
-            let lower = surrogate.lower(j).min(design[j]);
-            if lower > region.lower[j] {
-                (region.lower[j], region.is_limit[j][0]) = (lower, true);
-            }
-        }
-        let proposal = self.solve(&surrogate, region, restoration)?;
-        let objectives: Vec<f64> = self.state.history.iter().filter(|c| c.accepted).map(|c| c.objective).collect();
+        let proposal = self.solve(&surrogate, self.domain(&surrogate), restoration)?;
+        let accepted = self.state.history.iter().rev().filter(|c| c.accepted);
+        let mut objectives: Vec<f64> = accepted.map(|c| c.objective).take(LONGER + 1).collect();
+        objectives.reverse();
         let λ = &proposal.solution.multipliers;
         let test = StopTest {
             violation: self.violation,
@@ -459,14 +451,16 @@ impl<'a> Situation<'a> {
             at_limit: proposal.at_limit.contains(&true),
             optimality: Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths),
             objectives: &objectives,
+            objective_range: self.units.objective_range,
             rejected_change: self.rejected_change(),
             tolerance: self.memory.tolerance,
         };
         // Where the objective has no slope at all, the start may as well be a maximum or a saddle point.
-        let is_start = self.state.history.iter().all(|cycle| !cycle.accepted || cycle.design == *design);
+        let trace = self.state.trace();
+        let is_start = design.iter().enumerate().all(|(j, &b)| trace.designs.extent(j) == [b; 2]);
         let is_flat = is_start && self.here.slope.iter().all(|g| *g == 0.0);
         if is_flat && self.violation == 0.0 {
-            return Ok(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[0], |_| true))));
+            return Ok(Next::Analyse(Box::new(self.displacement(stationary::DISPLACEMENTS[0], |_| true))));
         }
         let step: Vec<f64> = proposal.design.iter().zip(design).map(|(to, from)| to - from).collect();
         let stalled = stalled(&step, &self.memory.widths, &self.units.lengths);
@@ -474,8 +468,24 @@ impl<'a> Situation<'a> {
             let unexplored = self.unexplored(test.negligible());
             return Ok(unexplored.map_or(Next::End(Status::Converged, reason), |p| Next::Analyse(Box::new(p))));
         }
-        let reason = self.noise().map(noise::in_words).or(stalled);
-        Ok(reason.map_or_else(|| Next::Analyse(Box::new(proposal)), |reason| Next::End(Status::Stalled, reason)))
+        if let Some(noise) = self.noise() {
+            return Ok(Next::End(Status::Stalled, noise::in_words(noise)));
+        }
+        let Some(reason) = stalled else { return Ok(Next::Analyse(Box::new(proposal))) };
+        let other = self.after_stalling(restoration)?;
+        Ok(other.map_or_else(|| Next::End(Status::Stalled, reason), |p| Next::Analyse(Box::new(p))))
+    }
+
+    /// The box of the next step, inside the domain of a surrogate.
+    fn domain(&self, surrogate: &Surrogate) -> Region {
+        let mut region = self.sides(&self.memory.widths);
+        for j in 0..self.n() {
+            let lower = surrogate.lower(j).min(self.state.design[j]);
+            if lower > region.lower[j] {
+                (region.lower[j], region.is_limit[j][0]) = (lower, true);
+            }
+        }
+        region
     }
 
     /// Solves the surrogate in its box.
@@ -534,36 +544,6 @@ impl<'a> Situation<'a> {
             *v = v.max(if *equality { c.abs() } else { *c });
         }
         Merit::new(objective, &violations, &self.units)
-    }
-
-    /// A displacement or the end if the violation is stationary here; `None` if it is not.
-    fn stationary_violation(&self) -> Result<Option<Next>> {
-        let wide: Vec<f64> = self.units.lengths.iter().map(|l| WIDE * l).collect();
-        let region = self.sides(&wide);
-        let design = &self.state.design;
-        let least = least_violation(&self.here, &self.units, design, [&region.lower, &region.upper])?;
-        if !is_stationary(self.violation, least, reach(&self.here, &self.units)) {
-            return Ok(None);
-        }
-        let left = &self.memory.stationary;
-        // Number of displacements since the last one that led to a better point.
-        let best = left.iter().copied().fold(f64::INFINITY, f64::min);
-        let is_better = self.violation < BETTER * best;
-        let futile = if is_better { 0 } else { left.iter().rev().take_while(|v| **v < best / BETTER).count() };
-        if futile >= DISPLACEMENTS.len() || left.len() >= MOST_DISPLACEMENTS {
-            let worst = self.state.evaluation.worst();
-            let (name, by) = worst.map_or_else(Default::default, |(row, g)| {
-                (self.problem.row_in_words(row), 100.0 * self.state.evaluation.violation(row.constraint, g))
-            });
-            let reason = format!(
-                "the violation is stationary here: {name} is exceeded by {by:.3} %, and to first order no change of the \
-                 variables within {WIDE} times their lengths reduces the largest violation by more than {:.1e} of it; other regions were not \
-                 searched",
-                (self.violation - least).max(0.0) / self.violation
-            );
-            return Ok(Some(Next::End(Status::Infeasible, reason)));
-        }
-        Ok(Some(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[futile], |_| true)))))
     }
 
     /// Marks the variables that are at a move limit.

@@ -4,7 +4,7 @@ use super::AutomaticState;
 use super::candidates::AcceptedPoint;
 use super::linearized::Linearized;
 use crate::problem::{Evaluation, Problem};
-use crate::sao::Cycle;
+use crate::sao::trace::Trace;
 
 /// Fraction of a bounded variable's range that a start length has at least.
 const LEAST_OF_RANGE: f64 = 0.02;
@@ -75,17 +75,16 @@ pub(super) struct Units {
 }
 
 impl Units {
-    /// Units from the start lengths, the history, and the stored designs.
+    /// Units from the start lengths, the accepted designs, and the stored designs.
     ///
     /// Once a step was rejected, all guessed lengths shrink by the same factor, to the largest extent that one of their variables
     /// has: a guess depends on a constant in the objective, and what is seen within a length must not.
-    pub fn new(memory: &AutomaticState, history: &[Cycle], evaluation: &Evaluation) -> Self {
+    pub fn new(memory: &AutomaticState, trace: &Trace, evaluation: &Evaluation) -> Self {
         let AutomaticState { start_lengths, guessed, points, .. } = memory;
-        let accepted = || history.iter().filter(|c| c.accepted);
-        let extents: Vec<f64> = (0..start_lengths.len()).map(|j| spread(accepted().map(|c| c.design[j]))).collect();
+        let extents: Vec<f64> = (0..start_lengths.len()).map(|j| spread(trace.designs.extent(j).into_iter())).collect();
         let guesses = (0..guessed.len()).filter(|&j| guessed[j]);
         let reached = guesses.map(|j| extents[j] / start_lengths[j]).fold(0.0, f64::max);
-        let is_too_long = reached > 0.0 && history.iter().any(|c| !c.accepted);
+        let is_too_long = reached > 0.0 && trace.has_rejected;
         let shrinkage = if is_too_long { reached.min(1.0) } else { 1.0 };
         let start = |j: usize| start_lengths[j] * if guessed.get(j) == Some(&true) { shrinkage } else { 1.0 };
         let lengths: Vec<f64> = extents.iter().enumerate().map(|(j, extent)| extent.max(start(j))).collect();
@@ -96,7 +95,7 @@ impl Units {
             [largest, value].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
         };
         let rows = (0..evaluation.constraints.len()).map(unit).collect();
-        Self { rows, objective_range: spread(accepted().map(|c| c.objective)), lengths }
+        Self { rows, objective_range: trace.objective.width(), lengths }
     }
 
     /// h: the largest violation in units of the rows; `violations` has one entry for each constraint.

@@ -66,7 +66,7 @@ pub struct Automatic {
 
 impl Default for Automatic {
     fn default() -> Self {
-        Self { memory: 30, iterations: 25 }
+        Self { memory: 30, iterations: 60 }
     }
 }
 
@@ -103,8 +103,9 @@ pub struct AutomaticState {
     pub rejections: usize,
     /// Rejected designs with the numbers there, since the last accepted one.
     pub rejected: Vec<RejectedPoint>,
-    /// Violations at stationary points of the violation that the run has left.
-    pub stationary: Vec<f64>,
+    /// The largest violation of each constraint at the points that the run has left by a displacement.
+    #[serde(default)]
+    pub left: Vec<Vec<f64>>,
     /// Number of analyses beside a design that seemed to be an optimum, to see the curvature in a direction.
     #[serde(default)]
     pub explorations: usize,

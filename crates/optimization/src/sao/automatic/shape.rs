@@ -26,6 +26,7 @@ impl AutomaticState {
         let same = |numbers: &[super::Number]| numbers.iter().map(|a| a.id).eq(expected.iter().map(|b| b.id));
         require(last.is_some_and(|point| same(&point.numbers)), "the last stored design is not that of the state")?;
         self.filter.iter().try_for_each(|entry| length("violations", m, entry.violations.len()))?;
+        self.left.iter().try_for_each(|violations| length("violations", m, violations.len()))?;
         for point in &self.rejected {
             length("rejected design", n, point.design.len())?;
             length("rejected values", expected.len(), point.values.len())?;

@@ -81,10 +81,23 @@ impl Linearizer {
     /// Linearizer with respect to the state and the active parameters. Elements that are inactive at the start of the motion
     /// have no derivatives.
     pub fn new(mechanism: &Mechanism<f64>, activity: &Activity, system: &System, modes: &Modes) -> Self {
+        Self::of_elements(mechanism, activity, (system, modes), |_| true)
+    }
+
+    /// [`Linearizer::new`] without the elements for which `includes` is false.
+    pub fn of_elements(
+        mechanism: &Mechanism<f64>,
+        activity: &Activity,
+        (system, modes): (&System, &Modes),
+        includes: impl Fn(usize) -> bool,
+    ) -> Self {
         let n = mechanism.coordinates.len();
         let moving: Vec<usize> = activity.moving_coordinates().collect();
         let mut parameters = Vec::new();
-        let element = |k| LinearizedElement::new(mechanism, k, activity, (system, modes), &mut parameters);
+        let element = |k| match includes(k) {
+            true => LinearizedElement::new(mechanism, k, activity, (system, modes), &mut parameters),
+            false => LinearizedElement::none(),
+        };
         let elements: Vec<_> = (0..mechanism.elements.len()).map(element).collect();
         let mut constants = [(); 3].map(|()| Entries::new(3 * n));
         for (k, (instance, element)) in mechanism.elements.iter().zip(&elements).enumerate() {
@@ -241,6 +254,11 @@ impl Linearizer {
 }
 
 impl LinearizedElement {
+    /// Without derivatives.
+    fn none() -> Self {
+        Self { variables: Vec::new(), rows: Vec::new(), constraint_variables: Vec::new() }
+    }
+
     /// Linearization of element number `k`; adds its active parameters to `parameters`.
     fn new(
         mechanism: &Mechanism<f64>,
@@ -252,7 +270,7 @@ impl LinearizedElement {
         let (instance, n) = (&mechanism.elements[k], mechanism.coordinates.len());
         let (mut variables, is_constraint) = (Vec::new(), instance.num_constraints > 0);
         if system.rows_of(k).next().is_none() || !modes.is_active(instance) {
-            return Self { variables, rows: Vec::new(), constraint_variables: Vec::new() };
+            return Self::none();
         }
         let mut add = |kind, local, source| variables.push(DifferentiatedVariable { kind, local, source });
         for (local, &i) in instance.coordinates.iter().enumerate() {

@@ -5,6 +5,7 @@ use crate::analyses::sampling::OutputRecorder;
 use crate::derivatives::forward::explicit::dual_steps::propagate_repeated;
 use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, LinearizedStages, StepEvent};
 use crate::derivatives::forward::explicit::linearize::Linearizer;
+use crate::derivatives::forward::explicit::relative_block::propagate_relative_blocks;
 use crate::derivatives::forward::explicit::relative_steps::propagate_relative;
 use crate::derivatives::forward::explicit::sensitivity_block::{SensitivityBlock, SensitivityPlan};
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
@@ -31,7 +32,8 @@ use autodiff::WIDTH;
 /// few variables, which are used for all design variables. The projections at the ends of steps are differentiated in the same way.
 /// Initial positions and velocities may depend on the design. Steps are frozen: the derivatives are those of the discrete
 /// solution, with the same bits for any number of threads. Where a step ends at an event, its length and that of the next step
-/// carry derivatives, and the steps are repeated in dual numbers. So are steps in relative coordinates.
+/// carry derivatives, and the steps are repeated in dual numbers. So are steps in relative coordinates in space or with loops. In those
+/// of planar trees the rows of the joints are differentiated by sweeps, with derivatives of each joint that all design variables share.
 ///
 /// # Errors
 /// As [`simulate_explicitly`](crate::analyses::dynamics::simulate_explicitly), and
@@ -64,6 +66,14 @@ fn differentiate_seeded(
     }
     let (driver, begin) = start(mechanism, settings, times, true)?;
     let relative = driver.stepper.rhs.relative.as_ref().map(|relative| relative.dynamics.tree.clone());
+    if relative.as_ref().is_some_and(|tree| tree.space.nodes.is_empty() && tree.cuts.is_empty()) {
+        let propagate_blocks = match chunks.len() {
+            0 | 1 => propagate_relative_blocks::<WIDTH>,
+            _ => propagate_relative_blocks::<{ 2 * WIDTH }>,
+        };
+        let (recorder, work, gradients) = propagate_blocks(chunks, driver, &begin, times)?;
+        return Ok(SensitiveHistory::new(mechanism, times, recorder, (&gradients, variables), work));
+    }
     if let Some(tree) = relative {
         let (recorder, work, gradients) = propagate_relative(chunks, &tree, driver, &begin, times)?;
         return Ok(SensitiveHistory::new(mechanism, times, recorder, (&gradients, variables), work));

@@ -13,7 +13,8 @@
 //! | `linearize` | derivatives of the equations, once per stage for all design variables |
 //! | `constraint` | derivatives of one constraint along a motion |
 //! | `dual_steps` | steps repeated in numbers with derivatives: second derivatives, and motions with events |
-//! | `relative_steps` | steps in relative coordinates repeated in numbers with derivatives: first and second derivatives |
+//! | `relative_block` | sensitivities of a planar motion in relative coordinates, for up to 16 design variables at a time |
+//! | `relative_steps` | steps in relative coordinates repeated in numbers with derivatives: in space, with loops, second derivatives |
 //! | `entries` | sparse derivatives and their products |
 
 pub(crate) mod constraint;
@@ -24,6 +25,7 @@ pub(crate) mod linearize;
 pub(crate) mod mechanism;
 pub(crate) mod nystrom;
 pub(crate) mod ode;
+pub(crate) mod relative_block;
 pub(crate) mod relative_steps;
 pub(crate) mod sensitivity_block;
 

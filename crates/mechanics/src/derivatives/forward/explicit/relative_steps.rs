@@ -21,7 +21,8 @@ use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::System;
 use crate::system::state::State;
 use crate::tree::Tree;
-use crate::tree::dynamics::TreeResidual;
+use crate::tree::articulated::SolveWorkspace;
+use crate::tree::dynamics::{ProjectionRecord, TreeResidual};
 
 /// Smallest product of joint coordinates, mechanisms and derivatives of each for which threads are faster.
 const WORTH_THREADS: usize = 400;
@@ -69,7 +70,8 @@ impl StepSource for RecordedSteps<'_> {
     type Block = RecordedStep;
 
     fn block(&mut self) -> RecordedStep {
-        RecordedStep { event: StepEvent::Start, stages: None }
+        let relative = self.steps.driver.stepper.rhs.relative.as_ref().expect("the coordinates are relative");
+        RecordedStep { event: StepEvent::Start, stages: None, projection: relative.projection.clone() }
     }
 
     /// Fills the block with one step, or with the state at one output time.
@@ -83,6 +85,9 @@ impl StepSource for RecordedSteps<'_> {
         }
         step.event = event;
         step.stages = self.stages().take();
+        if let (StepEvent::Step(_), Some(relative)) = (event, &mut self.steps.driver.stepper.rhs.relative) {
+            std::mem::swap(&mut step.projection, &mut relative.projection);
+        }
         Ok(true)
     }
 }
@@ -92,6 +97,8 @@ struct RecordedStep {
     event: StepEvent,
     /// Evaluations of the accelerations, moved here from the equations while derivatives are computed.
     stages: Option<Vec<RelativeStageRecord>>,
+    /// The projection at the end of the step.
+    projection: ProjectionRecord,
 }
 
 /// Joint coordinates and velocities with `L` derivatives, which are propagated along explicit steps.
@@ -116,7 +123,7 @@ struct RelativeSteps<'m, T, const L: usize> {
     accelerations: Vec<T>,
     rows: Vec<T>,
     changes: Vec<[f64; L]>,
-    work: Vec<[[f64; L]; 3]>,
+    work: SolveWorkspace<L>,
     sampler: Sampler<T>,
     outputs: Vec<T>,
     /// Of the outputs, by time, output and design variable.
@@ -129,14 +136,18 @@ struct StageAccelerations<'a, 'm, T, const L: usize> {
     record: &'a RelativeStageRecord,
 }
 
-impl<T: DerivativeScalar<L>, const L: usize> Kernel for StageAccelerations<'_, '_, T, L> {
+impl<T: DerivativeScalar<L>, const L: usize> Kernel for StageAccelerations<'_, '_, T, L>
+where
+    Jet2<T>: ElementScalar,
+{
     #[inline(always)]
     fn run(self) {
-        let RelativeStageRecord { t, y, a, factor } = self.record;
+        let RelativeStageRecord { t, y, a, l, factor } = self.record;
         let RelativeSteps { mechanism, tree, residual, stage, state, accelerations, rows, changes, work, .. } =
             self.steps;
         stage.iter_mut().zip(y).for_each(|(stage, &value)| *stage = T::with(value, stage.derivatives()));
         accelerations.iter_mut().zip(a).for_each(|(a, &value)| *a = T::from(value));
+        tree.cuts.iter().zip(l).for_each(|(cut, &l)| state.l[cut.multiplier] = T::from(l));
         state.t = T::from(*t);
         residual.place(tree, mechanism, stage, state);
         for _ in 0..T::ORDER {
@@ -144,6 +155,9 @@ impl<T: DerivativeScalar<L>, const L: usize> Kernel for StageAccelerations<'_, '
             changes.iter_mut().zip(&*rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
             factor.solve(tree, changes, work);
             accelerations.iter_mut().zip(&*changes).for_each(|(a, change)| *a += T::with(0.0, *change));
+            for (cut, change) in tree.cuts.iter().zip(&changes[tree.count..]) {
+                state.l[cut.multiplier] += T::with(0.0, *change);
+            }
         }
     }
 }
@@ -177,9 +191,9 @@ where
             is_dense: false,
             state,
             accelerations: vec![zero; count],
-            rows: vec![zero; count],
-            changes: vec![[0.0; L]; count],
-            work: Vec::new(),
+            rows: vec![zero; count + tree.cuts.len()],
+            changes: vec![[0.0; L]; count + tree.cuts.len()],
+            work: SolveWorkspace::default(),
             sampler: Sampler::new(mechanism),
             outputs: Vec::new(),
             derivatives: Vec::with_capacity(times * mechanism.outputs.len() * L),
@@ -187,14 +201,18 @@ where
     }
 
     /// Propagates the derivatives to the end of the step between `t[0]` and `t[1]`.
-    fn advance(&mut self, stages: &[RelativeStageRecord], t: [f64; 2]) {
+    fn advance(&mut self, stages: &[RelativeStageRecord], projection: &ProjectionRecord, t: [f64; 2]) {
         let end = self.method.end;
         if self.is_started {
             self.rates.swap(0, end);
             std::mem::swap(&mut self.begin, &mut self.end);
         }
         (self.t, self.is_started, self.is_dense) = (t, true, false);
-        (1..end + 1).for_each(|slot| self.evaluate(stages, slot));
+        (1..end).for_each(|slot| self.evaluate(stages, slot));
+        self.combine(end);
+        self.project(projection);
+        self.accelerate(&stages[end]);
+        self.store_rates(end);
         self.end.copy_from_slice(&self.stage);
     }
 
@@ -203,6 +221,30 @@ where
         self.combine(slot);
         self.accelerate(&stages[slot]);
         self.store_rates(slot);
+    }
+
+    /// Projects the components at the end of the step onto the constraints of cut joints, and Euler parameters onto their length one.
+    fn project(&mut self, record: &ProjectionRecord) {
+        let Self { mechanism, tree, residual, stage, state, rows, changes, .. } = self;
+        let n = tree.count;
+        if !tree.cuts.is_empty() {
+            state.t = T::from(record.t);
+            stage.iter_mut().zip(&record.y).for_each(|(y, &value)| *y = T::with(value, y.derivatives()));
+            let base = stage.clone();
+            for (order, values) in record.solutions.iter().enumerate() {
+                let mut solution: Vec<T> = values.iter().map(|&value| T::from(value)).collect();
+                for _ in 0..T::ORDER {
+                    let at = ([&base[..], &stage[..]], order);
+                    residual.correction(tree, mechanism, at, solution.split_at(n), state, rows);
+                    changes.iter_mut().zip(&*rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
+                    record.factor.solve(tree, changes);
+                    solution.iter_mut().zip(&*changes).for_each(|(x, change)| *x += T::with(0.0, *change));
+                }
+                stage[order * n..(order + 1) * n].iter_mut().zip(&solution).for_each(|(y, change)| *y += *change);
+            }
+        }
+        let (q, v) = stage.split_at_mut(n);
+        tree.space.normalize(q, v);
     }
 
     /// Solves for the accelerations of the joint coordinates at the stage, whose values are in the `record`.
@@ -272,7 +314,7 @@ where
                 self.accelerate(&stages[0]);
                 self.store_rates(0);
             }
-            StepEvent::Step(t) => self.advance(stages, t),
+            StepEvent::Step(t) => self.advance(stages, &step.projection, t),
             StepEvent::Output { t, is_dense } => self.record_outputs(stages, t, is_dense)?,
         }
         Ok(())

@@ -165,15 +165,8 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
 
     /// Writes the derivatives of prescribed coordinates at the time `t` (s) to the sources.
     fn prescribe(&mut self, t: f64) {
-        let n = self.coordinates();
         for (c, outputs) in self.outputs.iter().enumerate() {
-            for &i in &self.plan.moving {
-                let motion = outputs.mechanism.coordinates[i].motion.as_ref();
-                let (motion, parameters) = motion.expect("the coordinate is prescribed");
-                for (k, x) in Dual8::motion(motion.as_ref(), parameters, Dual8::constant(t)).iter().enumerate() {
-                    columns(&mut self.sources[k * n + i], c).copy_from_slice(&x.eps);
-                }
-            }
+            outputs.prescribe(&self.plan.moving, t, c, &mut self.sources);
         }
     }
 
@@ -220,28 +213,40 @@ fn add_changes<const W: usize>(unknowns: &[Unknown], rows: &[Gradient<W>], y: &m
 const ZERO: Dual8 = Dual8 { re: 0.0, eps: [0.0; WIDTH] };
 
 /// The columns of chunk number `c`.
-fn columns<const W: usize>(block: &mut Gradient<W>, c: usize) -> &mut [f64] {
+pub(crate) fn columns<const W: usize>(block: &mut Gradient<W>, c: usize) -> &mut [f64] {
     &mut block[c * WIDTH..(c + 1) * WIDTH]
 }
 
 /// The outputs of a mechanism in dual numbers.
-struct DualOutputs<'m> {
+pub(crate) struct DualOutputs<'m> {
     mechanism: &'m Mechanism<Dual8>,
     state: State<Dual8>,
     sampler: Sampler<Dual8>,
-    values: Vec<Dual8>,
+    pub values: Vec<Dual8>,
 }
 
 impl<'m> DualOutputs<'m> {
-    fn new(mechanism: &'m Mechanism<Dual8>, values: &State<f64>) -> Self {
+    pub fn new(mechanism: &'m Mechanism<Dual8>, values: &State<f64>) -> Self {
         let zeros = |x: &[f64]| vec![ZERO; x.len()];
         let [q, v, a, l] = [&values.q, &values.v, &values.a, &values.l].map(|x| zeros(x));
         let state = State { t: Dual8::constant(values.t), q, v, a, l, modes: values.modes.clone() };
         Self { mechanism, state, sampler: Sampler::new(mechanism), values: Vec::new() }
     }
 
+    /// Writes the derivatives of the coordinates `moving`, which are prescribed, at the time `t` (s) to chunk `c` of `sources`.
+    pub fn prescribe<const W: usize>(&self, moving: &[usize], t: f64, c: usize, sources: &mut [Gradient<W>]) {
+        let n = self.mechanism.coordinates.len();
+        for &i in moving {
+            let motion = self.mechanism.coordinates[i].motion.as_ref();
+            let (motion, parameters) = motion.expect("the coordinate is prescribed");
+            for (k, x) in Dual8::motion(motion.as_ref(), parameters, Dual8::constant(t)).iter().enumerate() {
+                columns(&mut sources[k * n + i], c).copy_from_slice(&x.eps);
+            }
+        }
+    }
+
     /// Evaluates the outputs at `values`, with the derivatives in chunk `c` of `sources` and of the solution `rows`.
-    fn evaluate<const W: usize>(
+    pub fn evaluate<const W: usize>(
         &mut self,
         values: &State<f64>,
         sources: &[Gradient<W>],

@@ -136,7 +136,8 @@ macro_rules! spatial_joint {
         };
 
         impl $joint {
-            const ROWS: &'static [Row] = &$rows;
+            /// Constraint equations, in the order of the multipliers.
+            pub(crate) const ROWS: &'static [Row] = &$rows;
         }
 
         impl Element for $joint {

@@ -287,12 +287,12 @@ impl Situation<'_> {
     /// True for a variable that never moved because nothing ever depended on it to first order, except for what rounding leaves.
     fn is_unknown(&self, j: usize) -> bool {
         let (variable, lengths) = (&self.problem.variables[j], &self.units.lengths);
-        let mut accepted = self.state.history.iter().filter(|c| c.accepted);
+        let [least, most] = self.state.trace().designs.extent(j);
         let has_no_effect =
             |slope: &Vec<f64>| slope[j].abs() * lengths[j] <= NO_EFFECT * largest_single(slope, lengths);
         let mut points = self.memory.points.iter();
         variable.upper > variable.lower
-            && accepted.all(|c| (c.design[j] - self.state.design[j]).abs() <= NO_EFFECT * lengths[j])
+            && [least, most].iter().all(|b| (b - self.state.design[j]).abs() <= NO_EFFECT * lengths[j])
             && has_no_effect(&self.here.slope)
             && points.all(|p| p.slopes.iter().chain(p.numbers.iter().map(|r| &r.gradient)).all(has_no_effect))
     }
@@ -300,7 +300,7 @@ impl Situation<'_> {
     /// A step of some variables in a generic direction, by this part of the lengths.
     pub(super) fn displacement(&self, size: f64, is_moved: impl Fn(usize) -> bool) -> Proposal {
         let region = self.sides(&self.units.lengths);
-        let tries = self.memory.stationary.len() + self.memory.rejections;
+        let tries = self.memory.left.len() + self.memory.rejections;
         let design: Vec<f64> = (0..self.n())
             .map(|j| {
                 if !is_moved(j) {

@@ -1,6 +1,6 @@
 //! The model file of a robot.
 
-use super::robot::{Joint, JointType, Robot};
+use super::parts::{Closure, Joint, JointType, Robot};
 use super::tree::{Part, Tree};
 use crate::model_file::expression::check_name;
 use nalgebra::{Isometry3, Vector3};
@@ -53,7 +53,8 @@ pub fn write(robot: &Robot, tree: &Tree, source: &str) -> String {
     robot.left_out.iter().for_each(|sentence| line(out, &format!("# * {}", comment(sentence))));
     line(out, "version = 2\nspace = 3");
     line(out, &format!("title = {:?}", comment(&robot.name).replace('\\', "/")));
-    line(out, "gravity = [0, 0, -9.81]\n\n[time]\nto = 1\npoints = 101\n\n[analysis]\nkind = \"dynamics\"");
+    line(out, &format!("gravity = {}", exact(robot.gravity)));
+    line(out, "\n[time]\nto = 1\npoints = 101\n\n[analysis]\nkind = \"dynamics\"");
     for part in &tree.parts {
         let name = if part.is_ground { "ground" } else { &*links[part.link] };
         if !part.is_ground {
@@ -78,6 +79,10 @@ pub fn write(robot: &Robot, tree: &Tree, source: &str) -> String {
     };
     for (joint, name) in robot.joints.iter().zip(&joints) {
         connect(out, joint, name, frame(joint.parent), frame(joint.child).0);
+    }
+    for closure in &robot.closures {
+        let name = names.unique(&closure.name);
+        close(out, closure, &name, closure.ends.map(|(link, _)| frame(link)));
     }
     for (k, joint) in robot.joints.iter().enumerate() {
         resist(out, joint, &joints[k], &mut names);
@@ -137,6 +142,7 @@ fn connect(out: &mut String, joint: &Joint, name: &str, (parent, place): (&str, 
         JointType::Revolute | JointType::Continuous => "revolute",
         JointType::Prismatic => "prismatic",
         JointType::Planar => "planar",
+        JointType::Spherical => "spherical",
         JointType::Floating | JointType::Fixed => return,
     };
     renamed(out, "joint", &joint.name, name);
@@ -147,7 +153,20 @@ fn connect(out: &mut String, joint: &Joint, name: &str, (parent, place): (&str, 
     let [of_parent, of_child] = [axes(place.rotation * z, place.rotation * x), axes(z, x)];
     line(out, &format!("[[joint]]\nname = \"{name}\"\nkind = \"{kind}\""));
     line(out, &format!("a = {{ body = \"{parent}\", at = {}, {of_parent} }}", vector(place.translation.vector)));
-    line(out, &format!("b = {{ body = \"{child}\", {of_child} }}"));
+    let at = if joint.anchor == Vector3::zeros() { String::new() } else { format!("at = {}, ", vector(joint.anchor)) };
+    line(out, &format!("b = {{ body = \"{child}\", {at}{of_child} }}"));
+}
+
+/// The joint that closes a loop between places of two parts.
+fn close(out: &mut String, closure: &Closure, name: &str, frames: [(&str, &Isometry3<f64>); 2]) {
+    renamed(out, "equality", &closure.name, name);
+    let kind = if closure.is_fixed { "fixed" } else { "spherical" };
+    line(out, &format!("[[joint]]\nname = \"{name}\"\nkind = \"{kind}\""));
+    for ((end, (_, own)), (body, place)) in ["a", "b"].into_iter().zip(&closure.ends).zip(frames) {
+        let pose = place * own;
+        let axes = turned(&pose).map_or(String::new(), |axes| format!(", orientation = {axes}"));
+        line(out, &format!("{end} = {{ body = \"{body}\", at = {}{axes} }}", vector(pose.translation.vector)));
+    }
 }
 
 /// A comment with the limits of a joint, which are no parts of the model.
@@ -163,13 +182,25 @@ fn limits(out: &mut String, joint: &Joint) {
     }
 }
 
-/// Damping and friction of a joint.
+/// Spring, damping, friction and motor inertia of a joint.
 fn resist(out: &mut String, joint: &Joint, name: &str, names: &mut Names) {
     let Some(coordinate) = coordinate(joint, name) else { return };
-    if joint.damping > 0.0 {
-        let own = names.unique(&format!("{name}_damping"));
+    let [stiffness, rest] = joint.spring;
+    if joint.damping > 0.0 || stiffness > 0.0 {
+        let own = names.unique(&format!("{name}_{}", if stiffness > 0.0 { "spring" } else { "damping" }));
         line(out, &format!("\n[[force]]\nname = \"{own}\"\nkind = \"coordinate-spring\"\nb = \"{coordinate}\""));
-        line(out, &format!("stiffness = 0\ndamping = {}", number(joint.damping)));
+        line(out, &format!("stiffness = {}", number(stiffness)));
+        if joint.damping > 0.0 {
+            line(out, &format!("damping = {}", number(joint.damping)));
+        }
+        if stiffness > 0.0 && rest != 0.0 {
+            line(out, &format!("unloaded = {}", number(rest)));
+        }
+    }
+    if joint.armature > 0.0 {
+        let own = names.unique(&format!("{name}_armature"));
+        line(out, &format!("\n[[force]]\nname = \"{own}\"\nkind = \"inertia\"\ncoordinate = \"{coordinate}\""));
+        line(out, &format!("inertia = {}", number(joint.armature)));
     }
     if joint.friction > 0.0 {
         let own = names.unique(&format!("{name}_friction"));
@@ -192,11 +223,16 @@ fn across(z: Vector3<f64>) -> Vector3<f64> {
 }
 
 fn orientation(out: &mut String, pose: &Isometry3<f64>) {
-    let e = pose.rotation;
-    if e.angle() > 1e-15 {
-        let all = [e.w, e.i, e.j, e.k].map(number).join(", ");
-        line(out, &format!("orientation = {{ euler_parameters = [{all}] }}"));
+    if let Some(axes) = turned(pose) {
+        line(out, &format!("orientation = {axes}"));
     }
+}
+
+/// The value of a key `orientation`; `None` for that of the world.
+fn turned(pose: &Isometry3<f64>) -> Option<String> {
+    let e = pose.rotation;
+    let all = [e.w, e.i, e.j, e.k].map(number).join(", ");
+    (e.angle() > 1e-15).then(|| format!("{{ euler_parameters = [{all}] }}"))
 }
 
 /// A vector without what rounding makes of zeros.

@@ -2,7 +2,7 @@
 
 use super::Base;
 use super::inertia::MassData;
-use super::robot::{JointType, Robot, motion};
+use super::parts::{JointType, Robot};
 use crate::{Error, Result};
 use nalgebra::Isometry3;
 
@@ -48,9 +48,9 @@ impl Tree {
         for k in joints {
             let joint = &robot.joints[k];
             let (part, place) = tree.places[joint.parent];
-            let place = place * joint.origin;
             let mass = robot.links[joint.child].mass;
             if joint.kind == JointType::Fixed {
+                let place = place * joint.origin;
                 let own = &mut tree.parts[part];
                 own.others.push(joint.child);
                 let moved = mass.map(|mass| mass.in_frame(&place));
@@ -60,7 +60,7 @@ impl Tree {
                 };
                 tree.places[joint.child] = (part, place);
             } else {
-                let pose = tree.parts[part].pose * place * motion(joint.kind, joint.axis, tree.start[k]);
+                let pose = tree.parts[part].pose * place * joint.pose(tree.start[k]);
                 tree.places[joint.child] = (tree.parts.len(), still);
                 let part = Part { link: joint.child, others: vec![], joint: Some(k), is_ground: false, mass, pose };
                 tree.parts.push(part);
@@ -133,7 +133,7 @@ fn ordered(robot: &Robot) -> Result<Vec<usize>> {
         if let Some(other) = above[joint.child] {
             let (name, other) = (&robot.links[joint.child].name, &robot.joints[other].name);
             let why = format!("link `{name}` is the child of joint `{other}`, too");
-            let remedy = "URDF describes trees: remove one of the joints, and close the loop in the model file";
+            let remedy = "robots are trees of links: remove one of the joints, and close the loop in the model file";
             return Err(Error::definition(format!("joint `{}`", joint.name), why, remedy));
         }
         above[joint.child] = Some(k);
@@ -158,20 +158,19 @@ fn ordered(robot: &Robot) -> Result<Vec<usize>> {
         order.iter().for_each(|&joint| reached[joint] = true);
         let first = reached.iter().position(|reached| !reached).unwrap_or(0);
         let what = format!("joint `{}`", robot.joints[first].name);
-        let remedy = "URDF describes trees: remove a joint of the loop, and close it in the model file";
+        let remedy = "robots are trees of links: remove a joint of the loop, and close it in the model file";
         return Err(Error::definition(what, "it belongs to a loop of links that hangs on nothing", remedy));
     }
     Ok(order)
 }
 
-/// Positions of the joints at the start: zero or the nearest position in their range, or what `mimic` says.
+/// Positions of the joints at the start: their own, or what `mimic` says.
 fn start(robot: &Robot) -> Result<Vec<f64>> {
-    let own = |k: usize| robot.joints[k].range.map_or(0.0, |[lower, upper]| 0.0f64.max(lower).min(upper));
     let of = |first: usize| {
         let (mut k, mut scale, mut sum) = (first, 1.0, 0.0);
         for _ in 0..=robot.joints.len() {
             match &robot.joints[k].mimic {
-                None => return Ok(sum + scale * own(k)),
+                None => return Ok(sum + scale * robot.joints[k].start),
                 Some(mimic) => {
                     sum += scale * mimic.offset;
                     scale *= mimic.multiplier;

@@ -34,6 +34,12 @@ impl MassData {
         Self { mass, centre, inertia: self.about(centre) + other.about(centre) }
     }
 
+    /// Multiplies mass and inertia.
+    pub fn scale(&mut self, factor: f64) {
+        self.mass *= factor;
+        self.inertia *= factor;
+    }
+
     /// The inertia matrix about another point: Steiner's theorem.
     fn about(&self, point: Vector3<f64>) -> Matrix3<f64> {
         let r = self.centre - point;

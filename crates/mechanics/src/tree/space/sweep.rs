@@ -1,0 +1,526 @@
+//! Sweeps over a tree in space: positions, velocities and accelerations from the ground to the tips, rows of the joints back.
+
+use crate::elements::spatial::joints::rows::Row;
+use crate::mechanism::rotation::{conjugate, e_times, e_transposed_times, matrix, quaternion_product, square};
+use crate::mechanism::scalars::StateScalar;
+use crate::mechanism::vector::{add, cross, product, scaled, subtract};
+use crate::system::state::State;
+use crate::tree::space::joint::{
+    Axis, BodyMotion, Joint3, JointMarkers, RelativeMotion, angular_bias, angular_velocity, joint_coordinates,
+};
+use crate::tree::space::plan::{Node3, Slot, Space};
+
+/// A motion (rotation, translation of the reference point) or a wrench (moment about it, force), in world axes.
+pub(crate) type Twist<T> = [T; 6];
+
+/// A body of a tree at an instant, in world axes, and the joint by which it hangs on its parent.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed<T> {
+    pub origin: [T; 3],
+    pub e: [T; 4],
+    pub rotation: [[T; 3]; 3],
+    pub velocity: [T; 3],
+    /// Angular velocity.
+    pub spin: [T; 3],
+    pub acceleration: [T; 3],
+    /// Angular acceleration.
+    pub turn: [T; 3],
+    /// From the reference point of the parent to that of the body.
+    pub lever: [T; 3],
+    /// From the reference point of the parent to the joint's point of the second marker.
+    pub arm: [T; 3],
+    /// From the reference point of the body to that point.
+    pub tip: [T; 3],
+    /// Axes of the joint's first marker.
+    pub axes: [[T; 3]; 3],
+    /// Motion of the body relative to its parent at the rate one of each joint coordinate, of each component of the angular
+    /// velocity for Euler parameters.
+    pub columns: [Twist<T>; 3],
+    /// Acceleration of the body at zero accelerations of the parent and of the joint coordinates.
+    pub bias: Twist<T>,
+}
+
+impl<T: StateScalar> Placed<T> {
+    /// At the origin.
+    pub fn zero() -> Self {
+        let (zero, one) = (T::from(0.0), T::from(1.0));
+        let none = [zero; 3];
+        Self {
+            origin: none,
+            e: [one, zero, zero, zero],
+            rotation: [none; 3],
+            velocity: none,
+            spin: none,
+            acceleration: none,
+            turn: none,
+            lever: none,
+            arm: none,
+            tip: none,
+            axes: [none; 3],
+            columns: [[zero; 6]; 3],
+            bias: [zero; 6],
+        }
+    }
+
+    /// A body whose coordinates have these positions and velocities.
+    #[inline(always)]
+    pub fn of(q: &[T; 7], v: &[T; 7]) -> Self {
+        let body = BodyMotion::of(q, v);
+        Self {
+            origin: body.origin,
+            e: body.e,
+            rotation: matrix(&body.e),
+            velocity: body.velocity,
+            spin: body.spin,
+            ..Self::zero()
+        }
+    }
+
+    /// Sets the accelerations of a body with these velocities and accelerations of its coordinates.
+    #[inline(always)]
+    pub fn accelerate(&mut self, v: &[T; 7], a: &[T; 7]) {
+        let rate = [v[3], v[4], v[5], v[6]];
+        let own = angular_velocity(&self.e, &[a[3], a[4], a[5], a[6]]);
+        self.turn = add(own, angular_bias(&self.e, &rate, self.spin));
+        self.acceleration = [a[0], a[1], a[2]];
+    }
+
+    /// Positions and velocities of the seven coordinates.
+    #[inline(always)]
+    pub fn coordinates(&self) -> ([T; 7], [T; 7]) {
+        let ([x, y, z], [e0, e1, e2, e3]) = (self.origin, self.e);
+        let ([u, v, w], [r0, r1, r2, r3]) = (self.velocity, rates(&self.e, self.spin));
+        ([x, y, z, e0, e1, e2, e3], [u, v, w, r0, r1, r2, r3])
+    }
+
+    /// Accelerations of the seven coordinates.
+    #[inline(always)]
+    pub fn second(&self) -> [T; 7] {
+        let rate = rates(&self.e, self.spin);
+        let shrinking = -(square(&rate) / square(&self.e));
+        let own = rates(&self.e, self.turn);
+        let [a0, a1, a2, a3] = [0, 1, 2, 3].map(|k| own[k] + self.e[k] * shrinking);
+        let [x, y, z] = self.acceleration;
+        [x, y, z, a0, a1, a2, a3]
+    }
+}
+
+/// Rates ½ Eᵀ ω of Euler parameters that keep their length.
+#[inline(always)]
+pub(crate) fn rates<T: StateScalar>(e: &[T; 4], spin: [T; 3]) -> [T; 4] {
+    e_transposed_times(e, spin).map(|x| x * 0.5)
+}
+
+/// The moment of the rows of the Euler parameters of a body: the inverse of 2 Eᵀ m/|e|².
+#[inline(always)]
+pub(crate) fn moment_of_rows<T: StateScalar>(e: &[T; 4], rows: &[T; 4]) -> [T; 3] {
+    scaled(e_times(e, rows), T::from(0.5))
+}
+
+/// 2 Eᵀ m/|e|²: the rows of Euler parameters on which the moment m acts.
+#[inline(always)]
+pub(crate) fn rows_of_moment<T: StateScalar>(e: &[T; 4], moment: [T; 3]) -> [T; 4] {
+    e_transposed_times(e, scaled(moment, square(e).recip() * 2.0))
+}
+
+/// The first and the last three components.
+#[inline(always)]
+pub(crate) fn halves<T: Copy>(x: &Twist<T>) -> [[T; 3]; 2] {
+    [[x[0], x[1], x[2]], [x[3], x[4], x[5]]]
+}
+
+/// The inverse of [`halves`].
+#[inline(always)]
+pub(crate) fn joined<T: Copy>([a, b]: [[T; 3]; 2]) -> Twist<T> {
+    [a[0], a[1], a[2], b[0], b[1], b[2]]
+}
+
+/// Power of a wrench on a motion.
+#[inline(always)]
+pub(crate) fn power<T: StateScalar>(a: &Twist<T>, b: &Twist<T>) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
+}
+
+/// The values of `x` for the coordinates of a body.
+#[inline(always)]
+pub(crate) fn of_body<T: Copy>(x: &[T], coordinates: &[usize; 7]) -> [T; 7] {
+    coordinates.map(|i| x[i])
+}
+
+/// Places a body on its parent: everything but accelerations. `own` has the Euler parameters and angular velocity of a body whose
+/// rotation is prescribed.
+#[inline(always)]
+pub(crate) fn place_joint<T: StateScalar>(
+    node: &Node3,
+    markers: &JointMarkers<T>,
+    parent: &Placed<T>,
+    own: &Placed<T>,
+    q: &[T; 4],
+    v: &[T; 4],
+) -> Placed<T> {
+    let motion = RelativeMotion::new(node.joint, q, v);
+    let [a, b] = markers;
+    let sign = node.sign();
+    let signed = |x: [T; 3]| x.map(|x| x * sign);
+    let mut placed = Placed::zero();
+    let slide;
+    if node.is_reversed {
+        let marker_b = quaternion_product(&parent.e, &b.e);
+        let marker_a = quaternion_product(&marker_b, &conjugate(&motion.e));
+        placed.e = quaternion_product(&marker_a, &conjugate(&a.e)).map(|x| x * node.e_sign);
+        placed.rotation = matrix(&placed.e);
+        placed.axes = matrix(&marker_a);
+        slide = product(&placed.axes, motion.displacement);
+        placed.arm = product(&parent.rotation, b.point);
+        placed.tip = add(slide, product(&placed.rotation, a.point));
+    } else {
+        let marker_a = quaternion_product(&parent.e, &a.e);
+        placed.axes = matrix(&marker_a);
+        slide = product(&placed.axes, motion.displacement);
+        placed.arm = add(slide, product(&parent.rotation, a.point));
+        if node.joint == Joint3::Pin {
+            (placed.e, placed.rotation) = (own.e, own.rotation);
+        } else {
+            let marker_b = quaternion_product(&marker_a, &motion.e);
+            placed.e = quaternion_product(&marker_b, &conjugate(&b.e)).map(|x| x * node.e_sign);
+            placed.rotation = matrix(&placed.e);
+        }
+        placed.tip = product(&placed.rotation, b.point);
+    }
+    if node.joint == Joint3::Pin {
+        if node.is_reversed {
+            (placed.e, placed.rotation) = (own.e, own.rotation);
+            placed.tip = product(&placed.rotation, a.point);
+        }
+        placed.spin = own.spin;
+    }
+    let change = signed(product(&placed.axes, motion.spin));
+    if node.joint != Joint3::Pin {
+        placed.spin = add(parent.spin, change);
+    }
+    let slide_rate = signed(product(&placed.axes, motion.rate));
+    placed.lever = subtract(placed.arm, placed.tip);
+    placed.origin = add(parent.origin, placed.lever);
+    let turning = subtract(cross(parent.spin, placed.arm), cross(placed.spin, placed.tip));
+    placed.velocity = add(parent.velocity, add(turning, slide_rate));
+    let carrier = if node.is_reversed { placed.spin } else { parent.spin };
+    let centripetal = |spin, r| cross(spin, cross(spin, r));
+    let mut bias = subtract(centripetal(parent.spin, placed.arm), centripetal(placed.spin, placed.tip));
+    bias = add(bias, scaled(cross(carrier, slide_rate), T::from(2.0)));
+    let mut turn = [T::from(0.0); 3];
+    if node.joint != Joint3::Pin {
+        turn = add(signed(product(&placed.axes, motion.bias)), cross(parent.spin, change));
+        bias = subtract(bias, cross(turn, placed.tip));
+    }
+    placed.bias = joined([turn, bias]);
+    let column = |k: usize| signed([0, 1, 2].map(|i| placed.axes[i][k]));
+    let turned = |axis: [T; 3]| joined([axis, cross(placed.tip, axis)]);
+    let zero = [T::from(0.0); 3];
+    if node.joint == Joint3::Spherical {
+        placed.columns = [0, 1, 2].map(|k| turned(column(k)));
+    }
+    let mut columns = placed.columns;
+    for (to, axis) in columns.iter_mut().zip(node.joint.axes()) {
+        *to = match *axis {
+            Axis::Turn => turned(column(2)),
+            Axis::Cross => turned(signed(product(&placed.axes, motion.cross))),
+            Axis::Slide(k) => joined([zero, column(k)]),
+        };
+    }
+    placed.columns = columns;
+    placed
+}
+
+/// Accelerates a body on its parent, for the accelerations `a` of the joint coordinates. `own` has those of a body whose rotation is
+/// prescribed.
+#[inline(always)]
+pub(crate) fn accelerate_joint<T: StateScalar>(
+    node: &Node3,
+    placed: &mut Placed<T>,
+    parent: &Placed<T>,
+    own: &Placed<T>,
+    (q, a): (&[T; 4], &[T; 4]),
+) {
+    let [turn, shift] = halves(&placed.bias);
+    if node.joint == Joint3::Pin {
+        placed.turn = own.turn;
+        let swing = subtract(cross(parent.turn, placed.arm), cross(own.turn, placed.tip));
+        placed.acceleration = add(parent.acceleration, add(swing, shift));
+        return;
+    }
+    let (mut all, mut along) = (turn, shift);
+    let own_turn;
+    let rates: &[T] = if node.joint == Joint3::Spherical {
+        own_turn = angular_velocity(q, a);
+        &own_turn
+    } else {
+        &a[..node.slots.len()]
+    };
+    for (column, rate) in placed.columns.iter().zip(rates) {
+        let [w, v] = halves(column);
+        all = add(all, scaled(w, *rate));
+        along = add(along, scaled(v, *rate));
+    }
+    placed.turn = add(parent.turn, all);
+    placed.acceleration = add(parent.acceleration, add(cross(parent.turn, placed.lever), along));
+}
+
+impl Space {
+    /// Positions, velocities and accelerations of the coordinates of a joint, those of prescribed ones from the `state`.
+    #[inline(always)]
+    pub fn of_joint<T: StateScalar>(&self, node: &Node3, joints: &[T], state: &[T]) -> [T; 4] {
+        let mut values = [T::from(0.0); 4];
+        if node.joint == Joint3::Spherical {
+            values.copy_from_slice(&joints[node.first..node.first + 4]);
+        } else {
+            for (value, slot) in values.iter_mut().zip(&node.slots) {
+                *value = match *slot {
+                    Slot::Free(k) => joints[k],
+                    Slot::Prescribed(i) => state[i],
+                };
+            }
+        }
+        values
+    }
+
+    /// The placed parent of a node: a body of the tree, or one whose motion is prescribed.
+    #[inline(always)]
+    fn parent<T: StateScalar>(&self, node: &Node3, state: &State<T>, placed: &[Placed<T>]) -> Placed<T> {
+        match node.parent_node {
+            Some(parent) => placed[parent],
+            None => Placed::of(&of_body(&state.q, &node.parent), &of_body(&state.v, &node.parent)),
+        }
+    }
+
+    /// Writes positions and velocities of all bodies to `state`, in which prescribed coordinates have theirs; `y` are all joint
+    /// coordinates, followed by their velocities.
+    #[inline(always)]
+    pub fn place<T: StateScalar>(
+        &self,
+        markers: &[JointMarkers<T>],
+        (q, v): (&[T], &[T]),
+        state: &mut State<T>,
+        placed: &mut [Placed<T>],
+    ) {
+        for (k, node) in self.nodes.iter().enumerate() {
+            if let Joint3::Free { .. } = node.joint {
+                for (at, i) in node.free_coordinates() {
+                    (state.q[i], state.v[i]) = (q[at], v[at]);
+                }
+                placed[k] = Placed::of(&of_body(&state.q, &node.coordinates), &of_body(&state.v, &node.coordinates));
+                continue;
+            }
+            let parent = self.parent(node, state, placed);
+            let own = match node.joint {
+                Joint3::Pin => Placed::of(&of_body(&state.q, &node.coordinates), &of_body(&state.v, &node.coordinates)),
+                _ => Placed::zero(),
+            };
+            let own_q = self.of_joint(node, q, &state.q);
+            let own_v = self.of_joint(node, v, &state.v);
+            placed[k] = place_joint(node, &markers[k], &parent, &own, &own_q, &own_v);
+            let (position, velocity) = placed[k].coordinates();
+            for (slot, &i) in node.coordinates.iter().enumerate().take(node.own_coordinates()) {
+                (state.q[i], state.v[i]) = (position[slot], velocity[slot]);
+            }
+            for attached in &node.attached {
+                if let Slot::Free(_) = node.slots[attached.slot] {
+                    let i = attached.coordinate;
+                    (state.q[i], state.v[i]) = (own_q[attached.slot], own_v[attached.slot]);
+                }
+            }
+        }
+    }
+
+    /// Writes accelerations of all bodies to `state`, for the accelerations `a` of all joint coordinates at the coordinates `q`.
+    #[inline(always)]
+    pub fn accelerate<T: StateScalar>(&self, (q, a): (&[T], &[T]), state: &mut State<T>, placed: &mut [Placed<T>]) {
+        for (k, node) in self.nodes.iter().enumerate() {
+            let mut body = placed[k];
+            if let Joint3::Free { .. } = node.joint {
+                for (at, i) in node.free_coordinates() {
+                    state.a[i] = a[at];
+                }
+                body.accelerate(&of_body(&state.v, &node.coordinates), &of_body(&state.a, &node.coordinates));
+                placed[k] = body;
+                continue;
+            }
+            let parent = match node.parent_node {
+                Some(parent) => placed[parent],
+                None => {
+                    let v = of_body(&state.v, &node.parent);
+                    let mut parent = Placed::of(&of_body(&state.q, &node.parent), &v);
+                    parent.accelerate(&v, &of_body(&state.a, &node.parent));
+                    parent
+                }
+            };
+            let mut own = body;
+            if node.joint == Joint3::Pin {
+                own.accelerate(&of_body(&state.v, &node.coordinates), &of_body(&state.a, &node.coordinates));
+            }
+            let own_a = self.of_joint(node, a, &state.a);
+            let own_q = self.of_joint(node, q, &state.q);
+            accelerate_joint(node, &mut body, &parent, &own, (&own_q, &own_a));
+            placed[k] = body;
+            let second = body.second();
+            for (slot, &i) in node.coordinates.iter().enumerate().take(node.own_coordinates()) {
+                state.a[i] = second[slot];
+            }
+            for attached in &node.attached {
+                if let Slot::Free(_) = node.slots[attached.slot] {
+                    state.a[attached.coordinate] = own_a[attached.slot];
+                }
+            }
+        }
+    }
+
+    /// Adds the rows of the coordinates of the bodies to their wrenches.
+    #[inline(always)]
+    pub fn add_rows<T: StateScalar>(&self, placed: &[Placed<T>], rows: &[T], wrenches: &mut [Twist<T>]) {
+        for ((node, placed), wrench) in self.nodes.iter().zip(placed).zip(wrenches) {
+            let [x, y, z, e0, e1, e2, e3] = of_body(rows, &node.coordinates);
+            let moment = if node.rotates() { moment_of_rows(&placed.e, &[e0, e1, e2, e3]) } else { [T::from(0.0); 3] };
+            for (to, from) in wrench.iter_mut().zip(joined([moment, [x, y, z]])) {
+                *to += from;
+            }
+        }
+    }
+
+    /// Adds the wrench of every body to that of its parent, and writes the rows of the joint coordinates to `out`: the power of the
+    /// wrenches, and the `rows` of joint coordinates on which elements act.
+    #[inline(always)]
+    pub fn collect<T: StateScalar>(
+        &self,
+        placed: &[Placed<T>],
+        q: &[T],
+        rows: &[T],
+        wrenches: &mut [Twist<T>],
+        out: &mut [T],
+    ) {
+        for (k, node) in self.nodes.iter().enumerate().rev() {
+            let (body, wrench) = (&placed[k], wrenches[k]);
+            let [moment, force] = halves(&wrench);
+            if let Joint3::Free { moves, turns } = node.joint {
+                let mut at = node.first;
+                for i in (0..3).filter(|&i| moves[i]) {
+                    out[at] = force[i];
+                    at += 1;
+                }
+                if turns {
+                    out[at..at + 4].copy_from_slice(&rows_of_moment(&body.e, moment));
+                }
+                continue;
+            }
+            if node.joint == Joint3::Spherical {
+                let own = self.of_joint(node, q, rows);
+                let moment = [0, 1, 2].map(|k| power(&body.columns[k], &wrench));
+                out[node.first..node.first + 4].copy_from_slice(&rows_of_moment(&own, moment));
+            }
+            for (column, slot) in body.columns.iter().zip(&node.slots) {
+                if let Slot::Free(at) = *slot {
+                    out[at] = power(column, &wrench);
+                }
+            }
+            for attached in &node.attached {
+                if let Slot::Free(at) = node.slots[attached.slot] {
+                    out[at] += rows[attached.coordinate];
+                }
+            }
+            if let Some(parent) = node.parent_node {
+                let passed = match node.joint {
+                    Joint3::Pin => cross(body.arm, force),
+                    _ => add(moment, cross(body.lever, force)),
+                };
+                for (to, from) in wrenches[parent].iter_mut().zip(joined([passed, force])) {
+                    *to += from;
+                }
+            }
+        }
+    }
+
+    /// Adds the equations that keep the length of the Euler parameters among the joint coordinates: e (e·ë + ė·ė).
+    #[inline(always)]
+    pub fn add_lengths<T: StateScalar>(&self, (q, v): (&[T], &[T]), a: &[T], out: &mut [T]) {
+        for &first in &self.quaternions {
+            let of = |x: &[T]| [0, 1, 2, 3].map(|k| x[first + k]);
+            let (e, rate, second) = (of(q), of(v), of(a));
+            let bend = e[0] * second[0] + e[1] * second[1] + e[2] * second[2] + e[3] * second[3] + square(&rate);
+            out[first..first + 4].iter_mut().zip(e).for_each(|(out, e)| *out += e * bend);
+        }
+    }
+
+    /// Projects the Euler parameters among the joint coordinates `q`, and their rates `v`, onto |e| = 1.
+    pub fn normalize<T: StateScalar>(&self, q: &mut [T], v: &mut [T]) {
+        for &first in &self.quaternions {
+            let of = |x: &[T]| [0, 1, 2, 3].map(|k| x[first + k]);
+            let (e, rate) = normalized(of(q), of(v));
+            q[first..first + 4].copy_from_slice(&e);
+            v[first..first + 4].copy_from_slice(&rate);
+        }
+    }
+
+    /// Writes the multipliers of the joints in equilibrium to `multipliers`, from the wrenches that [`Self::collect`] has left.
+    pub fn reactions<T: StateScalar>(
+        &self,
+        placed: &[Placed<T>],
+        rows: &[T],
+        wrenches: &[Twist<T>],
+        multipliers: &mut [T],
+    ) {
+        for ((node, body), wrench) in self.nodes.iter().zip(placed).zip(wrenches) {
+            for (k, row) in node.rows.iter().enumerate() {
+                multipliers[node.first_multiplier + k] = power(&reaction_column(node, body, *row), wrench);
+            }
+            for attached in &node.attached {
+                multipliers[attached.multiplier] = match node.slots[attached.slot] {
+                    Slot::Free(_) => rows[attached.coordinate],
+                    Slot::Prescribed(_) => -power(&body.columns[attached.slot], wrench),
+                };
+            }
+        }
+    }
+
+    /// Joint coordinates and velocities of a node in the consistent `state`.
+    pub fn joint_state<T: StateScalar>(
+        &self,
+        node: &Node3,
+        markers: &JointMarkers<T>,
+        [parent, body]: [&BodyMotion<T>; 2],
+    ) -> ([T; 4], [T; 4]) {
+        let pair = if node.is_reversed { [body, parent] } else { [parent, body] };
+        joint_coordinates(node.joint, markers, pair)
+    }
+}
+
+/// Euler parameters e/|e|, and their rates.
+pub(crate) fn normalized<T: StateScalar>(e: [T; 4], rate: [T; 4]) -> ([T; 4], [T; 4]) {
+    let inverse = square(&e).sqrt().recip();
+    let (unit, scaled) = (e.map(|x| x * inverse), rate.map(|x| x * inverse));
+    let along = unit[0] * scaled[0] + unit[1] * scaled[1] + unit[2] * scaled[2] + unit[3] * scaled[3];
+    (unit, [0, 1, 2, 3].map(|k| scaled[k] - unit[k] * along))
+}
+
+/// The motion of a body relative to its parent on which the multiplier of a constraint equation of the joint acts, with its sign.
+#[inline(always)]
+pub(crate) fn reaction_column<T: StateScalar>(node: &Node3, body: &Placed<T>, row: Row) -> Twist<T> {
+    let zero = T::from(0.0);
+    let axis = |k: usize| [0, 1, 2].map(|i| body.axes[i][k]);
+    let sign = node.sign();
+    let column = match row {
+        Row::Coincident(k) => {
+            let mut world = [zero; 3];
+            world[k] = T::from(1.0);
+            [[zero; 3], world]
+        }
+        Row::InPlane(k) => [[zero; 3], axis(k)],
+        Row::Perpendicular(i, j) => {
+            // In the position of the joint the axes of both markers are the same, but for the cross of a universal joint.
+            let second = match node.joint {
+                Joint3::Universal => halves(&body.columns[1])[0].map(|x| x * sign),
+                _ => axis(j),
+            };
+            let about = cross(axis(i), second);
+            [about, cross(body.tip, about)]
+        }
+    };
+    joined(column).map(|x| x * sign)
+}

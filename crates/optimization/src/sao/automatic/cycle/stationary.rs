@@ -1,0 +1,99 @@
+//! Points from which no step leads on: a stationary violation, and subproblems without a step.
+
+use super::{Kind, Next, Proposal, Situation};
+use crate::sao::Status;
+use crate::sao::automatic::convergence::stalled;
+use crate::sao::automatic::restoration::{is_stationary, least_violation, reach};
+use error::Result;
+
+/// Displacements from a stationary point in lengths: the second one if the first one led back.
+pub(super) const DISPLACEMENTS: [f64; 2] = [0.1, 0.5];
+/// Largest number of displacements in a run.
+const MOST_DISPLACEMENTS: usize = 6;
+/// A stationary point of the violation is better than earlier ones if its violation is below this fraction of theirs.
+const BETTER: f64 = 0.99;
+/// Lengths within which the violation must be stationary. A length may be underestimated, above all for a variable that
+/// started at zero.
+const WIDE: f64 = 100.0;
+/// Violation in units of the rows from which on a run that has stalled is displaced.
+const LEAST_VIOLATION: f64 = 1e-6;
+
+impl Situation<'_> {
+    /// A displacement or the end if the violation is stationary here; `None` if it is not.
+    pub(super) fn stationary_violation(&self) -> Result<Option<Next>> {
+        let wide: Vec<f64> = self.units.lengths.iter().map(|l| WIDE * l).collect();
+        let region = self.sides(&wide);
+        let design = &self.state.design;
+        let least = least_violation(&self.here, &self.units, design, [&region.lower, &region.upper])?;
+        if !is_stationary(self.violation, least, reach(&self.here, &self.units)) {
+            return Ok(None);
+        }
+        if let Some(displacement) = self.displaced() {
+            return Ok(Some(Next::Analyse(Box::new(displacement))));
+        }
+        if self.futile_displacements() < DISPLACEMENTS.len() {
+            let reason = format!(
+                "the violation is nearly stationary, but each of {MOST_DISPLACEMENTS} displacements led to a smaller one"
+            );
+            return Ok(Some(Next::End(Status::Stalled, reason)));
+        }
+        let worst = self.state.evaluation.worst();
+        let (name, by) = worst.map_or_else(Default::default, |(row, g)| {
+            (self.problem.row_in_words(row), 100.0 * self.state.evaluation.violation(row.constraint, g))
+        });
+        let reason = format!(
+            "the violation is stationary here: {name} is exceeded by {by:.3} %, and to first order no change of the \
+             variables within {WIDE} times their lengths reduces the largest violation by more than {:.1e} of it; other regions were not \
+             searched",
+            (self.violation - least).max(0.0) / self.violation
+        );
+        Ok(Some(Next::End(Status::Infeasible, reason)))
+    }
+
+    /// Number of displacements since the last one that led to a better point, in today's units.
+    fn futile_displacements(&self) -> usize {
+        let left: Vec<f64> = self.memory.left.iter().map(|violations| self.units.violation(violations)).collect();
+        let best = left.iter().copied().fold(f64::INFINITY, f64::min);
+        let is_better = self.violation < BETTER * best;
+        if is_better { 0 } else { left.iter().rev().take_while(|v| **v < best / BETTER).count() }
+    }
+
+    /// A displacement from a point where steps do not reduce the violation; `None` after several that were futile.
+    fn displaced(&self) -> Option<Proposal> {
+        let futile = self.futile_displacements();
+        let may_be_left = futile < DISPLACEMENTS.len() && self.memory.left.len() < MOST_DISPLACEMENTS;
+        may_be_left.then(|| self.displacement(DISPLACEMENTS[futile], |_| true))
+    }
+
+    /// The next step of a run that has stalled; `None` if there is none.
+    pub(super) fn after_stalling(&self, restoration: Option<f64>) -> Result<Option<Proposal>> {
+        match self.by_another_surrogate(restoration)? {
+            Some(step) => Ok(Some(step)),
+            // The rows may depend on some variables in second order only.
+            None if self.violation > LEAST_VIOLATION => Ok(self.displaced()),
+            None => Ok(None),
+        }
+    }
+
+    /// A step by another surrogate than the chosen one, whose subproblem gives none; `None` if steps have been rejected, or if no
+    /// surrogate predicts a better design.
+    fn by_another_surrogate(&self, restoration: Option<f64>) -> Result<Option<Proposal>> {
+        if self.memory.rejections > 0 {
+            return Ok(None);
+        }
+        for kind in [Kind::Lagrangian, Kind::Mixture, Kind::Linear] {
+            let Some(surrogate) = self.surrogate(kind) else { continue };
+            let region = self.domain(&surrogate);
+            let proposal = self.solve(&surrogate, region, restoration)?;
+            let step: Vec<f64> = proposal.design.iter().zip(&self.state.design).map(|(to, from)| to - from).collect();
+            let is_better = match restoration {
+                Some(_) => proposal.predicted.violation < self.violation,
+                None => proposal.predicted.objective < self.state.evaluation.objective,
+            };
+            if is_better && stalled(&step, &self.memory.widths, &self.units.lengths).is_none() {
+                return Ok(Some(proposal));
+            }
+        }
+        Ok(None)
+    }
+}

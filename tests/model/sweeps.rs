@@ -1,0 +1,154 @@
+//! Analyses over another quantity than the time: its name, dimension and unit, in files, results and reports.
+
+use linkwright::model_file::read;
+
+/// A crank whose height is swept over a lift.
+const LIFT: &str = r#"version = 2
+[constants]
+length = "200 mm"
+
+[[body]]
+name = "arm"
+mass = 1
+inertia = 0.01
+position = [0, 0]
+
+[[joint]]
+name = "hinge"
+a = "ground"
+b = "arm"
+
+[[point]]
+name = "tip"
+body = "arm"
+at = ["length", 0]
+
+[[driver]]
+name = "rise"
+coordinate = "arm.theta"
+motion = "asin(lift/length)"
+
+[sweep]
+variable = "lift"
+from = "-80 mm"
+to = "80 mm"
+points = 9
+
+[analysis]
+kind = "kinematics"
+
+[[output]]
+name = "back"
+value = "length - tip.x"
+shown_in = "mm"
+
+[[output]]
+name = "own"
+value = "tip.y - lift"
+
+[design.limit]
+start = "30 mm"
+lower = "1 mm"
+upper = "50 mm"
+
+[objective]
+minimize = "limit"
+
+[[constraint]]
+name = "near the middle"
+value = "back - limit"
+at_most = "0 mm"
+scale = "10 mm"
+from = "-41 mm"
+to = "6.1 cm"
+"#;
+
+#[test]
+fn a_lift_is_the_axis_of_an_analysis() {
+    let model = read("lift.toml", LIFT).unwrap_or_else(|report| panic!("{report}"));
+    let grid = model.grid().unwrap();
+    assert_eq!((&*grid.name, &*grid.unit, grid.points[0], grid.points[8]), ("lift", "mm", -0.08, 0.08));
+    assert_eq!(grid.shown_points()[..3], [-80.0, -60.0, -40.0]);
+    let problem = model.problem().unwrap();
+    let responses = problem.analyze(&problem.start()).unwrap();
+    for (p, lift) in grid.points.iter().enumerate() {
+        let exact = 1e3 * (0.2 - (0.04f64 - lift * lift).sqrt());
+        assert!((responses.values[0][p] - exact).abs() < 1e-9 && responses.values[1][p].abs() < 1e-12);
+    }
+    // The constraint holds from -40 to 60 mm, where the largest value is 200 - sqrt(200² - 60²) mm.
+    let end = model.method().solve(&problem, |_| ()).unwrap();
+    assert!((end.design[0] - (200.0 - (40_000.0f64 - 3600.0).sqrt())).abs() < 1e-6, "{:?}", end.design);
+    assert_eq!(problem.time_in_words(Some(0), 7), "lift 60 mm");
+}
+
+#[test]
+fn plain_numbers_are_in_si_and_units_and_labels_show_them() {
+    let plain = LIFT.replace("\"-80 mm\"", "-0.08").replace("\"80 mm\"", "0.08");
+    for (keys, unit, first) in [
+        ("", "", -0.08),
+        ("unit = \"cm\"\n", "cm", -8.0),
+        ("unit = \"steps\"\n", "steps", -0.08),
+        ("name = \"travel of the wheel\"\nunit = \"in\"\n", "in", -0.08 / 0.0254),
+    ] {
+        let text = plain.replace("variable = \"lift\"\n", &format!("variable = \"lift\"\n{keys}"));
+        let model = read("lift.toml", &text).unwrap_or_else(|report| panic!("{report}"));
+        let grid = model.grid().unwrap();
+        assert!(grid.unit == unit && (grid.shown_points()[0] - first).abs() < 1e-12, "{keys}: {grid:?}");
+    }
+    let at = LIFT.replace("from = \"-80 mm\"\nto = \"80 mm\"\npoints = 9", "at = [\"-1 cm\", 0, \"20 mm\"]");
+    let model = read("lift.toml", &at).unwrap_or_else(|report| panic!("{report}"));
+    assert_eq!((model.grid().unwrap().points.clone(), &*model.grid().unwrap().unit), (vec![-0.01, 0.0, 0.02], "m"));
+    // Formulas without a mechanism go over a sweep, too.
+    let formula = "version = 2\n[sweep]\nvariable = \"angle\"\nto = \"90 deg\"\npoints = 3\n[[output]]\nname = \"height\"\n\
+                   value = \"sin(angle)\"\n";
+    let model = read("f.toml", formula).unwrap_or_else(|report| panic!("{report}"));
+    let values = &model.simulate(&[]).unwrap().values[0];
+    assert!((values[1] - 0.5f64.sqrt()).abs() < 1e-15 && model.grid().unwrap().shown_points()[2] == 90.0);
+}
+
+/// A text of the file, its replacement, and words of the message.
+const MISTAKES: &[[&str; 3]] = &[
+    ["variable = \"lift\"\n", "", "variable"],
+    ["variable = \"lift\"", "variable = \"length\"", "the name `length` is taken twice"],
+    ["variable = \"lift\"", "variable = \"time\"", "the name `time` is reserved"],
+    ["variable = \"lift\"", "variable = \"1x\"", "cannot be a name"],
+    ["asin(lift/length)", "asin(time/length)", "this file, whose [sweep] is over `lift`"],
+    ["asin(lift/length)", "asin(lif/length)", "did you mean `lift`"],
+    ["asin(lift/length)", "asin(lift + 1 s)", "cannot be added"],
+    ["tip.y - lift", "tip.vx - lift", "cannot be added or compared"],
+    ["from = \"-80 mm\"", "from = \"-80 deg\"", "`from` takes a value in m"],
+    ["from = \"-80 mm\"", "from = \"-80 mm\"\nunit = \"deg\"", "`unit` is an angle, and the points are a length"],
+    ["from = \"-80 mm\"", "from = \"90 mm\"", "must be after the first one"],
+    ["to = \"80 mm\"\npoints", "to = \"80 mm\"\nat = [1]\npoints", "exclude each other"],
+    ["to = \"6.1 cm\"", "to = \"6 s\"", "`to` takes a value in m"],
+    ["kind = \"kinematics\"", "kind = \"dynamics\"", "a motion over time needs [time]"],
+    ["[analysis]", "[time]\nto = 1\npoints = 2\n[analysis]", "[time] and [sweep] exclude each other"],
+];
+
+#[test]
+fn mistakes_in_sweeps_are_named() {
+    for [good, bad, words] in MISTAKES {
+        assert!(LIFT.contains(good), "`{good}` is not in the file");
+        let report =
+            read("lift.toml", &LIFT.replacen(good, bad, 1)).err().unwrap_or_else(|| panic!("{bad}: it was read"));
+        assert!(report.to_string().contains(words), "{bad}: wanted `{words}` in\n{report}");
+    }
+}
+
+#[cfg(feature = "cli")]
+#[test]
+fn tables_and_reports_show_the_axis_in_its_unit() {
+    use crate::shell::TempFolder;
+    let place = TempFolder::new("sweeps");
+    std::fs::write(place.0.join("lift.toml"), LIFT).unwrap();
+    let shown = place.run(&["analyze", "lift.toml", "--out", "a"], 0);
+    assert!(shown.contains("at lift") && shown.contains("-80"), "{shown}");
+    assert!(place.read("a/responses.csv").starts_with("lift,back,own\n-80,"), "{}", place.read("a/responses.csv"));
+    place.run(&["optimize", "lift.toml", "--out", "run"], 0);
+    assert!(place.read("run/responses.csv").contains("\n-80,"));
+    let closest = place.run(&["analyze", "lift.toml"], 0);
+    assert!(closest.contains("at 60 mm"), "{closest}");
+    place.run(&["report", "run", "--page-only"], 0);
+    let page = place.read("run/report.html");
+    assert!(page.contains("lift [mm]") && page.contains("The mechanism over the lift."), "axis of the report");
+}
