@@ -91,9 +91,15 @@ fn disturbed(mechanism: &Mechanism<f64>, system: &System) -> State<f64> {
 }
 
 /// Reactions do no work on motions that the joints allow: the block ∂dynamics/∂λ is the transpose of ∂Φ/∂q.
+///
+/// Dry friction is left out: while it sticks, its multiplier is a force of its own, and not a reaction in the row of the coordinate
+/// that it holds.
 #[test]
 fn reactions_are_workless() {
-    for mechanism in mechanisms() {
+    let kinds: Vec<Kind> = kinds();
+    let others = kinds.iter().filter(|kind| !kind.has_modes() || kind.is_rigid_contact()).map(typical);
+    let zoo = mechanisms().split_off(kinds.len());
+    for mechanism in others.chain(zoo) {
         let system = System::new(&mechanism).unwrap();
         let state = disturbed(&mechanism, &system);
         let matrix = system.dense_by_seeding(&mechanism, &state, Linearization::statics());

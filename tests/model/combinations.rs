@@ -355,6 +355,12 @@ fn parts() -> Vec<Part> {
             let mut text = typical(table.name, kind.descriptor);
             if kind.is_rigid_contact() {
                 text = rigid_contact(kind.descriptor.kind);
+            } else if kind.has_modes() {
+                // It slides under the loads of the base.
+                text =
+                    "[design.of_friction]\nstart = 0.3\n[[force]]\nname = 'part'\nkind = 'dry-friction'\nb = 'one.x'\n\
+                        coulomb_force = 'of_friction'\n"
+                        .to_owned();
             }
             parts.push(Part { name, text, outputs });
         }

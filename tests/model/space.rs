@@ -105,7 +105,9 @@ fn every_kind_in_space_measures_and_differentiates() {
         let measures = measures(table).into_iter().map(|measure| format!("part.{measure}"));
         let motion = ["one.ax", "two.az", "two.alpha_y", "one.yaw", "two.roll"].map(str::to_owned);
         let outputs = outputs(measures.chain(motion));
-        assert_derivatives(&format!("{BASE}{}{outputs}", typical(table)));
+        // A static limit is at least the sliding friction.
+        let part = typical(table).replace("static_ratio = 'p/3'", "static_ratio = 'p'");
+        assert_derivatives(&format!("{BASE}{part}{outputs}"));
         tested.push(kind);
     }
     assert!(tested.len() >= 25, "{tested:?}");

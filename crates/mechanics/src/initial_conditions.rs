@@ -174,13 +174,14 @@ fn close_joints(
 /// Error of a constraint in the built positions, in m or rad, from which on a failure names it.
 const LARGE_GAP: f64 = 1e-2;
 
-/// The `error` of a failed assembly, with the largest error of a constraint in the built positions `guess`: a drive that asks for
-/// another position than the one that was built is the usual reason.
+/// The `error` of a failed assembly from `guess`, if that is the built positions, with the largest error of a constraint in them: a
+/// drive that asks for another position than the one that was built is the usual reason.
 fn with_largest_gap(error: Error, system: &mut System, mechanism: &Mechanism<f64>, guess: &State<f64>) -> Error {
     let mut rows = vec![[0.0]; system.size()];
     let gap = largest_gap(system, mechanism, guess, &mut rows);
+    let is_built = guess.q == State::built(mechanism, guess.t).q;
     match error {
-        Error::Analysis { what, why, remedy } if gap > LARGE_GAP && gap.is_finite() => {
+        Error::Analysis { what, why, remedy } if is_built && gap > LARGE_GAP && gap.is_finite() => {
             let worst = system.dominant_residual(mechanism, &rows);
             let why =
                 format!("{why}; in the positions of the model the largest error is {gap:.3} m or rad, of {worst}");

@@ -10,7 +10,7 @@
 //! | `held_outputs` | outputs that keep their value from an event on |
 //!
 //! [`Dynamics`](crate::integrators::settings::Dynamics) handles events, with derivatives by all methods; only switches have no
-//! semi-analytical ones. Explicit steps, kinematics and equilibria reject mechanisms with events.
+//! semi-analytical ones. Explicit steps reject switches, kinematics and equilibria reject all mechanisms with events.
 
 pub(crate) mod event;
 pub(crate) mod held_outputs;

@@ -255,6 +255,12 @@ impl System {
             (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());
         let mut dense = DMatrix::zeros(self.size(), self.size());
         for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
+            if !state.modes.is_active(instance) {
+                let n = instance.coordinates.len();
+                let multipliers = map.active.iter().zip(&map.equations).filter(|(r, _)| **r >= n);
+                multipliers.for_each(|(_, &i)| dense[(i, i)] += linearization.constraint_scale);
+                continue;
+            }
             gather(instance, state, &mut workspace);
             let (variables, equations): (Vec<usize>, Vec<usize>) = map.unknowns().unzip();
             let (width, n) = (variables.len() + 1, instance.coordinates.len());
