@@ -25,7 +25,12 @@ pub struct Differences<A> {
     analysis: A,
     step: DifferenceStep,
     formula: DifferenceFormula,
+    /// Typical sizes of the design variables; empty if they are not known.
+    sizes: Vec<f64>,
 }
+
+/// Part of its typical size below which a design variable is a rounding error, and its own size is no measure of a step.
+const ROUNDING: f64 = 1e-9;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum DifferenceFormula {
@@ -39,16 +44,6 @@ enum DifferenceFormula {
 enum DifferenceStep {
     Relative(f64),
     Absolute(Vec<f64>),
-}
-
-impl DifferenceStep {
-    fn of(&self, b: &[f64], i: usize) -> f64 {
-        match self {
-            Self::Relative(step) if b[i] == 0.0 => *step,
-            Self::Relative(step) => step * b[i].abs(),
-            Self::Absolute(steps) => steps[i],
-        }
-    }
 }
 
 impl DifferenceFormula {
@@ -118,7 +113,29 @@ impl<A: Analysis> Differences<A> {
     ///
     /// Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
     pub fn noise_aware(analysis: A) -> Self {
-        Self { analysis, step: DifferenceStep::Relative(1.0), formula: DifferenceFormula::NoiseAware }
+        Self { analysis, step: DifferenceStep::Relative(1.0), formula: DifferenceFormula::NoiseAware, sizes: vec![] }
+    }
+
+    /// Sets typical sizes of the design variables, such as those of the start. A variable that is zero, or smaller than 1e-9 of its
+    /// typical size, has steps relative to that; without typical sizes those of a variable of zero are relative to 1.
+    #[must_use]
+    pub fn with_typical_sizes(self, sizes: Vec<f64>) -> Self {
+        Self { sizes, ..self }
+    }
+
+    /// The size of a design variable, to which its steps are relative.
+    fn size(&self, b: &[f64], i: usize) -> f64 {
+        let typical = self.sizes.get(i).copied().filter(|size| *size > 0.0);
+        let is_rounding = b[i].abs() <= ROUNDING * typical.unwrap_or(0.0);
+        if is_rounding { typical.unwrap_or(1.0) } else { b[i].abs() }
+    }
+
+    /// The step by a design variable.
+    fn step(&self, b: &[f64], i: usize) -> f64 {
+        match &self.step {
+            DifferenceStep::Relative(step) => step * self.size(b, i),
+            DifferenceStep::Absolute(steps) => steps[i],
+        }
     }
 
     fn new(analysis: A, step: DifferenceStep, formula: DifferenceFormula) -> Result<Self> {
@@ -129,7 +146,7 @@ impl<A: Analysis> Differences<A> {
         for &step in steps {
             Error::check_option(what, "positive and finite", step, step > 0.0 && step.is_finite())?;
         }
-        Ok(Self { analysis, step, formula })
+        Ok(Self { analysis, step, formula, sizes: vec![] })
     }
 
     /// Sensitivities with steps `factor` times as long.
@@ -150,7 +167,7 @@ impl<A: Analysis> Differences<A> {
         let moved = |task: usize| {
             let (i, (offset, _)) = (task / points.len(), points[task % points.len()]);
             let mut moved = b.to_vec();
-            moved[i] += offset * factor * self.step.of(b, i);
+            moved[i] += offset * factor * self.step(b, i);
             moved
         };
         let designs: Vec<Vec<f64>> = (0..points.len() * b.len()).map(moved).collect();
@@ -175,7 +192,7 @@ impl<A: Analysis> Differences<A> {
     }
 
     fn noise_aware_at(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
-        let scales: Vec<f64> = b.iter().map(|x| if *x == 0.0 { 1.0 } else { x.abs() }).collect();
+        let scales: Vec<f64> = (0..b.len()).map(|i| self.size(b, i)).collect();
         let samples = DifferenceSamples::along_all(|designs| self.analysis.analyze_many(designs), b, &scales);
         let mut rows = DMatrix::zeros(wanted.len(), b.len());
         for (i, samples) in samples.iter().enumerate() {
@@ -241,6 +258,22 @@ mod tests {
     impl ClosedForm for Cubic {
         fn response<S: Scalar>(&self, _: usize, b: &[S], t: S) -> S {
             b[0].powi(3) * t + b[1]
+        }
+    }
+
+    /// A step relative to a variable of 1e-13 that stands for zero would be lost in rounding.
+    #[test]
+    fn a_rounding_error_is_no_measure_of_a_step() {
+        let grid = TimeGrid::uniform(1.0, 2.0, 2).unwrap();
+        let analysis = || Analytic::new(Cubic, &[Some(&grid)]);
+        let (b, wanted) = ([2.0, 1e-13], [ResponseAt { response: 0, point: 1 }]);
+        let derivative = |d: Differences<Analytic<Cubic>>| {
+            let d = d.with_typical_sizes(vec![1.0, 1.0]);
+            d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap()[(0, 1)]
+        };
+        for d in [Differences::forward(analysis(), 1e-4).unwrap(), Differences::noise_aware(analysis())] {
+            let derivative = derivative(d);
+            assert!((derivative - 1.0).abs() < 1e-9, "{derivative}");
         }
     }
 
