@@ -118,5 +118,5 @@ fn the_models_need_as_many_analyses_as_their_table_says() {
         assert_eq!(row.rsplit('|').nth(1).unwrap().trim(), counts.join(", "), "{page}");
         rows += 1;
     }
-    assert_eq!(rows, 10);
+    assert!(rows >= 12, "{rows}");
 }
