@@ -2,6 +2,7 @@
 
 use super::expression::REDUCTIONS;
 use super::{Accepts, Key, Need, TableKeys, tables};
+use crate::sao::presets;
 
 /// What can stand at a place of a text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -215,6 +216,9 @@ impl Part {
         let places = || names(&["body", "point", "beam"]).into_iter().chain([("ground".to_owned(), "the ground")]);
         if key == "kind" {
             return self.kinds.iter().map(|(kind, about)| quoted(kind, about)).collect();
+        }
+        if key == "preset" {
+            return presets().iter().map(|preset| quoted(preset.name, preset.title)).collect();
         }
         match accepts {
             Accepts::Choice(words) | Accepts::NumberOr(words) => words.iter().map(|word| quoted(word, "")).collect(),
