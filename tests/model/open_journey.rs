@@ -93,12 +93,15 @@ fn runs_and_refuses(page: &mut Page) {
     let is_accepted = "!document.querySelector('[data-action=refuse]').disabled";
     for tries in 1..=6 {
         page.click("[data-action=step]");
-        page.wait(&format!("document.getElementById('run').dataset.tries === '{tries}'"));
+        let run = "document.getElementById('run').dataset";
+        page.wait(&format!("{run}.tries === '{tries}' && {run}.status === 'Paused'"));
         if page.value(is_accepted) == true {
             break;
         }
     }
-    page.click("[data-action=refuse]");
+    // The tables above the button may still grow: it is pressed where it is, not at a place on the screen.
+    page.wait(is_accepted);
+    page.value("document.querySelector('[data-action=refuse]').click()");
     page.wait("document.querySelectorAll('#edits li').length === 1");
     assert!(page.text("document.getElementById('edits').textContent").contains("refused"));
     let tries: u64 = page.text("document.getElementById('run').dataset.tries").parse().unwrap();
