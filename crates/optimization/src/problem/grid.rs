@@ -44,7 +44,7 @@ impl TimeGrid {
         Ok(grid)
     }
 
-    /// The same points, shown in a unit with the given factors.
+    /// Points that are shown in another unit, with the given factors.
     ///
     /// ```
     /// use linkwright_optimization::problem::TimeGrid;

@@ -114,7 +114,7 @@ pub struct Confirmation {
     pub violation_before: f64,
     /// Analyses and sensitivity analyses that it needed.
     pub work: [usize; 2],
-    /// How it ended.
+    /// Status of its end.
     pub status: Status,
     /// The reason in words.
     pub reason: String,

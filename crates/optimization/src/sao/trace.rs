@@ -14,7 +14,7 @@ pub(super) struct Trace {
     pub designs: DesignHistory,
     /// Range of the objective over the accepted designs.
     pub objective: Range,
-    /// The same of the quantity that is minimized, the peak of a min–max problem.
+    /// Range of the minimized quantity over the accepted designs: of the peak in a min–max problem.
     pub stated: Range,
     /// True if a step was rejected.
     pub has_rejected: bool,
