@@ -145,11 +145,25 @@ impl Page {
         self.call("Input.dispatchMouseEvent", event);
     }
 
-    /// Presses and releases the mouse on an element.
+    /// Presses and releases the mouse on an element. An analysis that ends meanwhile may move the element from under the mouse, and a button
+    /// may not be enabled yet: then it is pressed again.
     pub fn click(&mut self, selector: &str) {
-        let at = self.middle(selector);
-        self.mouse("mousePressed", at);
-        self.mouse("mouseReleased", at);
+        let begin = Instant::now();
+        let listen = format!(
+            "(() => {{ window.wasPressed = false; document.querySelector({selector:?}).addEventListener('click', () => {{ \
+             window.wasPressed = true; }}, {{ once: true }}); return 0; }})()"
+        );
+        while begin.elapsed() < WAIT {
+            self.value(&listen);
+            let at = self.middle(selector);
+            self.mouse("mousePressed", at);
+            self.mouse("mouseReleased", at);
+            if self.value("window.wasPressed") == true {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        panic!("{selector} cannot be pressed");
     }
 
     /// Drags the mouse in ten steps.
