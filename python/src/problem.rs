@@ -192,14 +192,14 @@ impl Problem {
         Ok(arrays)
     }
 
-    /// A check of the derivatives: methods, rows of the table.
+    /// A check of the derivatives: methods, rows of the table, methods that failed with the reasons.
     fn check(
         &self,
         py: Python<'_>,
         b: PyReadonlyArray1<'_, f64>,
         points: usize,
         responses: Vec<usize>,
-    ) -> PyResult<(Vec<String>, Vec<CheckedRow>)> {
+    ) -> PyResult<(Vec<String>, Vec<CheckedRow>, Vec<(String, String)>)> {
         let (b, problem) = (vector(&b), &self.problem);
         let checked = self.located(py, || problem.check_responses(&b, points, &responses))?;
         let row = |d: &linkwright::gradient_check::CheckedDerivative| -> CheckedRow {
@@ -219,7 +219,8 @@ impl Problem {
                 d.explanation(&checked.methods),
             )
         };
-        Ok((checked.methods.clone(), checked.derivatives.iter().map(row).collect()))
+        let rows = checked.derivatives.iter().map(row).collect();
+        Ok((checked.methods.clone(), rows, checked.failed))
     }
 
     /// Runs a method from `start`, or continues a run. `observe` receives the state after each trial step; it returns

@@ -41,7 +41,7 @@ disagreement. Verdicts:
   kink            the response has a kink here and no derivative
   not repeatable  two analyses of one design differ
   unclear         the finite differences are too noisy
-A wrong derivative is an error. Scales of variables and constraints that are far off are told before the table; the default
+A wrong derivative is an error, and so is a method that fails where another does not. Scales of variables and constraints that are far off are told before the table; the default
 method does not depend on them, the others do.")]
 pub struct Check {
     /// A model file, or a problem of the library (see `linkwright compare --list`)
@@ -103,6 +103,8 @@ impl Check {
         }
         let wrong = checked.count(GradientStatus::Wrong);
         anyhow::ensure!(wrong == 0, "{wrong} of the derivatives are wrong");
+        let failed: Vec<&str> = checked.failed.iter().map(|(method, _)| method.as_str()).collect();
+        anyhow::ensure!(failed.is_empty(), "of the methods, {} failed", failed.join(" and "));
         Ok(())
     }
 
@@ -201,8 +203,10 @@ fn summary(checked: &GradientCheck) -> String {
     format!("{}, by {}", words.collect::<Vec<_>>().join(", "), checked.methods.join(", "))
 }
 
-/// The number of derivatives with each verdict.
+/// The number of derivatives with each verdict, the methods that failed with the reasons, and the advice on scales.
 fn counts(checked: &GradientCheck, scales: &[String]) -> serde_json::Value {
     let counts = STATUSES.iter().map(|f| (f.text().to_lowercase(), serde_json::Value::from(checked.count(*f))));
-    counts.chain([("scales".to_owned(), scales.into())]).collect()
+    let failed: serde_json::Value =
+        checked.failed.iter().map(|(method, why)| (method.clone(), serde_json::Value::from(why.as_str()))).collect();
+    counts.chain([("failed".to_owned(), failed), ("scales".to_owned(), scales.into())]).collect()
 }

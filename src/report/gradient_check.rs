@@ -75,7 +75,7 @@ pub fn text(problem: &Problem, checked: &GradientCheck, all: bool, digits: usize
 /// Largest number of explanations under the table.
 const EXPLAINED: usize = 12;
 
-/// A sentence for each derivative that is neither right nor constant.
+/// A sentence for each derivative that is neither right nor constant, and for each method that failed.
 fn explanations(problem: &Problem, checked: &GradientCheck) -> String {
     let bad: Vec<&CheckedDerivative> = checked.derivatives.iter().filter(|d| !d.is_fine()).collect();
     let line = |d: &&CheckedDerivative| {
@@ -84,7 +84,8 @@ fn explanations(problem: &Problem, checked: &GradientCheck) -> String {
     };
     let more = bad.len().saturating_sub(EXPLAINED);
     let rest = if more > 0 { format!("… and {more} more\n") } else { String::new() };
-    bad.iter().take(EXPLAINED).map(line).collect::<String>() + &rest
+    let failed = checked.failed.iter().map(|(method, why)| format!("the {method} method failed: {why}\n"));
+    bad.iter().take(EXPLAINED).map(line).chain([rest]).chain(failed).collect()
 }
 
 /// Returns `true` if a derivative is neither right nor constant, or is the least accurate of its response.

@@ -59,8 +59,8 @@ name = "near the middle"
 value = "back - limit"
 at_most = "0 mm"
 scale = "10 mm"
-from = "-41 mm"
-to = "6.1 cm"
+from = "-4 cm"
+to = "6 cm"
 "#;
 
 #[test]
@@ -120,7 +120,7 @@ const MISTAKES: &[[&str; 3]] = &[
     ["from = \"-80 mm\"", "from = \"-80 mm\"\nunit = \"deg\"", "`unit` is an angle, and the points are a length"],
     ["from = \"-80 mm\"", "from = \"90 mm\"", "must be after the first one"],
     ["to = \"80 mm\"\npoints", "to = \"80 mm\"\nat = [1]\npoints", "exclude each other"],
-    ["to = \"6.1 cm\"", "to = \"6 s\"", "`to` takes a value in m"],
+    ["to = \"6 cm\"", "to = \"6 s\"", "`to` takes a value in m"],
     ["kind = \"kinematics\"", "kind = \"dynamics\"", "a motion over time needs [time]"],
     ["[analysis]", "[time]\nto = 1\npoints = 2\n[analysis]", "[time] and [sweep] exclude each other"],
 ];

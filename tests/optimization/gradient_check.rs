@@ -158,9 +158,9 @@ fn differences_with_too_long_steps_are_wrong() {
     assert_eq!(words(&checked, 0, 0), "forward is wrong: exact agrees with the differences");
 }
 
-/// Only a method that does not offer a derivative is omitted; any other error of a method is one of the check.
+/// A method that does not offer a derivative is omitted; one that fails is named with its error, and the others are checked.
 #[test]
-fn only_unsupported_methods_are_omitted() {
+fn unsupported_methods_are_omitted_and_failing_ones_named() {
     let sound = Faulty::default();
     let wanted = [ResponseAt { response: 0, point: 0 }];
     let examine = |error: Error| {
@@ -178,7 +178,10 @@ fn only_unsupported_methods_are_omitted() {
         Error::check_length("rows", 1, 2).unwrap_err(),
     ];
     for error in errors {
-        assert_eq!(examine(error.clone()), Err(error));
+        let checked = examine(error.clone()).unwrap();
+        assert_eq!((checked.methods.as_slice(), checked.count(GradientStatus::Right)), (&["exact".to_owned()][..], 2));
+        assert_eq!(checked.failed, [("failing".to_owned(), error.to_string())]);
+        assert!(!checked.is_right());
     }
     // The first method is the analysis' own: without it nothing can be checked.
     let fails = |_: &[f64], _: &Responses, _: &[ResponseAt]| Err(Error::unsupported("r", "none", "differences"));

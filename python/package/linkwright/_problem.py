@@ -221,12 +221,12 @@ class BaseProblem:
         """
         if points < 1:
             raise DefinitionError(f"points must be at least 1, got {points}")
-        found, table = self._core.check(self.design(b), int(points), self._response_indices(responses))
+        found, table, failed = self._core.check(self.design(b), int(points), self._response_indices(responses))
         rows = []
         for response, time, variable, values, difference, error, status, explanation in table:
             row = {"response": response, "time": time, "variable": variable, **dict(zip(found, values))}
             rows.append(row | {"differences": difference, "error": error, "status": status, "explanation": explanation})
-        return Check(tuple(found), rows)
+        return Check(tuple(found), rows, dict(failed))
 
     def compare(self, names: Iterable[str] | None = None) -> Comparison:
         """Run several methods on this problem.

@@ -192,15 +192,18 @@ class Check:
     rows : list of dict
         A row for each derivative: `response`, `time`, `variable`, the value by each method, `differences` and their `error`,
         `status` (right, constant, wrong, kink, not repeatable, unclear) and an `explanation`.
+    failed : dict of str to str
+        Methods that failed, with the reasons.
     """
 
     methods: tuple[str, ...]
     rows: list[dict[str, Any]]
+    failed: dict[str, str]
 
     @property
     def ok(self) -> bool:
-        """True if every derivative is right, or constant and zero."""
-        return all(row["status"] in ("right", "constant") for row in self.rows)
+        """True if every derivative is right, or constant and zero, and no method failed."""
+        return not self.failed and all(row["status"] in ("right", "constant") for row in self.rows)
 
     def to_pandas(self) -> Any:
         """Return the rows as a DataFrame."""
@@ -213,6 +216,7 @@ class Check:
         head = ", ".join(f"{count} {status}" for status, count in counts.items())
         wrong = [row for row in self.rows if row["status"] not in ("right", "constant")]
         lines = [f"{row['response']} by {row['variable']}: {row['explanation']}" for row in wrong[:12]]
+        lines += [f"the {method} method failed: {why}" for method, why in self.failed.items()]
         return "\n".join([f"{head}, by {', '.join(self.methods)}", *lines])
 
 

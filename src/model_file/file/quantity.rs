@@ -280,7 +280,7 @@ impl QuantityContext<'_> {
 /// Indices of the time points of an interval; all of them if none is given.
 fn points_of(grid: &TimeGrid, interval: &[f64], tree: &Tree) -> Read<std::ops::Range<usize>> {
     let [from, to] = interval else { return Ok(0..grid.len()) };
-    let points = grid.points.partition_point(|t| t < from)..grid.points.partition_point(|t| t <= to);
+    let points = grid.points_between(*from, *to);
     if points.len() >= 2 {
         return Ok(points);
     }

@@ -86,10 +86,11 @@ pub fn methods(analysis: &dyn Analysis) -> Vec<GradientMethod<'_>> {
 /// cannot be analysed only costs accuracy.
 ///
 /// A method after the first that returns [`Error::Unsupported`] is omitted, such as the semi-analytical method where there are switches.
+/// One that fails otherwise is listed in [`GradientCheck::failed`].
 ///
 /// # Errors
 ///
-/// Those of the analysis at `b`, and of the methods; [`Error::Length`] unless there is a size for each variable.
+/// Those of the analysis at `b`, and of the first method; [`Error::Length`] unless there is a size for each variable.
 pub fn check(
     analysis: &dyn Analysis,
     methods: &[GradientMethod<'_>],
@@ -99,7 +100,9 @@ pub fn check(
 ) -> Result<GradientCheck> {
     Error::check_length("sizes of the design variables", b.len(), scales.len())?;
     let (here, again) = (analysis.analyze(b)?, analysis.analyze(b)?);
-    let (names, derivatives): (Vec<_>, Vec<_>) = by_methods(methods, b, &here, wanted)?.into_iter().unzip();
+    let mut failed = Vec::new();
+    let (names, derivatives): (Vec<_>, Vec<_>) =
+        by_methods(methods, b, &here, wanted, &mut failed)?.into_iter().unzip();
     let samples = DifferenceSamples::along_all(|designs| analysis.analyze_around(b, designs), b, scales);
     let mut checked = Vec::with_capacity(wanted.len() * b.len());
     for (row, &at) in wanted.iter().enumerate() {
@@ -125,24 +128,30 @@ pub fn check(
         }
     }
     checked.chunk_by_mut(|a, b| a.at.response == b.at.response).for_each(|one| decide(one, scales));
-    Ok(GradientCheck { methods: names, derivatives: checked })
+    Ok(GradientCheck { methods: names, derivatives: checked, failed })
 }
 
-/// Names of the methods, and derivatives with their estimated errors; methods that do not offer these are omitted.
+/// Names of the methods, and derivatives with their estimated errors; methods that do not offer these are omitted, and those that
+/// fail are added to `failed`.
 fn by_methods(
     methods: &[GradientMethod<'_>],
     b: &[f64],
     here: &Responses,
     wanted: &[ResponseAt],
+    failed: &mut Vec<(String, String)>,
 ) -> Result<Vec<(String, [DMatrix<f64>; 2])>> {
     let mut all = Vec::with_capacity(methods.len());
     for method in methods {
-        let found = match method.sensitivities(b, here, wanted) {
-            Err(Error::Unsupported { .. }) if !all.is_empty() => continue,
-            found => found?,
+        let derivatives = || {
+            let found = method.sensitivities(b, here, wanted)?;
+            let uncertainty = method.uncertainty(&found, b, here, wanted)?;
+            Ok([found, uncertainty])
         };
-        let uncertainty = method.uncertainty(&found, b, here, wanted)?;
-        all.push((method.name.to_owned(), [found, uncertainty]));
+        match derivatives() {
+            Err(Error::Unsupported { .. }) if !all.is_empty() => {}
+            Err(error) if !all.is_empty() => failed.push((method.name.to_owned(), error.to_string())),
+            found => all.push((method.name.to_owned(), found?)),
+        }
     }
     Ok(all)
 }

@@ -126,12 +126,14 @@ pub struct GradientCheck {
     pub methods: Vec<String>,
     /// Ordered by response and time point, then by variable.
     pub derivatives: Vec<CheckedDerivative>,
+    /// Methods that failed, and the reasons.
+    pub failed: Vec<(String, String)>,
 }
 
 impl GradientCheck {
-    /// True if every derivative is right or constant.
+    /// True if every derivative is right or constant, and no method failed.
     pub fn is_right(&self) -> bool {
-        self.derivatives.iter().all(CheckedDerivative::is_fine)
+        self.failed.is_empty() && self.derivatives.iter().all(CheckedDerivative::is_fine)
     }
 
     /// Number of derivatives with this status.
@@ -158,7 +160,8 @@ impl GradientCheck {
                 d.explanation(&self.methods)
             )
         };
-        let lines: String = bad.map(line).collect();
+        let failed = self.failed.iter().map(|(method, why)| format!("\n{method} failed: {why}"));
+        let lines: String = bad.map(line).chain(failed).collect();
         assert!(lines.is_empty(), "{lines}");
     }
 }

@@ -1,7 +1,8 @@
 //! Constraints on quantities, at the time points of a grid or at all times.
 
 use super::quantity::SignedQuantity;
-use super::{ProblemScalar, Quantity};
+use super::{ProblemScalar, Quantity, TimeGrid};
+use std::ops::Range;
 
 /// Kind of a limit: upper, lower, or equality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -179,8 +180,8 @@ impl Constraint {
         (signed - self.signed_limit()) / self.scale + 1.0
     }
 
-    /// True if time `t` is inside the [window](Self::window).
-    pub fn holds_at(&self, t: f64) -> bool {
-        self.window.is_none_or(|[from, to]| (from..=to).contains(&t))
+    /// Numbers of the points of `grid` inside the [window](Self::window).
+    pub fn points_in(&self, grid: &TimeGrid) -> Range<usize> {
+        self.window.map_or(0..grid.len(), |[from, to]| grid.points_between(from, to))
     }
 }

@@ -1,6 +1,10 @@
 //! Time grids and the quadrature over them.
 
 use error::{Error, Readable, Result};
+use std::ops::Range;
+
+/// Rounding error of a time point, relative to the largest one.
+const ROUNDING: f64 = 1e-12;
 
 /// The time points t₁ < … < t_nt at which transient responses are evaluated (equation 5).
 ///
@@ -93,6 +97,21 @@ impl TimeGrid {
         self.points.len()
     }
 
+    /// Numbers of the points between the times `from` and `to`, both included.
+    ///
+    /// A point that lies beyond one of them by a rounding error, up to 1e-12 of the largest time, is included: the fourth of nine
+    /// points from −0.08 to 0.08 may differ from 0.06 in its last digit.
+    ///
+    /// ```
+    /// use linkwright_optimization::problem::TimeGrid;
+    /// assert_eq!(TimeGrid::uniform(0.0, 1.0, 11)?.points_between(0.3, 0.7), 3..8);
+    /// # Ok::<(), linkwright_optimization::Error>(())
+    /// ```
+    pub fn points_between(&self, from: f64, to: f64) -> Range<usize> {
+        let rounding = ROUNDING * self.points[0].abs().max(self.points[self.len() - 1].abs());
+        self.points.partition_point(|t| *t < from - rounding)..self.points.partition_point(|t| *t <= to + rounding)
+    }
+
     /// Length of the interval t_f − t₀.
     pub fn span(&self) -> f64 {
         self.points[self.len() - 1] - self.points[0]
@@ -143,6 +162,16 @@ mod tests {
     fn a_uniform_grid_ends_at_its_end() {
         assert_eq!(TimeGrid::uniform(-0.07, 0.08, 31).unwrap().points[30], 0.08);
         assert_eq!(TimeGrid::uniform(0.5, 2.0, 1).unwrap().points, [0.5]);
+    }
+
+    /// The end of the seventh of eight intervals and 6 · 0.01 differ by rounding.
+    #[test]
+    fn points_at_the_ends_of_an_interval_are_in_it() {
+        let travel = TimeGrid::uniform(-0.08, 0.08, 9).unwrap();
+        assert!(travel.points[7] > 6.0 * 0.01 && travel.points_between(-4.0 * 0.01, 6.0 * 0.01) == (2..8));
+        let time = TimeGrid::uniform(0.0, 1.0, 11).unwrap();
+        assert_eq!(time.points_between(0.0, 0.1 + 0.2), 0..4);
+        assert_eq!(time.points_between(0.31, 0.39), 4..4);
     }
 
     #[test]

@@ -63,7 +63,7 @@ impl Problem {
     pub fn holds(&self, j: usize, p: usize) -> bool {
         let constraint = &self.constraints[j];
         constraint.window.is_none()
-            || constraint.quantity.grid().is_none_or(|grid| constraint.holds_at(self.grids[grid].points[p]))
+            || constraint.quantity.grid().is_none_or(|grid| constraint.points_in(&self.grids[grid]).contains(&p))
     }
 
     /// True if constraint `j` is one of f ≤ β and f ≥ −β, which bound the peak of a min–max objective.
@@ -378,7 +378,7 @@ impl Problem {
             let why = "only an inequality at the time points of a grid can hold in a part of them";
             return refused(why, "remove its window");
         }
-        if grid.is_some_and(|grid| !self.grids[grid].points.iter().any(|&t| constraint.holds_at(t))) {
+        if grid.is_some_and(|grid| constraint.points_in(&self.grids[grid]).is_empty()) {
             return refused("no time point is inside its window", "widen the window");
         }
         Ok(())
