@@ -1,5 +1,6 @@
 //! Vibration modes: small undamped vibrations about a state.
 
+use crate::events::unilateral::refuse_friction;
 use crate::mechanism::Mechanism;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
@@ -23,8 +24,9 @@ pub struct Modes {
 ///
 /// # Errors
 ///
-/// [`Error::Analysis`] if a motion that satisfies the constraints has no mass.
+/// [`Error::Analysis`] if a motion that satisfies the constraints has no mass; [`Error::Unsupported`] for dry friction that sticks.
 pub fn modes(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<Modes> {
+    refuse_friction(mechanism, "vibrations about a state at rest")?;
     let mut rows = vec![[0.0]; system.size()];
     system.assemble(mechanism, state, Linearization::statics(), &mut rows);
     let stiffness = system.dense();

@@ -6,6 +6,7 @@ use crate::analyses::statics::{Statics, find_equilibrium};
 use crate::derivatives::forward::initial_conditions::{InitialDerivatives, ProjectedPart, equilibrium};
 use crate::derivatives::seeding::{build_chunks, set_values};
 use crate::elements::element::ElementWorkspace;
+use crate::events::unilateral::refuse_friction;
 use crate::initial_conditions::{Assembly, assemble};
 use crate::mechanism::scalars::{Dual8, ElementScalar, Jet2};
 use crate::mechanism::{Mechanism, ParametricMechanism};
@@ -137,6 +138,7 @@ pub(crate) fn states_at_rest(
     about: About,
     t: f64,
 ) -> Result<(State<f64>, Vec<State<Dual8>>)> {
+    refuse_friction(mechanism, "vibrations about a state at rest")?;
     let mut values = State::built(mechanism, t);
     let projection = assemble(system, mechanism, &mut values, Assembly::default())?;
     values.v.fill(0.0);

@@ -330,11 +330,11 @@ pub(crate) fn apply_impact(
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`] if the mechanism has a rigid contact or a switch.
+/// [`Error::Unsupported`] if the mechanism has a rigid contact, dry friction, or an event.
 pub(crate) fn refuse<T>(mechanism: &Mechanism<T>, analysis: &str) -> Result<()> {
     mechanism.events.first().map_or(Ok(()), |impact| {
-        let why = format!("{analysis} know no impacts and events");
-        let remedy = "take implicit steps, or remove the contact or event";
+        let why = format!("{analysis} know no impacts, no friction that sticks and no events");
+        let remedy = "simulate over time (dynamics), or remove it";
         Err(Error::unsupported(&impact.gap.name, why, remedy))
     })
 }

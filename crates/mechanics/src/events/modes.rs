@@ -3,8 +3,8 @@
 use crate::mechanism::{ElementInstance, Mechanism};
 use autodiff::Scalar;
 
-/// Elements that are active, and events that have happened. Both lists are empty for a mechanism without
-/// [`Mechanism::when`].
+/// Elements that are active, and events that have happened. The first list is empty without rigid contacts, dry friction and events
+/// that switch elements, the second one without [`Mechanism::when`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Modes {
     /// For each element that an event activates or deactivates, true if it is active.

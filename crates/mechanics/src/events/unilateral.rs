@@ -7,14 +7,15 @@
 //!
 //! The modes after an event are found by the rule that a joint lets go if its force is not admissible: all parts at rest
 //! are held first, and the part that violates its limit most is released, until no limit is violated. A part that was released must then
-//! move in the direction in which it was released.
+//! move in the direction in which it was released. During an impact at another place, closed contacts are joints as well, and the one
+//! whose impulse pulls most lets go, until no impulse pulls.
 //!
 //! # Sources
 //!
 //! Pfeiffer & Glocker, *Multibody Dynamics with Unilateral Contacts* (1996), Chapters 5 and 8; Leine & Nijmeijer, *Dynamics and
 //! Bifurcations of Non-Smooth Mechanical Systems* (2004), Chapter 5.
 
-use crate::events::impact::{apply_impact, make_consistent};
+use crate::events::impact::{apply_impact, gap_rounding, make_consistent};
 use crate::events::modes::Modes;
 use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use crate::integrators::settings::StepSize;
@@ -111,11 +112,18 @@ impl Unilateral {
         }
     }
 
+    /// Opens a contact.
+    fn open(&self, modes: &mut Modes) {
+        if let Self::Contact { closed, .. } = *self {
+            modes.set(closed, false);
+        }
+    }
+
     /// Releases a part that is held, friction in the direction of the load. Returns that direction, 1 for a contact.
     fn release(&self, state: &mut State<f64>) -> f64 {
         match *self {
-            Self::Contact { closed, .. } => {
-                state.modes.set(closed, false);
+            Self::Contact { .. } => {
+                self.open(&mut state.modes);
                 1.0
             }
             Self::Friction { multiplier, .. } => {
@@ -209,8 +217,9 @@ pub(crate) struct Passage {
 
 /// Time of flight after an impact below which a contact stays closed, in nominal steps.
 ///
-/// The flights between the impacts of a ball become shorter by a constant factor: infinitely many of them end at a finite time.
-const SHORTEST_FLIGHT: f64 = 1e-6;
+/// The flights between the impacts of a ball become shorter by a constant factor: infinitely many of them end at a finite time. A flight
+/// whose height is a rounding error of the gap is the last one as well.
+pub(crate) const SHORTEST_FLIGHT: f64 = 1e-6;
 
 /// Sliding velocity, as a fraction of the largest velocity, that is zero but for rounding.
 const STOPPED: f64 = 1e-12;
@@ -233,11 +242,11 @@ pub(crate) fn passage(
     step: StepSize,
 ) -> Result<Passage> {
     let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
-    let mut switched = end.modes.clone();
-    switched.apply(mechanism, at_event);
-    let mut jump = if is_impact { switched.clone() } else { end.modes.clone() };
+    let mut after = end.modes.clone();
+    after.apply(mechanism, at_event);
+    let mut jump = if is_impact { after.clone() } else { end.modes.clone() };
     if mechanism.events.iter().all(|event| event.unilateral.is_none()) {
-        return Ok(Passage { stays: false, jump, after: switched });
+        return Ok(Passage { stays: false, jump, after });
     }
     for law in mechanism.events.iter().filter_map(|event| event.unilateral) {
         if let (Unilateral::Friction { sticking, .. }, true) = (law, law.is_held(&jump)) {
@@ -246,14 +255,52 @@ pub(crate) fn passage(
     }
     let mut held = end.clone();
     AccelerationSolver::default().solve(system, mechanism, &mut held)?;
-    let mut state = State { modes: jump.clone(), ..held };
+    let events = (contact, at_event);
+    let (state, rebound) = go_on(system, mechanism, (events, false), &held, [jump.clone(), after.clone()])?;
     if is_impact {
-        apply_impact(system, mechanism, (contact, false), &mut state)?;
+        let event = &mechanism.events[contact];
+        let jet = event.gap_jet(&state, &state.v);
+        let (flight, height) = (2.0 * jet.v1 / -jet.v2, jet.v1 * jet.v1 / (-2.0 * jet.v2));
+        let is_last = flight <= SHORTEST_FLIGHT * step.nominal() || height <= gap_rounding(event, &state, 0.0);
+        let stays = event.restitution == Some(0.0) || jet.v1 <= TOUCHING || (jet.v2 < 0.0 && is_last);
+        if let Some(Unilateral::Contact { closed, .. }) = event.unilateral.filter(|_| stays) {
+            after.set(closed, true);
+            let (state, jump) = go_on(system, mechanism, (events, true), &held, [jump, after])?;
+            return Ok(Passage { stays: true, jump, after: state.modes });
+        }
+    }
+    Ok(Passage { stays: false, jump: rebound, after: state.modes })
+}
+
+/// The state with accelerations and multipliers after an event in the state `held`, with its modes, and the modes during the jump.
+///
+/// `jump` and `after` are the modes before anything lets go. A rigid contact that `stays` closed has no restitution, and is held as long
+/// as it is pressed together.
+fn go_on(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    ((contact, at_event), stays): ((usize, &[usize]), bool),
+    held: &State<f64>,
+    [mut jump, mut after]: [Modes; 2],
+) -> Result<(State<f64>, Modes)> {
+    let is_impact = mechanism.events[contact].is_open_contact(&held.modes);
+    let mut state = State { modes: jump.clone(), ..held.clone() };
+    if is_impact {
+        while let Some(k) = pulled(system, mechanism, (contact, stays), &mut state)? {
+            let Some(law) = mechanism.events[k].unilateral else { break };
+            let mut opened = State { modes: jump.clone(), ..held.clone() };
+            law.open(&mut opened.modes);
+            apply_impact(system, mechanism, (contact, stays), &mut opened)?;
+            if mechanism.events[k].gap_jet(&opened, &opened.v).v1 <= TOUCHING {
+                break; // rebounds would never end
+            }
+            [&mut jump, &mut after].into_iter().for_each(|modes| law.open(modes));
+            state = State { modes: jump.clone(), ..held.clone() };
+        }
     } else {
         make_consistent(system, mechanism, &mut state)?;
     }
-    state.modes = switched;
-    let mut released = Vec::new();
+    state.modes = after;
     for &k in at_event {
         let Some(law) = mechanism.events[k].unilateral.filter(|_| k != contact || !is_impact) else { continue };
         match law.is_held(&state.modes) {
@@ -262,33 +309,36 @@ pub(crate) fn passage(
         }
     }
     if is_impact {
-        follow_velocities(mechanism, &mut state);
+        follow_velocities(mechanism, held, &mut state);
     }
-    settle(system, mechanism, &mut state, &mut released)?;
-    if !is_impact {
-        return Ok(Passage { stays: false, jump, after: state.modes });
-    }
-    let jet = mechanism.events[contact].gap_jet(&state, &state.v);
-    let flight = 2.0 * jet.v1 / -jet.v2;
-    let stays = jet.v1 <= 0.0 || (jet.v2 < 0.0 && flight <= SHORTEST_FLIGHT * step.nominal());
-    let Some(Unilateral::Contact { closed, .. }) = mechanism.events[contact].unilateral.filter(|_| stays) else {
-        return Ok(Passage { stays: false, jump, after: state.modes });
-    };
-    // It stays closed: the impact without restitution, and then a joint as long as it is pressed together.
-    let modes = std::mem::replace(&mut state.modes, jump.clone());
-    state = State { modes: state.modes, ..end.clone() };
-    apply_impact(system, mechanism, (contact, true), &mut state)?;
-    state.modes = modes;
-    state.modes.set(closed, true);
-    follow_velocities(mechanism, &mut state);
-    released.clear();
-    settle(system, mechanism, &mut state, &mut released)?;
-    Ok(Passage { stays: true, jump, after: state.modes })
+    settle(system, mechanism, &mut state, &mut Vec::new())?;
+    Ok((state, jump))
 }
 
-/// Sets the modes of dry friction to the velocities of `state`: where they are zero it sticks, unless its limit is exceeded.
-fn follow_velocities(mechanism: &Mechanism<f64>, state: &mut State<f64>) {
-    let largest = state.v.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+/// Applies the impact at a contact to the velocities of `state`. Returns the number of the closed contact whose impulse pulls most, if
+/// there is one: a contact can only push, so it has to let go.
+fn pulled(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    impact: (usize, bool),
+    state: &mut State<f64>,
+) -> Result<Option<usize>> {
+    let impulses = apply_impact(system, mechanism, impact, state)?;
+    let largest = impulses.joints.iter().fold(impulses.contact.abs(), |a, x| a.max(x.abs()));
+    let pull = mechanism.events.iter().enumerate().filter_map(|(k, event)| match event.unilateral? {
+        Unilateral::Contact { multiplier, closed, .. } if state.modes.is_on(closed) => {
+            Some((k, impulses.joints[multiplier]))
+        }
+        _ => None,
+    });
+    let worst = pull.filter(|(_, pull)| *pull > EXCESS * largest).max_by(|a, b| a.1.total_cmp(&b.1));
+    Ok(worst.map(|(k, _)| k))
+}
+
+/// Sets the modes of dry friction to the velocities of `state`: where they are zero, compared with those `before` an event, it sticks,
+/// unless its limit is exceeded.
+fn follow_velocities(mechanism: &Mechanism<f64>, before: &State<f64>, state: &mut State<f64>) {
+    let largest = before.v.iter().chain(&state.v).fold(0.0f64, |a, v| a.max(v.abs()));
     for event in &mechanism.events {
         let Some(law @ Unilateral::Friction { .. }) = event.unilateral else { continue };
         let velocity = sliding(event, &state.v);
@@ -358,11 +408,29 @@ pub(crate) fn settle_start(system: &mut System, mechanism: &Mechanism<f64>, stat
             state.modes.set(closed, jet.re.abs() <= TOUCHING && jet.v1.abs() <= TOUCHING);
         }
     }
-    follow_velocities(mechanism, state);
+    follow_velocities(mechanism, &state.clone(), state);
     let mut settled = state.clone();
     settle(system, mechanism, &mut settled, &mut Vec::new())?;
     state.modes = settled.modes;
     Ok(mechanism.events.iter().filter_map(|event| event.unilateral).any(|law| is_closed(law, &state.modes)))
+}
+
+/// Checks that the mechanism has no dry friction, for an `analysis` of a state at rest: there, the force of friction that sticks is not
+/// determined.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] naming the friction.
+pub(crate) fn refuse_friction<T>(mechanism: &Mechanism<T>, analysis: &str) -> Result<()> {
+    let friction = mechanism.events.iter().find(|event| matches!(event.unilateral, Some(Unilateral::Friction { .. })));
+    friction.map_or(Ok(()), |friction| {
+        let why = format!("it may stick, and {analysis} does not determine how much friction carries");
+        Err(Error::unsupported(
+            &friction.gap.name,
+            why,
+            "simulate over time from the built positions, or remove the friction",
+        ))
+    })
 }
 
 /// Assembles the mechanism again, with contacts that begin closed as joints: in designs around, they are closed as well.
@@ -376,8 +444,7 @@ pub(crate) fn assemble_closed(
     state: &mut State<f64>,
     settings: Assembly,
 ) -> Result<Projection> {
-    let mut start = State { modes: state.modes.clone(), ..State::built(mechanism, state.t) };
-    std::mem::swap(state, &mut start);
+    *state = State { modes: state.modes.clone(), ..State::built(mechanism, state.t) };
     let mut projection = assemble(system, mechanism, state, settings)?;
     projection.velocity = make_velocities_consistent(system, mechanism, state)?;
     Ok(projection)

@@ -5,7 +5,7 @@ use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{
     TIME_ROUNDING, apply_impact, apply_switch, gap_rounding, make_consistent, simultaneous_switches, switch_offset,
 };
-use crate::events::unilateral::{TOUCHING, Unilateral, passage};
+use crate::events::unilateral::{SHORTEST_FLIGHT, TOUCHING, Unilateral, passage};
 use crate::integrators::generalized_alpha::{Integrator, Step};
 use crate::integrators::settings::StepSize;
 use crate::mechanism::Mechanism;
@@ -19,8 +19,8 @@ const MAX_TRIALS: usize = 100;
 /// Part of the estimated rest of the way to a switch that a trial step covers.
 const MOST: f64 = 0.99;
 
-/// Shortest time between two impacts of a contact, in nominal steps.
-const SHORTEST_FLIGHT: f64 = 1e-6;
+/// Shortest time between two events of a part, in nominal steps: less than the shortest flight, whose length is an estimate.
+const SHORTEST_TIME: f64 = 0.1 * SHORTEST_FLIGHT;
 
 /// Fraction of the gap at which a contact counts as closed: the step to close the rest has the size of rounding errors.
 const CLOSED_GAP: f64 = 1e-6;
@@ -134,7 +134,7 @@ impl EventLocator {
     ///
     /// # Errors
     ///
-    /// [`Error::Analysis`] if a contact is closed at the start of the motion.
+    /// [`Error::Analysis`] if a contact overlaps or closes at the start of the motion.
     pub fn new(mechanism: &Mechanism<f64>, state: &State<f64>, step: StepSize) -> Result<Self> {
         for impact in mechanism.events.iter().filter(|impact| impact.is_open_contact(&state.modes)) {
             let (gap, rate) = (impact.gap(state), impact.rate(state, &state.v));
@@ -254,7 +254,7 @@ impl EventLocator {
     /// Opening of a contact at the beginning of the step and after the time `h` (s): positive is open.
     ///
     /// The opening is the gap, or the gap divided by the elapsed time if the step begins with an impact or with a gap
-    /// of zero. The sign of a switch is such that it begins open. A switch that crosses zero at the time of the event at the
+    /// of zero that opens. What lets go at the beginning of the step is open during the step. The sign of a switch is such that it begins open. A switch that crosses zero at the time of the event at the
     /// beginning of the step has crossed it.
     fn openings(&self, step: &impl TrialStep, contact: usize, h: f64) -> [f64; 2] {
         self.openings_between(step.mechanism(), step.ends(), contact, h)
@@ -272,6 +272,12 @@ impl EventLocator {
         let (before, after) = (impact.gap(old), impact.gap(new));
         let has_begun = self.opened == Some(contact) || self.simultaneous.contains(&contact);
         let has_bounced = self.opened == Some(contact) && self.is_bounce;
+        if impact.is_open_contact(&old.modes) && before.abs() <= TOUCHING {
+            let rate = impact.rate(old, &old.v);
+            if rate > TOUCHING {
+                return [rate, after / h];
+            }
+        }
         if !has_bounced && impact.is_unilateral_at_rest(&old.modes, before, has_begun) {
             let rate = impact.rate(old, &old.v);
             let is_leaving = has_begun || after > before;
@@ -330,7 +336,7 @@ impl EventLocator {
             true => self.close_gap(step, contact, h, [begin, end])?,
             false => self.end_before_switch(step, contact, h, [begin, end])?,
         };
-        let is_short = found.is_some_and(|found| found <= SHORTEST_FLIGHT * self.step.nominal());
+        let is_short = found.is_some_and(|found| found <= SHORTEST_TIME * self.step.nominal());
         if is_short && self.opened == Some(contact) {
             return Err(immediate(step, contact));
         }

@@ -1,5 +1,6 @@
 //! Implicit time stepping of a mechanism, with step control and events.
 
+use crate::events::unilateral::refuse_friction;
 use crate::events::unilateral::{assemble_closed, settle_start};
 use crate::initial_conditions::{
     AccelerationSolver, Projection, assemble, equilibrium_reactions, make_velocities_consistent,
@@ -10,7 +11,7 @@ use crate::integrators::settings::{
     Dynamics, InitialAcceleration, InitialConfiguration, MOST_STEPS, StepSize, Work, is_before, too_many_steps,
 };
 use crate::integrators::step_events::StepEvents;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{EventElement, Mechanism};
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
@@ -57,12 +58,13 @@ impl<'m> TimeStepper<'m> {
         let mut state = State::built(mechanism, settings.start);
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
         if let InitialConfiguration::Equilibrium(statics) = &settings.initial_configuration {
+            refuse_friction(mechanism, "a motion that starts in static equilibrium")?;
             projection.position = equilibrium_reactions(&mut system, mechanism, &mut state, statics)?;
         }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
         if settle_start(&mut system, mechanism, &mut state)? {
             let InitialConfiguration::Built = settings.initial_configuration else {
-                return Err(closed_in_equilibrium());
+                return Err(closed_in_equilibrium(mechanism, &state));
             };
             projection = assemble_closed(&mut system, mechanism, &mut state, settings.assembly)?;
         }
@@ -237,8 +239,10 @@ impl<'m> TimeStepper<'m> {
 }
 
 /// The error of a motion from an equilibrium in which rigid contacts are closed.
-fn closed_in_equilibrium() -> Error {
+fn closed_in_equilibrium(mechanism: &Mechanism<f64>, state: &State<f64>) -> Error {
+    let is_closed = |event: &&EventElement<f64>| event.restitution.is_some() && event.is_held(&state.modes);
+    let contact = mechanism.events.iter().find(is_closed).map_or("initial = \"equilibrium\"", |event| &event.gap.name);
     let why = "a motion that starts in static equilibrium begins with its rigid contacts open";
     let remedy = "start from the built positions, or model the contacts with stiffness and damping";
-    Error::unsupported("initial = \"equilibrium\"", why, remedy)
+    Error::unsupported(contact, why, remedy)
 }

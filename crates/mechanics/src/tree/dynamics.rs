@@ -338,6 +338,9 @@ impl TreeDynamics {
         self.factor.mass.factorize(&self.tree, &inertias, &self.geometry, q, state.t)?;
         if !self.tree.cuts.is_empty() {
             self.close(mechanism, q, state)?;
+            if self.cut_rates.iter().any(|rate| !rate.is_finite()) {
+                return Err(self.non_finite_error(mechanism, state));
+            }
         }
         let values = self.values.iter().chain(&self.cut_rates);
         self.joint_rows.iter_mut().zip(values).for_each(|(row, value)| *row = [-value]);

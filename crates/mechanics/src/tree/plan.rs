@@ -5,8 +5,8 @@ use crate::elements::element::{ElementDescriptor, ElementState, ElementWorkspace
 use crate::elements::joints::{fixed_joint, prismatic, revolute};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{CoordinateData, ElementInstance, Mechanism};
-use crate::system::System;
 use crate::system::state::{State, gather};
+use crate::system::{ConstantEntry, System};
 use crate::tree::cut::CutRow;
 use crate::tree::joint::Joint;
 use crate::tree::space::Space;
@@ -99,7 +99,8 @@ impl Tree {
         }
         cuts.extend(&space.cuts);
         cuts.sort_unstable();
-        check_forces(mechanism, system, &owner)?;
+        let in_space: BTreeSet<usize> = space.nodes.iter().flat_map(|node| node.coordinates).collect();
+        check_forces(mechanism, system, (&owner, &in_space))?;
         check_cuts(mechanism, system, &cuts, &owner)?;
         let rows_of = |&element: &usize| {
             let first = mechanism.elements[element].first_multiplier;
@@ -357,7 +358,13 @@ fn check_cuts(mechanism: &Mechanism<f64>, system: &System, cuts: &[usize], owner
 }
 
 /// Checks that accelerations enter the elements as constant masses of single bodies, and that forces are smooth.
-fn check_forces(mechanism: &Mechanism<f64>, system: &System, owner: &[Option<usize>]) -> Result<()> {
+///
+/// `owner` has the body of each coordinate, and `in_space` the coordinates of bodies in space.
+fn check_forces(
+    mechanism: &Mechanism<f64>,
+    system: &System,
+    (owner, in_space): (&[Option<usize>], &BTreeSet<usize>),
+) -> Result<()> {
     let mut state = State::built(mechanism, 0.0);
     // A position without special angles; its components have no simple ratios.
     state.q.iter_mut().enumerate().for_each(|(i, q)| *q += 0.1 * (1.0 + 2.3 * i as f64).sin());
@@ -375,6 +382,13 @@ fn check_forces(mechanism: &Mechanism<f64>, system: &System, owner: &[Option<usi
             let [i, j] = [entry.row, entry.coordinate].map(|local| instance.coordinates[local]);
             is_unknown(i) && entry.values[2] != 0.0 && i != j && (owner[i].is_none() || owner[i] != owner[j])
         });
+        let adds_mass = |entry: &ConstantEntry| {
+            let i = instance.coordinates[entry.row];
+            entry.values[2] != 0.0 && is_unknown(i) && in_space.contains(&i)
+        };
+        if system.coefficients(k).iter().any(adds_mass) {
+            return Err(unsupported(&instance.name, "it adds mass to one coordinate of a body in space"));
+        }
         if is_coupled {
             return Err(unsupported(&instance.name, "its mass couples several bodies"));
         }

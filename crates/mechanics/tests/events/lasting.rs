@@ -6,10 +6,13 @@ use crate::models::{Linear, outputs};
 use autodiff::{Scalar, gradient, hessian};
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright_mechanics::derivatives::modal::{About, differentiate_modes};
+use linkwright_mechanics::derivatives::mode_shapes::mode_shapes;
 use linkwright_mechanics::events::Action;
 use linkwright_mechanics::integrators::explicit::Explicit;
+use linkwright_mechanics::integrators::settings::InitialConfiguration;
 use linkwright_mechanics::motion::{ConstantSpeed, Fixed, Harmonic};
-use linkwright_mechanics::{Dynamics, Mechanism, ParametricMechanism, Pose, Result};
+use linkwright_mechanics::{Dynamics, Mechanism, ParametricMechanism, Pose, Result, Statics};
 
 /// A mass b₃ on a spring of the stiffness b₀ and on a belt of the speed b₄, with the sliding friction b₁ and the static limit b₂ b₁.
 struct StickSlip;
@@ -190,7 +193,94 @@ fn all_methods_agree_through_sticking_and_lifting() {
     check_semi_analytical_by(&smooth, ("platform", 1e-3), &Platform, &PLATFORM, &[0.05, 0.2, 0.35]);
 }
 
-/// A block slides, stops and holds against a load below the static limit; a mechanism with joints does as well.
+/// A bar of 1 kg and 1 kg·m² rests on its left end and falls onto its right one, at a distance of 1 m. A joint would pull at the left
+/// end during the impact: the contact lets go there.
+#[test]
+fn a_closed_contact_does_not_pull_during_an_impact() {
+    let tilt: f64 = 0.2;
+    let mut m = Mechanism::with_gravity(0.0, -9.81);
+    let bar = m.body("bar", 1.0, 1.0, Pose { x: 0.0, y: 0.5 * tilt.sin(), theta: tilt });
+    let ground = m.ground();
+    m.rigid_wall("left", ground.origin(), 0.0, bar.at(-0.5, 0.0), 0.5);
+    m.rigid_wall("right", ground.origin(), 0.0, bar.at(0.5, 0.0), 0.5);
+    for (name, coordinate) in [("height", bar.y), ("angle", bar.theta)] {
+        let from = if name == "angle" { ground.theta } else { ground.y };
+        let sensor = m.coordinate_sensor(name, from, coordinate);
+        for what in ["position", "velocity"] {
+            let term = m.measure(sensor, what).unwrap();
+            m.output(&format!("{name} {what}"), &[term]);
+        }
+    }
+    // Energy until the impact; then P = 1.5 ω / (1/m + r²/J), which moves the left end upwards by 0.9 ω.
+    let rate = (2.0 * 9.81 * 0.5 * tilt.sin() / 1.25).sqrt();
+    let exact = |t: f64| [0.7 * rate * t - 0.5 * 9.81 * t * t, 0.7 * rate - 9.81 * t, -0.4 * rate * t, -0.4 * rate];
+    let end = 0.4;
+    for (history, accuracy) in [
+        (simulate_explicitly(&m, &Explicit::eighth_order(1e-11), &[end]).unwrap(), 1e-8),
+        (simulate(&m, &Dynamics::fixed(1e-4), &[end]).unwrap(), 1e-6),
+    ] {
+        assert_eq!(history.impacts[0].contact, "right");
+        assert!(history.impacts.len() == 1, "{:?}", history.impacts);
+        let exact = exact(end - history.impacts[0].t);
+        let error = history.values.iter().zip(exact).map(|(ours, exact)| (ours[0] - exact).abs()).fold(0.0, f64::max);
+        assert!(error < accuracy, "{error:.1e} {:?} {exact:?}", history.values);
+    }
+    // The rebounds of both ends die out.
+    for history in [
+        simulate_explicitly(&m, &Explicit::eighth_order(1e-11), &[3.0]).unwrap(),
+        simulate(&m, &Dynamics::fixed(1e-3), &[3.0]).unwrap(),
+    ] {
+        assert!(history.values.iter().all(|x| x[0].abs() < 1e-9), "{:?}", history.values);
+    }
+}
+
+#[test]
+fn a_contact_that_opens_from_the_start_closes_again_within_the_first_step() {
+    let mut m = Mechanism::with_gravity(0.0, -9.81);
+    let ball = m.point_mass("ball", 1.0, 0.0, 0.0);
+    m.set_velocity(ball.y, 0.1);
+    let ground = m.ground();
+    m.rigid_wall("floor", ground.origin(), 0.0, ball.origin(), 0.5);
+    outputs(&mut m, ball.y).unwrap();
+    let landing = 2.0 * 0.1 / 9.81;
+    for history in [
+        simulate(&m, &Dynamics::fixed(0.05), &[0.1]).unwrap(),
+        simulate_explicitly(&m, &Explicit::adaptive(1e-9), &[0.1]).unwrap(),
+    ] {
+        assert!((history.impacts[0].t - landing).abs() < 1e-9, "{:?}", history.impacts);
+        assert!(history.values[0][0].abs() < 1e-9 && history.values[1][0].abs() < 1e-9, "{:?}", history.values);
+    }
+}
+
+#[test]
+fn friction_that_may_stick_is_refused_where_its_force_is_not_determined() {
+    struct Block;
+    impl ParametricMechanism for Block {
+        fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+            let zero = S::from(0.0);
+            let mut m = Mechanism::new();
+            let block = m.point_mass("block", S::from(1.0), zero, zero);
+            let ground = m.ground();
+            m.coordinate_spring("spring", ground.x, block.x, [b[0], zero, zero, zero]);
+            m.coordinate_spring("other", ground.y, block.y, [b[0], zero, zero, zero]);
+            m.dry_friction("friction", ground.x, block.x, [S::from(6.0), S::from(1.0), zero]);
+            outputs(&mut m, block.x)?;
+            Ok(m)
+        }
+    }
+    let initial_configuration = InitialConfiguration::Equilibrium(Statics::default());
+    let settings = Dynamics { initial_configuration, ..Dynamics::fixed(0.01) };
+    let errors = [
+        simulate(&Block.build(&[100.0]).unwrap(), &settings, &[0.1]).unwrap_err(),
+        differentiate_modes(&Block, &[100.0], About::Assembled, 0.0).unwrap_err(),
+        mode_shapes(&Block, &[100.0], About::Assembled, 0.0, &[0]).unwrap_err(),
+    ];
+    for error in errors {
+        assert!(error.to_string().contains("friction: it may stick"), "{error}");
+    }
+}
+
+/// A block slides, stops and holds against a load below the static limit.
 #[test]
 fn a_block_stops_and_stays() {
     let mut m = Mechanism::new();

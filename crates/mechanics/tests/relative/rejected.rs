@@ -2,8 +2,9 @@
 
 use crate::settings;
 use linkwright_mechanics::analyses::dynamics::simulate_explicitly;
+use linkwright_mechanics::elements::spatial::MassProperties3;
 use linkwright_mechanics::integrators::explicit::{Coordinates, StepControl, Tolerance};
-use linkwright_mechanics::mechanism::{Body, Mechanism, Pose};
+use linkwright_mechanics::mechanism::{Body, Marker3, Mechanism, Pose, Pose3, Rotation};
 use linkwright_mechanics::{Error, Explicit};
 
 /// Two rods on the ground, with an addition.
@@ -45,6 +46,32 @@ fn what_is_not_a_tree_is_named() {
     let pin = rubbing.revolute("pin", rubbing.ground().origin(), rod.at(-0.5, 0.0));
     rubbing.revolute_friction("friction", pin, [0.2, 0.01, 0.1, 1e-6]).unwrap();
     is_named(&rubbing, "friction", "reactions of a joint");
+}
+
+/// The angle between the markers of a universal joint is none of its two coordinates, and a mass on one coordinate of a body is no
+/// rigid body.
+#[test]
+fn what_is_not_a_tree_in_space_is_named() {
+    let hung = |add: &dyn Fn(&mut Mechanism<f64>, [Marker3<f64>; 2])| {
+        let mut m = Mechanism::with_gravity3([0.0, 0.0, -9.81]);
+        let ground = m.ground3().at([0.0; 3]).turned(Rotation::about_y(-1.2));
+        let properties = MassProperties3 { mass: 1.0, centre: [0.0; 3], moments: [0.1, 0.1, 0.1], products: [0.0; 3] };
+        let quarter = Rotation::about_y(std::f64::consts::FRAC_PI_2);
+        let pose = Pose3::new([0.0; 3], Rotation::about_y(-1.2).then(quarter).then(Rotation::about_z(0.7)));
+        let rod = m.body3("rod", properties, pose);
+        let own = rod.at([0.0; 3]);
+        m.universal("joint", ground, own);
+        add(&mut m, [ground, own]);
+        m
+    };
+    let angle = hung(&|m, [a, b]| {
+        m.joint_angle("angle", a, b);
+    });
+    is_named(&angle, "angle", "no coordinate of a joint");
+    let mass = hung(&|m, [_, b]| {
+        m.inertia("added", b.body.x, 5.0);
+    });
+    is_named(&mass, "added", "adds mass to one coordinate");
 }
 
 #[test]

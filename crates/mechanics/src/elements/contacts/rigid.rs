@@ -69,7 +69,7 @@ impl<E: Element> Element for Gap<E> {
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        out[0] = -x.l[0];
+        out[0] = T::from(0.0) - x.l[0]; // zero, not −0, while it is open
     }
 }
 

@@ -433,7 +433,7 @@ impl OdeRhs for MechanismRhs<'_> {
     }
 
     fn diagnose(&mut self, t: f64, y: &[f64]) -> Option<Error> {
-        if self.relative.is_some() {
+        if self.relative.as_ref().is_some_and(|relative| relative.dynamics.tree.cuts.is_empty()) {
             return None; // there are no constraints
         }
         self.set_state(t, y);

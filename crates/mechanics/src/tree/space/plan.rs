@@ -281,7 +281,10 @@ impl<'m> Plan3<'m> {
             let Some(axis) = coordinate_axis(instance) else { continue };
             let fits = |edge: &&mut Edge| {
                 let on = &mechanism.elements[edge.element];
-                on.coordinates[..] == instance.coordinates[..14] && on.parameters == instance.parameters
+                // The angle between the markers of a universal joint is none of its coordinates.
+                edge.joint != Joint3::Universal
+                    && on.coordinates[..] == instance.coordinates[..14]
+                    && on.parameters == instance.parameters
             };
             let slot = |edge: &Edge| edge.joint.axes().iter().position(|own| *own == axis);
             let found = edges.iter_mut().filter(fits).find_map(|edge| slot(edge).map(|slot| (edge, slot)));
