@@ -92,7 +92,7 @@ impl Problem {
     #[getter]
     fn time<'py>(&self, py: Python<'py>) -> Option<(&str, &str, Bound<'py, PyArray1<f64>>)> {
         let grid = self.problem.grids.first()?;
-        Some((&grid.name, &grid.unit, PyArray1::from_slice(py, &grid.points)))
+        Some((&grid.name, &grid.unit, PyArray1::from_vec(py, grid.shown_points())))
     }
 
     /// Names of the methods by which the analysis can be differentiated.
@@ -210,7 +210,7 @@ impl Problem {
             };
             (
                 response.name.clone(),
-                response.grid.map(|g| problem.grids[g].points[d.at.point]),
+                response.grid.map(|g| problem.grids[g].shown(problem.grids[g].points[d.at.point])),
                 problem.variables[d.variable].name.clone(),
                 d.computed.clone(),
                 d.difference.map(|slope| slope.value),
@@ -314,7 +314,7 @@ impl Problem {
             let own: Vec<&str> = analysis.gradient_methods().iter().map(|method| method.name).collect();
             return Err(Error::unknown("method of derivatives", name, own.into_iter().chain(DIFFERENCES)));
         }
-        differences(analysis, name, None)?.sensitivities(b, here, wanted)
+        differences(analysis, name, None)?.with_typical_sizes(self.problem.start()).sensitivities(b, here, wanted)
     }
 }
 
@@ -356,8 +356,10 @@ fn with_functions(
     let points: Vec<usize> = problem.responses.iter().map(|r| r.grid.map_or(1, |g| problem.grids[g].len())).collect();
     let analysis = FunctionAnalysis::new(functions, &points);
     let (name, step) = differencing.unwrap_or_else(|| ("central".to_owned(), None));
-    problem.analysis =
-        if analysis.has_derivatives() { Box::new(analysis) } else { Box::new(differences(analysis, &name, step)?) };
+    problem.analysis = match analysis.has_derivatives() {
+        true => Box::new(analysis),
+        false => Box::new(differences(analysis, &name, step)?.with_typical_sizes(problem.start())),
+    };
     Ok(problem)
 }
 

@@ -179,6 +179,7 @@ impl State {
         let titles = designs.iter().map(|(title, _)| (*title).to_owned());
         let scenes = titles.zip(drawn).map(|(title, frames)| Scene { title, frames, traces: vec![] }).collect();
         let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
+        let times = times.iter().map(|&t| grid.shown(t)).collect();
         let time = QuantityLabel::literal(&grid.name, &grid.unit);
         let description = literal(&format!("The mechanism over the {}.", grid.name));
         let motion = Animation::new(description, axes, times, scenes).ok()?.lasting(5.0).ok()?.over(time).compared();

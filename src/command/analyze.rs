@@ -234,7 +234,7 @@ impl Analyze {
     /// Analyses a file without an objective.
     fn simulate(&self, model: &Model) -> anyhow::Result<()> {
         self.given.budget.check_simulation(model)?;
-        let design = changed(model.variables(), &self.given.at)?;
+        let design = changed(model.variables(), &self.given.at, None)?;
         let line = working("simulating", self.given.show(), model);
         let responses = located(model, model.simulate(&design))?;
         drop(line);

@@ -7,20 +7,23 @@ use linkwright::approximation::CycleData;
 use linkwright::model_file::Model;
 use linkwright::problem::{Problem, RowId, Selection};
 use linkwright::sao::Method;
-use linkwright::study::{Phase, Study};
+use linkwright::study::{Part, Phase, Study};
 use std::time::Duration;
+
+/// Memory of a command without `--memory`.
+const DEFAULT: &str = "2G";
 
 /// The budget of a command.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct Budget {
     /// Memory that the analyses, derivatives and approximate problems of a run may need, such as 500M or 8G
-    #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = size)]
+    #[arg(long, value_name = "SIZE", default_value = DEFAULT, value_parser = size)]
     memory: u64,
 }
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { memory: 2_000_000_000 }
+        Self { memory: size(DEFAULT).expect("it is a size") }
     }
 }
 
@@ -196,20 +199,21 @@ impl Budget {
         Ok(())
     }
 
-    /// Rejects a study whose rows need more memory.
-    pub fn check_rows(&self, study: &Study) -> anyhow::Result<()> {
+    /// Rejects a part of a study whose rows need more memory.
+    pub fn check_rows(&self, study: &Study, part: Part) -> anyhow::Result<()> {
         let of_phase = |phase: &Phase| {
             let numbers = phase.columns.len() as u64;
-            (phase.runs as u64).saturating_mul(STUDY_ROW[0] + STUDY_ROW[1] * numbers)
+            (phase.runs.div_ceil(part.of) as u64).saturating_mul(STUDY_ROW[0] + STUDY_ROW[1] * numbers)
         };
         let rows = study.phases().iter().map(of_phase).fold(0, u64::saturating_add);
-        let runs: usize = study.runs().iter().sum();
+        let runs = study.runs().iter().sum::<usize>().div_ceil(part.of);
         if rows <= self.memory {
             return Ok(());
         }
         let (needed, given) = (in_words(rows), in_words(self.memory));
         bail!(
-            "about {needed} of memory are needed for the rows of {runs} runs, more than the budget of {given}; do fewer runs or {}",
+            "about {needed} of memory are needed for the rows of {runs} runs, more than the budget of {given}; do fewer runs, {}or {}",
+            if study.has_parts() { "parts (--part 1/4), " } else { "" },
             larger(rows)
         )
     }

@@ -142,11 +142,11 @@ fn describe(problem: &Problem, design: &[f64], here: &Evaluation, digits: usize)
         problem.grids.first().map_or(0, |grid| grid.len()),
     ))?;
     let value = with_unit(outcome::objective(problem, design, here), &problem.objective.unit, digits);
-    let violation = here.max_violation_pct();
-    say(&format!(
-        "At this design the objective is {value} and the largest violation {} %.",
-        readable(violation, digits)
-    ))
+    if problem.constraints.is_empty() {
+        return say(&format!("At this design the objective is {value}."));
+    }
+    let violation = readable(here.max_violation_pct(), digits);
+    say(&format!("At this design the objective is {value} and the largest violation {violation} %."))
 }
 
 /// The scales that are far off, with what to write instead. None if the chosen method has no derivatives: another one may.

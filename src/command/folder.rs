@@ -4,7 +4,7 @@
 //! to somebody else.
 
 use super::output::results;
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use linkwright::report::figure::Figure;
 use linkwright::storage::{Directory, Entry};
 use serde::{Deserialize, Serialize};
@@ -129,6 +129,24 @@ pub fn create(path: &Path) -> anyhow::Result<Directory> {
 pub fn stored(folder: &Path) -> PathBuf {
     let among = results().join(folder);
     if !folder.exists() && among.exists() { among } else { folder.to_owned() }
+}
+
+/// The folder of a run or study that exists.
+///
+/// # Errors
+///
+/// If there is no such folder, with what to give in its place.
+pub fn opened(path: &Path) -> anyhow::Result<Directory> {
+    let shown = path.display();
+    Directory::open(path).map_err(|error| match path.metadata() {
+        Ok(file) if file.is_file() => anyhow!(
+            "{shown} is a file; give the folder of a run, which `linkwright optimize` names at its end, or run `linkwright runs`"
+        ),
+        Err(missing) if missing.kind() == std::io::ErrorKind::NotFound => {
+            anyhow!("there is no folder {shown}; `linkwright runs` lists the stored runs")
+        }
+        _ => anyhow::Error::new(error).context(format!("cannot open the folder {shown}")),
+    })
 }
 
 /// The folder of a name in the default folder of results. A link of that name is not followed.

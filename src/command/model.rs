@@ -227,18 +227,19 @@ pub fn is_file(what: &str) -> bool {
 
 /// The start design with changes such as `--at k=0.5,c=0.2`.
 pub fn design(problem: &Problem, at: &At) -> anyhow::Result<Vec<f64>> {
-    let design = changed(&problem.variables, at)?;
+    let design = changed(&problem.variables, at, problem.objective.peak().map(|peak| peak.variable))?;
     problem.check_design(&design)?;
     Ok(design)
 }
 
-/// The start values of design variables with changes.
-pub fn changed(variables: &[DesignVariable], at: &At) -> anyhow::Result<Vec<f64>> {
+/// The start values of design variables with changes; messages do not name the variable that bounds a peak.
+pub fn changed(variables: &[DesignVariable], at: &At, bound: Option<usize>) -> anyhow::Result<Vec<f64>> {
     let mut design: Vec<f64> = variables.iter().map(|variable| variable.start).collect();
     for item in at.at.iter().flat_map(|all| &all.0) {
         let (name, value) = pair(item, "NAME=VALUE")?;
         let Some(k) = variables.iter().position(|v| v.name == name) else {
-            let known: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
+            let own = variables.iter().enumerate().filter(|(k, _)| Some(*k) != bound);
+            let known: Vec<&str> = own.map(|(_, v)| v.name.as_str()).collect();
             bail!("there is no design variable `{name}`; choose from {}", known.join(", "));
         };
         design[k] = number_in(&variables[k].unit, &name, &value)?;

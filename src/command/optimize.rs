@@ -222,7 +222,7 @@ pub fn next_folder(model: &Model, text: &str, file: &Path) -> anyhow::Result<Run
 impl Resume {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let path = folder::stored(&self.folder);
-        let directory = Directory::open(&path).with_context(|| format!("{} has no run in it", path.display()))?;
+        let directory = folder::opened(&path)?;
         if self.file.is_none() && self.edits.is_empty() {
             return Self::in_directory(directory, self.previous, Some(&self.budget), &self.shown);
         }
@@ -329,13 +329,14 @@ impl Shown {
         let mut state = model.method().restart(problem, state)?;
         let mut summary = folder.save(model, problem, &mut state)?;
         save(warm);
-        progress.cycle(&state, 0)?;
         let before = state.history.len();
+        progress.cycles(&state, before.saturating_sub(1), 0)?;
         while state.status == Status::Running {
+            let shown = state.history.len();
             state = model.method().step(problem, state)?;
             summary = folder.save(model, problem, &mut state)?;
             save(warm);
-            progress.cycle(&state, state.history.len() - before)?;
+            progress.cycles(&state, shown, state.history.len() - before)?;
         }
         summary.warnings = problem.analysis.warnings(&state.design, &state.responses);
         folder.finish(problem, &state, &summary)?;

@@ -83,20 +83,20 @@ impl<'p> Progress<'p> {
         self.row(&format!("{fixed}{}{more}", names.collect::<String>()))
     }
 
-    /// Prints the last cycle of a state, with times estimated from the `own` cycles of this process.
-    pub fn cycle(&self, state: &State, own: usize) -> anyhow::Result<()> {
-        if state.history.is_empty() {
-            return Ok(());
-        }
-        match self.show {
-            Show::Nothing => Ok(()),
-            Show::JsonLines => say(&shown_cycle(self.problem, state)?),
-            Show::Table => {
-                self.row(&self.cells(state)?)?;
-                self.time(state, own);
-                Ok(())
+    /// Prints the trial steps of a state from number `first` on, with times estimated from the `own` cycles of this process. A step may
+    /// add two: the confirmation of an end adds one of its own.
+    pub fn cycles(&self, state: &State, first: usize, own: usize) -> anyhow::Result<()> {
+        for k in first..state.history.len() {
+            match self.show {
+                Show::Nothing => {}
+                Show::JsonLines => say(&shown_cycle(self.problem, state, k)?)?,
+                Show::Table => self.row(&self.cells(state, k)?)?,
             }
         }
+        if self.show == Show::Table {
+            self.time(state, own);
+        }
+        Ok(())
     }
 
     /// Prints a line of the table. Only a terminal gets times, so that other programs read the same text in every run.
@@ -124,16 +124,14 @@ impl<'p> Progress<'p> {
         (self.digits + 7).max(12)
     }
 
-    /// The row of the last trial step.
-    fn cells(&self, state: &State) -> anyhow::Result<String> {
-        let (k, width) = (state.history.len() - 1, self.width());
+    /// The row of trial step `k`.
+    fn cells(&self, state: &State, k: usize) -> anyhow::Result<String> {
+        let width = self.width();
         let c = &state.history[k];
         let mark = if c.accepted { ' ' } else { 'R' };
         let objective = readable(outcome::objective_of_step(self.problem, state, k)?, self.digits);
-        let violation = match self.problem.constraints.is_empty() {
-            true => format!("{:>8}", "–"),
-            false => format!("{:>8.2}", c.violation_pct),
-        };
+        let violation =
+            outcome::violation(self.problem, c).map_or_else(|| format!("{:>8}", "–"), |v| format!("{v:>8.2}"));
         let errors = format!("{:>7.2} {:>7.2} {violation}", c.objective_error_pct, c.constraint_error_pct);
         let counts = format!("{:>7} {:>6}", c.active_limits, c.retained.len());
         let number = |b: &f64| format!(" {:>width$}", readable(*b, self.digits));

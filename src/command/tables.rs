@@ -27,7 +27,8 @@ pub fn cycles(problem: &Problem, state: &State, from: usize) -> linkwright::Resu
     let mut table = Table::new("Cycles", fixed.into_iter().chain(names).map(str::to_owned));
     for (k, c) in state.history.iter().enumerate().skip(from) {
         let objective = outcome::objective_of_step(problem, state, k)?;
-        let fixed = [c.cycle.into(), usize::from(c.accepted).into()].into_iter().chain(step_cells(c, objective));
+        let fixed =
+            [c.cycle.into(), usize::from(c.accepted).into()].into_iter().chain(step_cells(problem, c, objective));
         let design = c.design.iter().map(|b| Cell::from(*b));
         table.push(fixed.chain([c.iterations.into()]).chain(design))?;
     }
@@ -80,7 +81,8 @@ pub fn sensitivities(
     rows: &DMatrix<f64>,
 ) -> linkwright::Result<Table> {
     let names = problem.variables.iter().map(|v| format!("d/d {}", v.name));
-    let fixed = ["response", "time", "value"].map(str::to_owned);
+    let axis = problem.grids.first().map_or("time", |grid| &grid.name);
+    let fixed = ["response", axis, "value"].map(str::to_owned);
     let mut table = Table::new("Sensitivities", fixed.into_iter().chain(names));
     for (k, at) in points.iter().enumerate() {
         let response = &problem.responses[at.response];

@@ -12,7 +12,8 @@ use std::fmt::Write;
 /// # Errors
 /// If the number of methods and that of the derivatives differ.
 pub fn table(problem: &Problem, checked: &GradientCheck) -> Result<Table> {
-    let fixed = ["response", "time", "variable"].map(String::from);
+    let axis = problem.grids.first().map_or("time", |grid| &grid.name);
+    let fixed = ["response", axis, "variable"].map(String::from);
     let found = ["differences", "error", "disagreement", "finding", "suspect", "explanation"].map(String::from);
     let columns = fixed.into_iter().chain(checked.methods.iter().cloned()).chain(found);
     let mut table = Table::new(format!("{}: derivatives", problem.name), columns);

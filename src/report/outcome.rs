@@ -109,6 +109,11 @@ fn largest(
     of_peak.map(value).reduce(f64::max)
 }
 
+/// The largest violation of a trial step in percent, negative where no constraint is active; `None` for a problem without constraints.
+pub fn violation(problem: &Problem, cycle: &Cycle) -> Option<f64> {
+    (!problem.constraints.is_empty()).then_some(cycle.violation_pct)
+}
+
 /// An objective of the driver with the sign of the statement.
 pub fn stated(problem: &Problem, objective: f64) -> f64 {
     if problem.objective.goal == Goal::Maximize { -objective } else { objective }

@@ -238,3 +238,14 @@ fn the_command_reads_included_files_of_its_folder() {
         assert!(message.contains(words), "{message}");
     }
 }
+
+#[test]
+fn gravity_may_be_switched_off() {
+    let body = "<body name=\"ball\"><freejoint/><geom type=\"sphere\" size=\"0.1\"/></body>";
+    let flagged =
+        |flag: &str| model(body).replace("<worldbody>", &format!("<option><flag {flag}/></option>\n<worldbody>"));
+    let made = import("m.xml", &flagged("gravity=\"disable\" contact=\"disable\""), Base::Fixed).unwrap();
+    assert!(made.left_out.iter().any(|line| line == "`contact` of <flag> was left out"), "{:?}", made.left_out);
+    let [still, falling] = [made.text, imported(&flagged("gravity=\"enable\""))];
+    assert!(still.contains("gravity = [0, 0, 0]") && !falling.contains("gravity = [0, 0, 0]"), "{still}\n{falling}");
+}

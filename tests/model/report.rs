@@ -115,7 +115,7 @@ fn a_run_that_was_stopped_gives_a_report_too() {
     }
     let page = report(&place);
     assert!(page.contains("stopped before its first design") && page.contains("Design variables"));
-    assert!(place.run(&["report", "nowhere"], 1).contains("no run"));
+    assert!(place.run(&["report", "nowhere"], 1).contains("there is no folder nowhere"));
 }
 
 /// The predictions that a cycle stores give the errors (14) to (16) that it reports.

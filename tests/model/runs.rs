@@ -76,7 +76,7 @@ fn two_runs_are_compared() {
     let objective = comparison["quantities"].as_array().unwrap().iter().find(|q| q["name"] == "objective").unwrap();
     let [a, b] = [0, 1].map(|k| objective["values"][k].as_f64().unwrap());
     assert!((a - b).abs() < 1e-3 && a != b, "{a} {b}");
-    assert!(place.run(&["runs", "a", "nowhere"], 1).contains("nowhere has no run in it"));
+    assert!(place.run(&["runs", "a", "nowhere"], 1).contains("there is no folder nowhere"));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Analyses over another quantity than the time: its name, dimension and unit, in files, results and reports.
 
 use linkwright::model_file::read;
+use linkwright::report::outcome;
 
 /// A crank whose height is swept over a lift.
 const LIFT: &str = r#"version = 2
@@ -107,6 +108,28 @@ fn plain_numbers_are_in_si_and_units_and_labels_show_them() {
 }
 
 /// A text of the file, its replacement, and words of the message.
+#[test]
+fn numbers_of_a_history_are_taken_at_points_in_the_unit_of_the_axis() {
+    let text = format!(
+        "{LIFT}\n[[constraint]]\nname = \"at six\"\nvalue = \"at(back, 6 cm)\"\nat_most = \"1 m\"\nscale = \"1 m\"\n\
+         [[constraint]]\nname = \"point\"\nvalue = \"own\"\nat_most = \"1 m\"\nscale = \"1 m\"\nfrom = \"6 cm\"\nto = \"60 mm\"\n"
+    );
+    let problem = read("lift.toml", &text).unwrap_or_else(|report| panic!("{report}")).problem().unwrap();
+    let b = problem.start();
+    let evaluation = problem.evaluate(&b, &problem.analyze(&b).unwrap()).unwrap();
+    let all = outcome::constraints(&problem, &b, &evaluation);
+    let six = all.iter().find(|c| c.name == "at six").unwrap();
+    assert!((six.value - (0.2 - (0.04f64 - 0.06 * 0.06).sqrt())).abs() < 1e-12, "{six:?}");
+    for (wrong, words) in [
+        ("at(back, 6 s)", "takes a value in m"),
+        ("at(back, 90 mm)", "the lift 90 is not between the first and the last point, -80 and 80 mm"),
+        ("mean(back, 61 mm, 62 mm)", "fewer than two points are between 61 and 62 mm"),
+    ] {
+        let report = read("lift.toml", &text.replace("at(back, 6 cm)", wrong)).err().unwrap().to_string();
+        assert!(report.contains(words), "{report}");
+    }
+}
+
 const MISTAKES: &[[&str; 3]] = &[
     ["variable = \"lift\"\n", "", "variable"],
     ["variable = \"lift\"", "variable = \"length\"", "the name `length` is taken twice"],

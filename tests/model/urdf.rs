@@ -274,6 +274,10 @@ fn mistakes() -> Vec<(String, [&'static str; 2])> {
                 + &joint("k", "revolute", ["one", "two"], "<mimic joint=\"j\"/>"),
             ["`mimic` of joint", "circle"],
         ),
+        (
+            "<xacro:include xmlns:xacro=\"http://www.ros.org/wiki/xacro\" filename=\"arm.xacro\"/>".to_owned(),
+            ["xacro", "expand"],
+        ),
         ("<xacro:macro xmlns:xacro=\"http://www.ros.org/wiki/xacro\" name=\"m\"/>".to_owned(), ["xacro", "expand"]),
     ]
 }

@@ -97,7 +97,7 @@ fn what_is_no_reduction_of_a_history_is_explained() {
         ("max(range(x))", "can stand in"),
         ("at(x)", "takes a history, a number"),
         ("at(x, 7)", "is not between"),
-        ("mean(x, 0.5, 0.501)", "fewer than two time points"),
+        ("mean(x, 0.5, 0.501)", "fewer than two points"),
         ("rnage(x)", "did you mean `range`"),
         ("norm(x, 0.5)", "at least 1"),
     ] {

@@ -55,6 +55,21 @@ fn maximizing_is_minimizing_the_negative() {
 }
 
 #[test]
+fn a_problem_with_another_window_or_goal_is_another_one() {
+    let problem = |maximize, from| {
+        let travel = |time, y| vec![Constraint::at_most("travel", 0.7, Quantity::response(time, y)).during(from, 1.5)];
+        absorber(maximize, travel).unwrap()
+    };
+    let one = problem(false, 0.5);
+    let mut in_milliseconds = problem(false, 0.5);
+    in_milliseconds.grids = in_milliseconds.grids.into_iter().map(|grid| grid.shown_in("ms", [1.0, 1e3])).collect();
+    assert_eq!(one.fingerprint(), in_milliseconds.fingerprint());
+    for other in [problem(false, 0.6), problem(true, 0.5)] {
+        assert_ne!(one.fingerprint(), other.fingerprint());
+    }
+}
+
+#[test]
 fn a_window_has_rows_inside_only() {
     let problem = |limit| {
         let in_time =

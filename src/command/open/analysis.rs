@@ -125,7 +125,10 @@ impl AnalysedModel {
             return Ok(simulated(design, located(&*model, responses)?, located(&*model, motion)?, begin));
         };
         let problem = located(&*model, problem.as_ref().map_err(Clone::clone))?;
-        budget.check_table(problem, model.method())?;
+        match derivatives {
+            true => budget.check_table(problem, model.method())?,
+            false => budget.check_analysis(problem, model.method())?,
+        }
         let full = full_design(problem, design);
         let known = last.take().filter(|known| known.design == full);
         let analysed = || known.map_or_else(|| problem.analyze_design(&full), Ok);

@@ -18,7 +18,7 @@ pub fn cycles(problem: &Problem, state: &State) -> Vec<Value> {
             "cycle": cycle.cycle, "accepted": cycle.accepted, "design": own(problem, &cycle.design),
             "objective": outcome::objective_of_step(problem, state, k).ok(),
             "predicted": outcome::predicted_objective(problem, cycle),
-            "violation": cycle.violation_pct,
+            "violation": outcome::violation(problem, cycle),
             "objective_error": cycle.objective_error_pct, "constraint_error": cycle.constraint_error_pct,
             "retained": cycle.retained.len(), "active": cycle.active.len(), "failure": cycle.failure,
         })

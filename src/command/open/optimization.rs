@@ -70,6 +70,8 @@ pub struct Optimization {
 /// What is known of a run outside its thread.
 #[derive(Default)]
 struct Published {
+    /// Number of the run in the session. A thread whose run has been closed or replaced publishes nothing any more.
+    run: u64,
     /// The record for pages; `Null` without a run.
     record: Value,
     /// Text of its model.
@@ -99,11 +101,19 @@ impl Optimization {
         Some((published.text.clone(), design?))
     }
 
+    /// Forgets the run, and returns the number of the next one.
+    fn next_run(&self) -> u64 {
+        let mut published = lock(&self.published);
+        *published = Published { run: published.run + 1, ..Published::default() };
+        published.run
+    }
+
     /// Passes an action to the run; `file` and `text` are those of the model in force.
     pub fn act(&self, action: Action, file: &Path, text: &str) {
         let mut thread = lock(&self.thread);
         let is_new = matches!(action, Action::Start { .. } | Action::Resume { .. });
         if is_new {
+            let own = self.next_run();
             let (sender, receiver) = channel();
             let (published, news, budget) = (self.published.clone(), self.news.clone(), self.budget);
             let (file, text) = (file.to_owned(), text.to_owned());
@@ -111,7 +121,12 @@ impl Optimization {
             *thread = Some(sender);
             std::thread::spawn(move || {
                 let publish = |record: Value, text: &str| {
-                    *lock(&published) = Published { record, text: text.to_owned() };
+                    let mut published = lock(&published);
+                    if published.run != own {
+                        return;
+                    }
+                    *published = Published { run: own, record, text: text.to_owned() };
+                    drop(published);
                     news.send_modify(|number| *number += 1);
                 };
                 publish(json!({ "status": "Starting" }), "");
@@ -122,7 +137,7 @@ impl Optimization {
             });
         } else if matches!(action, Action::Close) {
             *thread = None;
-            *lock(&self.published) = Published::default();
+            self.next_run();
             self.news.send_modify(|number| *number += 1);
         } else if let Some(sender) = &*thread {
             drop(sender.send(action));
@@ -325,6 +340,7 @@ impl SteeredRun {
             let problem = located(&model, model.problem())?;
             problem.check_design(&self.state.design).context("the bounds exclude the present design")?;
             model.method().check(&problem)?;
+            self.budget.check(&problem, model.method())?;
             anyhow::Ok(text)
         };
         let text = match checked() {

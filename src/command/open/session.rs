@@ -345,7 +345,12 @@ fn description(model: &Model) -> Value {
     let output = |(name, unit, grid): (&str, &str, Option<usize>)| json!({ "name": name, "unit": unit, "changes": grid.is_some() });
     let shown = |times: Vec<f64>| model.grid().map(|grid| times.iter().map(|&t| grid.shown(t)).collect::<Vec<_>>());
     let drawing_times = model.drawing_times().and_then(shown);
-    let grid = |grid: &TimeGrid| json!({ "name": grid.name, "unit": grid.unit, "points": grid.shown_points() });
+    let grid = |grid: &TimeGrid| {
+        let factor = grid.unit_factors[0] / grid.unit_factors[1];
+        json!({
+            "name": grid.name, "unit": grid.unit, "points": grid.shown_points(), "variable": model.axis(), "factor": factor,
+        })
+    };
     json!({
         "title": model.title(),
         "variables": model.variables().iter().map(variable).collect::<Vec<_>>(),
@@ -367,6 +372,7 @@ fn objective(problem: &Problem) -> Value {
 }
 
 fn constraints(problem: &Problem) -> Vec<Value> {
+    let shown = |constraint: &Constraint, t| constraint.quantity.grid().map_or(t, |grid| problem.grids[grid].shown(t));
     let one = |j: usize| {
         let constraint: &Constraint = &problem.constraints[j];
         let relation = if constraint.is_equality() {
@@ -380,7 +386,7 @@ fn constraints(problem: &Problem) -> Vec<Value> {
             "name": outcome::name(problem, j), "unit": outcome::unit(problem, j), "relation": relation,
             "output": constraint.quantity.as_response(), "changes": constraint.quantity.is_transient(),
             "follows": constraint.quantity.as_shifted_response(&problem.grids, &problem.start()),
-            "window": constraint.window,
+            "window": constraint.window.map(|window| window.map(|t| shown(constraint, t))),
         })
     };
     outcome::stated_constraints(problem).map(one).collect()

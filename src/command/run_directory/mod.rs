@@ -136,8 +136,7 @@ impl RunDirectory {
 
     /// Opens the folder of an existing run to read it, with its model and the text of the model.
     pub fn open(path: &Path) -> anyhow::Result<(Self, Model, String)> {
-        let directory = Directory::open(path).with_context(|| format!("{} has no run in it", path.display()))?;
-        Self::read(directory)
+        Self::read(super::folder::opened(path)?)
     }
 
     /// Locks the folder of an existing run against other processes, then opens it.

@@ -147,8 +147,7 @@ pub fn changes(before: &str, after: &str) -> anyhow::Result<Vec<Change>> {
 }
 
 /// The last cycle of a state as a line of `--json`: that of `history.jsonl` with the objective as stated.
-pub fn shown_cycle(problem: &Problem, state: &State) -> anyhow::Result<String> {
-    let k = state.history.len() - 1;
+pub fn shown_cycle(problem: &Problem, state: &State, k: usize) -> anyhow::Result<String> {
     let mut line: serde_json::Value = serde_json::from_str(&cycle_line(&state.history[k])?)?;
     line["objective"] = outcome::objective_of_step(problem, state, k)?.into();
     if let Some(predicted) = outcome::predicted_objective(problem, &state.history[k]) {

@@ -1,6 +1,6 @@
 //! The runs and studies below a folder.
 
-use crate::command::folder::{RUN, STUDY};
+use crate::command::folder::{RUN, STUDY, opened};
 use crate::command::run_directory::{LOCK, RunRecord, Summary, note};
 use crate::command::study::{StudyProgress, StudyRecord};
 use anyhow::Context;
@@ -82,7 +82,7 @@ impl RunEntry {
 
     /// Reads the run in a folder.
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
-        let directory = Directory::open(folder).with_context(|| format!("{} has no run in it", folder.display()))?;
+        let directory = opened(folder)?;
         if matches!(directory.entry(STUDY)?, Some(Entry::File)) {
             return Self::of_study(&directory);
         }

@@ -123,6 +123,7 @@ impl Study {
                 "the runs of this study start from the results of others, so it has no parts; do it as a whole, with --jobs"
             );
         }
+        self.budget.check_rows(&study, part)?;
         let shown_file = file.display().to_string();
         let suffix = if part == Part::WHOLE { String::new() } else { format!("-part-{}-of-{}", part.number, part.of) };
         let name = format!("{}{suffix}", stem(&file)?);
@@ -140,11 +141,11 @@ fn read_study(file: &Path, settings: &Settings, budget: &Budget) -> anyhow::Resu
     let (read_model, text) = settings.load(&model)?;
     if read_model.is_problem() {
         budget.check(&located(&read_model, read_model.problem())?, read_model.method())?;
+    } else {
+        budget.check_simulation(&read_model)?;
     }
     let source = ModelSource { name: model.display().to_string(), text, programs: program_folder(&model) };
-    let study = studies::Study::new(read, &source)?;
-    budget.check_rows(&study)?;
-    Ok(study)
+    Ok(studies::Study::new(read, &source)?)
 }
 
 /// The study of a folder, from the copies of its files. Its programs do not run.
@@ -211,10 +212,7 @@ fn opened(
 
 impl Merge {
     fn run(&self) -> anyhow::Result<ExitCode> {
-        let open = |path: &PathBuf| {
-            let path = super::folder::stored(path);
-            Directory::open(&path).with_context(|| format!("{} has no study in it", path.display()))
-        };
+        let open = |path: &PathBuf| super::folder::opened(&super::folder::stored(path));
         let parts = self.parts.iter().map(open).collect::<anyhow::Result<Vec<_>>>()?;
         let first = parts.first().context("give the folders of the parts")?;
         let (record, study) = of_folder(first)?;

@@ -51,13 +51,22 @@ impl Names {
             _ if is_frequency => {
                 error.help("1 Hz is 2*pi rad/s: write 60 rpm or 2*pi rad/s for one revolution per second")
             }
-            _ if units.iter().any(|unit| unit.dimension.times(Dimension::TIME, 1.0) == Some(found.dimension)) => {
+            _ if uses_time(tree)
+                && units.iter().any(|unit| unit.dimension.times(Dimension::TIME, 1.0) == Some(found.dimension)) =>
+            {
                 error.help("`time` is in s: multiply it by a rate, as in \"30 deg/s\" or \"0.2 m/s\"")
             }
             [] => error,
             _ => error.help(format!("units of this kind: {}", usual.join(", "))),
         })
     }
+}
+
+/// Returns whether an expression uses the time.
+fn uses_time(tree: &Tree) -> bool {
+    let mut is_used = false;
+    tree.names(&mut |name, _| is_used |= name == "time");
+    is_used
 }
 
 /// The dimension in words; a unit that has a name of its own is no help.

@@ -155,10 +155,11 @@ fn window(section: &Section<'_>, known: &QuantityContext<'_>, value: &CompiledQu
         return Err(section.error_at(key, "an equality holds at every time point, not on an interval"));
     }
     let interval = [from.unwrap_or(grid.points[0]), to.unwrap_or(grid.points[grid.len() - 1])];
-    if grid.points.iter().any(|t| (interval[0]..=interval[1]).contains(t)) {
+    if !grid.points_between(interval[0], interval[1]).is_empty() {
         return Ok(Some(interval));
     }
-    Err(section.error_at(key, format!("no time point is between {} and {}", interval[0], interval[1])))
+    let [from, to] = interval.map(|t| grid.shown(t));
+    Err(section.error_at(key, format!("no point is between {from} and {to} {}", grid.unit).trim_end().to_owned()))
 }
 
 /// Time points that are retained around each maximum: a number of neighbours, or all.

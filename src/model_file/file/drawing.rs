@@ -33,6 +33,11 @@ impl Model {
         self.grid.as_ref()
     }
 
+    /// Name of the time, or of the quantity of a sweep, in expressions.
+    pub fn axis(&self) -> &str {
+        &self.axis
+    }
+
     /// Times for a drawing of the motion, if there is a mechanism: at most 240 of the model's own, or 121 equally
     /// spaced ones if it has fewer than 40.
     pub fn drawing_times(&self) -> Option<Vec<f64>> {

@@ -178,6 +178,8 @@ pub struct Model {
     variables: Vec<DesignVariable>,
     mechanism: Option<(Arc<MechanismSpec>, analysis::Settings)>,
     program: Option<ProgramSpec>,
+    /// Name of the time, or of the quantity of a sweep, in expressions.
+    axis: String,
     grid: Option<TimeGrid>,
     outputs: Arc<Vec<OutputSpec>>,
     objective: Option<ObjectiveSpec>,
@@ -308,6 +310,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         variables,
         mechanism,
         program,
+        axis: names.axis().name().to_owned(),
         grid,
         outputs: Arc::new(outputs),
         objective,

@@ -147,6 +147,7 @@ impl AskedProgram<'_> {
             DerivativeSetting::NoiseAware => Differences::noise_aware(analysis),
             DerivativeSetting::Automatic | DerivativeSetting::By(..) => return parts.build(analysis),
         };
+        let differences = differences.with_typical_sizes(parts.start());
         parts.build(WithThreads::new(differences, jobs)?)
     }
 }

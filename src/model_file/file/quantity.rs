@@ -35,7 +35,7 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
     let Some(value) = file.get("series") else { return Ok(vec![]) };
     let Some(table) = value.get_ref().as_table() else { return Err(wrong_type(value, "`series`", "a table of lists")) };
     let Some(grid) = grid else {
-        return Err(file.error_at("series", "a series needs time points").help("add [time]"));
+        return Err(file.error_at("series", "a series needs time points").help("add [time] or [sweep]"));
     };
     let times = Arc::new(grid.points.clone());
     let mut all: Vec<Series> = vec![];
@@ -212,7 +212,7 @@ impl QuantityContext<'_> {
         }
         let Some(grid) = self.grid else {
             let message = "a reduction needs time points";
-            return Err(Diagnostic::new(outer.span.clone(), message).help("add [time]"));
+            return Err(Diagnostic::new(outer.span.clone(), message).help("add [time] or [sweep]"));
         };
         let mut parts = vec![];
         let mut uses = self.used(&whole).0;
@@ -224,17 +224,14 @@ impl QuantityContext<'_> {
                 let message = format!("`{}` reduces a history, and this is a number", reduction.name());
                 return Err(Diagnostic::new(history.span.clone(), message));
             }
-            let units = |k: usize| match reduction {
-                Reduction::At => "s",
-                _ if k >= usize::from(reduction.has_number()) => "s",
-                _ => "",
-            };
-            let number = |(k, tree)| constant(tree, key, units(k), self.names);
+            let axis = self.names.axis().units();
+            let is_point = |k: usize| *reduction == Reduction::At || k >= usize::from(reduction.has_number());
+            let number = |(k, tree)| constant(tree, key, if is_point(k) { &axis } else { "" }, self.names);
             let numbers: Vec<f64> = numbers.iter().enumerate().map(number).collect::<Read<_>>()?;
             let (number, interval) = numbers.split_at(usize::from(reduction.has_number()));
             let points = points_of(grid, interval, tree)?;
             let number = number.first().copied().unwrap_or(0.0);
-            check_number(*reduction, number, grid, tree)?;
+            let number = checked_number(*reduction, number, grid, tree)?;
             uses.extend(self.used(&expression).0);
             parts.push((*reduction, number, points, expression));
         }
@@ -284,21 +281,28 @@ fn points_of(grid: &TimeGrid, interval: &[f64], tree: &Tree) -> Read<std::ops::R
     if points.len() >= 2 {
         return Ok(points);
     }
-    let message = format!("fewer than two time points are between {from} and {to}");
-    Err(Diagnostic::new(tree.span.clone(), message))
+    let [from, to] = [*from, *to].map(|t| grid.shown(t));
+    let message = format!("fewer than two points are between {from} and {to} {}", grid.unit);
+    Err(Diagnostic::new(tree.span.clone(), message.trim_end()))
 }
 
-/// Checks the second number of a reduction.
-fn check_number(reduction: Reduction, number: f64, grid: &TimeGrid, tree: &Tree) -> Read<()> {
+/// The second number of a reduction, if it is allowed.
+fn checked_number(reduction: Reduction, number: f64, grid: &TimeGrid, tree: &Tree) -> Read<f64> {
     let wrong = |message: String| Err(Diagnostic::new(tree.span.clone(), message));
-    let [first, last] = [grid.points[0], grid.points[grid.len() - 1]];
     match reduction {
-        Reduction::At if !(first..=last).contains(&number) => {
-            wrong(format!("the time {number} is not between the first and the last time point, {first} and {last}"))
-        }
+        Reduction::At => grid.inside(number).map_or_else(
+            || {
+                let [first, last] = [grid.points[0], grid.points[grid.len() - 1]].map(|t| grid.shown(t));
+                let (number, name, unit) = (grid.shown(number), &grid.name, &grid.unit);
+                wrong(format!(
+                    "the {name} {number} is not between the first and the last point, {first} and {last} {unit}"
+                ))
+            },
+            Ok,
+        ),
         Reduction::Norm if number < 1.0 => wrong("the exponent of a norm must be at least 1".to_owned()),
         Reduction::Smooth if number <= 0.0 => wrong("the sharpness must be positive".to_owned()),
-        _ => Ok(()),
+        _ => Ok(number),
     }
 }
 

@@ -57,7 +57,10 @@ fn parse_file(
     let mut root = copied(document.root_element(), own.as_ref(), DEPTH).ok_or_else(|| {
         Error::definition(file, format!("more than {DEPTH} elements are in each other"), "flatten it")
     })?;
-    insert_files(&mut root, include, depth)?;
+    // Other formats have elements of this name, which mean something else.
+    if own.is_some() || root.name == "mujoco" {
+        insert_files(&mut root, include, depth)?;
+    }
     Ok(root)
 }
 

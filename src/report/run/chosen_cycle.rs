@@ -2,6 +2,7 @@
 
 use super::{OptimizationReport, number};
 use crate::problem::{Evaluation, Responses};
+use crate::report::outcome;
 use crate::report::page::PageChoice;
 use crate::sao::Cycle;
 use serde_json::json;
@@ -58,11 +59,12 @@ impl OptimizationReport<'_> {
         let with_unit =
             |name: &str, value: f64, unit: &str| format!("{name} {} {unit}", number(value)).trim_end().to_owned();
         let objective = &self.problem.objective;
-        let violation = format!("largest violation {} %", number(shown.step.violation_pct.max(0.0)));
+        let violation = outcome::violation(self.problem, shown.step)
+            .map(|violation| format!("largest violation {} %", number(violation.max(0.0))));
         let variables = self.problem.variables.iter().zip(&shown.step.design).take(MOST);
         let variables = variables.map(|(variable, value)| with_unit(&variable.name, *value, &variable.unit));
-        let all =
-            [with_unit(&objective.name, shown.objective, &objective.unit), violation].into_iter().chain(variables);
+        let objective = with_unit(&objective.name, shown.objective, &objective.unit);
+        let all = [objective].into_iter().chain(violation).chain(variables);
         let more = self.problem.n().saturating_sub(MOST);
         let more = (more > 0).then(|| format!("{more} more variables in the table of the cycles"));
         all.chain(more).collect::<Vec<_>>().join(" · ")

@@ -2,6 +2,7 @@
 
 use super::{OptimizationReport, stem};
 use crate::Result;
+use crate::problem::Problem;
 use crate::report::figure::{
     Axis, Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, literal, range,
 };
@@ -13,12 +14,12 @@ use crate::sao::Cycle;
 
 /// Cells of a trial step: objective; errors E_f and E_g, violation and step in percent; numbers of variables at a move limit, of
 /// retained constraints and of active constraints (each at one time point).
-pub fn step_cells(c: &Cycle, objective: f64) -> [Cell; 8] {
+pub fn step_cells(problem: &Problem, c: &Cycle, objective: f64) -> [Cell; 8] {
     [
         objective.into(),
         c.objective_error_pct.into(),
         c.constraint_error_pct.into(),
-        c.violation_pct.into(),
+        outcome::violation(problem, c).map_or(Cell::Empty, Cell::from),
         c.max_variable_change_pct.into(),
         c.active_limits.into(),
         c.retained.len().into(),
@@ -156,7 +157,10 @@ impl OptimizationReport<'_> {
         for (c, objective) in self.state.history.iter().zip(&self.objectives) {
             let names = [c.cycle.into(), super::verdict(c).into()];
             table.push(
-                names.into_iter().chain(step_cells(c, *objective)).chain(c.design.iter().map(|b| Cell::from(*b))),
+                names
+                    .into_iter()
+                    .chain(step_cells(self.problem, c, *objective))
+                    .chain(c.design.iter().map(|b| Cell::from(*b))),
             )?;
         }
         Ok(table)

@@ -37,13 +37,10 @@ impl OptimizationReport<'_> {
         let (cycle, objective) = outcome::better_than_last(self.problem, self.state)?;
         let step = if cycle.accepted { "cycle" } else { "a rejected step of cycle" };
         let value = format!("{} {}", number(objective), self.problem.objective.unit);
-        Some(format!(
-            " The best design is that of {step} {}: {} {}, largest violation {} %.",
-            cycle.cycle,
-            self.problem.objective.name,
-            value.trim_end(),
-            number(cycle.violation_pct.max(0.0))
-        ))
+        let violation = outcome::violation(self.problem, cycle)
+            .map_or_else(String::new, |violation| format!(", largest violation {} %", number(violation.max(0.0))));
+        let name = &self.problem.objective.name;
+        Some(format!(" The best design is that of {step} {}: {name} {}{violation}.", cycle.cycle, value.trim_end()))
     }
 
     fn status(&self) -> (&'static str, Badge, String) {
@@ -78,7 +75,7 @@ impl OptimizationReport<'_> {
         let pairs = self.start().iter().zip(&self.state.design);
         for (k, (variable, (&from, &to))) in self.problem.variables.iter().zip(pairs).enumerate() {
             let is_peak = peak == Some(k);
-            let remark = outcome::at_bound(self.problem, k, to).or(is_peak.then_some("bounds the peak"));
+            let remark = is_peak.then_some("bounds the peak").or(outcome::at_bound(self.problem, k, to));
             table.push([
                 variable.name.as_str().into(),
                 variable.unit.as_str().into(),

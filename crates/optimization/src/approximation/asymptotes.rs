@@ -130,7 +130,8 @@ impl Asymptotes {
     }
 }
 
-/// Distances of a variable with value `x` within limits relative to it.
+/// Distances of a variable within limits relative to the size of its value `x`.
 fn within(distances: [f64; 2], [least, most]: [[f64; 2]; 2], x: f64) -> [f64; 2] {
+    let x = x.abs();
     [0, 1].map(|i| distances[i].clamp(least[i] * x, most[i] * x))
 }

@@ -85,12 +85,12 @@ pub fn methods(analysis: &dyn Analysis) -> Vec<GradientMethod<'_>> {
 /// sizes of the design variables in their units. For each variable 22 analyses are made, in parallel; a design near `b` that
 /// cannot be analysed only costs accuracy.
 ///
-/// A method after the first that returns [`Error::Unsupported`] is omitted, such as the semi-analytical method where there are switches.
-/// One that fails otherwise is listed in [`GradientCheck::failed`].
+/// A method that returns [`Error::Unsupported`] is omitted, such as the semi-analytical method where there are switches. One that fails
+/// otherwise is listed in [`GradientCheck::failed`].
 ///
 /// # Errors
 ///
-/// Those of the analysis at `b`, and of the first method; [`Error::Length`] unless there is a size for each variable.
+/// Those of the analysis at `b`; that of the first method if none succeeds; [`Error::Length`] unless there is a size for each variable.
 pub fn check(
     analysis: &dyn Analysis,
     methods: &[GradientMethod<'_>],
@@ -140,7 +140,7 @@ fn by_methods(
     wanted: &[ResponseAt],
     failed: &mut Vec<(String, String)>,
 ) -> Result<Vec<(String, [DMatrix<f64>; 2])>> {
-    let mut all = Vec::with_capacity(methods.len());
+    let (mut all, mut first_error) = (Vec::with_capacity(methods.len()), None);
     for method in methods {
         let derivatives = || {
             let found = method.sensitivities(b, here, wanted)?;
@@ -148,10 +148,17 @@ fn by_methods(
             Ok([found, uncertainty])
         };
         match derivatives() {
-            Err(Error::Unsupported { .. }) if !all.is_empty() => {}
-            Err(error) if !all.is_empty() => failed.push((method.name.to_owned(), error.to_string())),
-            found => all.push((method.name.to_owned(), found?)),
+            Ok(found) => all.push((method.name.to_owned(), found)),
+            Err(error) => {
+                if !matches!(error, Error::Unsupported { .. }) {
+                    failed.push((method.name.to_owned(), error.to_string()));
+                }
+                first_error.get_or_insert(error);
+            }
         }
     }
-    Ok(all)
+    match first_error {
+        Some(error) if all.is_empty() => Err(error),
+        _ => Ok(all),
+    }
 }

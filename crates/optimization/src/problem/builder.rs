@@ -39,6 +39,11 @@ pub struct ProblemBuilder {
 }
 
 impl ProblemBuilder {
+    /// The start design of the variables so far.
+    pub fn start(&self) -> Vec<f64> {
+        self.variables.iter().map(|variable| variable.start).collect()
+    }
+
     /// An empty problem.
     pub fn new(name: impl Into<String>) -> Self {
         Self {

@@ -99,7 +99,7 @@ impl TimeGrid {
 
     /// Numbers of the points between the times `from` and `to`, both included.
     ///
-    /// A point that lies beyond one of them by a rounding error, up to 1e-12 of the largest time, is included: the fourth of nine
+    /// A point that lies beyond one of them by a rounding error, up to 1e-12 of the largest time, is included: the eighth of nine
     /// points from −0.08 to 0.08 may differ from 0.06 in its last digit.
     ///
     /// ```
@@ -108,8 +108,19 @@ impl TimeGrid {
     /// # Ok::<(), linkwright_optimization::Error>(())
     /// ```
     pub fn points_between(&self, from: f64, to: f64) -> Range<usize> {
-        let rounding = ROUNDING * self.points[0].abs().max(self.points[self.len() - 1].abs());
+        let rounding = self.rounding();
         self.points.partition_point(|t| *t < from - rounding)..self.points.partition_point(|t| *t <= to + rounding)
+    }
+
+    /// The time `t`, moved to the nearest end if it is beyond it by a rounding error; `None` if it is outside.
+    pub fn inside(&self, t: f64) -> Option<f64> {
+        let ([first, last], rounding) = ([self.points[0], self.points[self.len() - 1]], self.rounding());
+        (first - rounding..=last + rounding).contains(&t).then(|| t.clamp(first, last))
+    }
+
+    /// Rounding error of the points.
+    fn rounding(&self) -> f64 {
+        ROUNDING * self.points[0].abs().max(self.points[self.len() - 1].abs())
     }
 
     /// Length of the interval t_f − t₀.
@@ -172,6 +183,7 @@ mod tests {
         let time = TimeGrid::uniform(0.0, 1.0, 11).unwrap();
         assert_eq!(time.points_between(0.0, 0.1 + 0.2), 0..4);
         assert_eq!(time.points_between(0.31, 0.39), 4..4);
+        assert_eq!([0.1 + 0.2, 1.0 + 1e-15, 1.1].map(|t| time.inside(t)), [Some(0.1 + 0.2), Some(1.0), None]);
     }
 
     #[test]

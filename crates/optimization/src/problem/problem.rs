@@ -295,14 +295,21 @@ impl Problem {
         }
     }
 
-    /// A hash of all names, bounds, limits and time points, which identifies a problem.
+    /// A hash of all names, bounds, limits, windows and time points, which identifies a problem. Units for display are not a part of it.
     pub fn fingerprint(&self) -> u64 {
-        let mut text = format!("{} {} {:?} {:?}", self.name, self.objective.name, self.variables, self.grids);
+        let Objective { name, goal, quantity, .. } = &self.objective;
+        let mut text = format!("{} {name} {goal:?} {:?} {:?}", self.name, quantity.uses, self.variables);
+        for TimeGrid { name, points, .. } in &self.grids {
+            text += &format!(" {name} {points:?}");
+        }
         for r in &self.responses {
             text += &format!(" {} {:?} {:?}", r.name, r.grid, r.intermediates);
         }
         for c in &self.constraints {
             text += &format!(" {} {} {} {:?}", c.name, c.signed_limit(), c.scale, c.quantity.uses);
+            if let Some(window) = c.window {
+                text += &format!(" {window:?}");
+            }
             if c.is_equality() || c.is_continuous {
                 text += &format!(" {} {}", c.is_equality(), c.is_continuous);
             }

@@ -116,8 +116,9 @@ impl<A: Analysis> Differences<A> {
         Self { analysis, step: DifferenceStep::Relative(1.0), formula: DifferenceFormula::NoiseAware, sizes: vec![] }
     }
 
-    /// Sets typical sizes of the design variables, such as those of the start. A variable that is zero, or smaller than 1e-9 of its
-    /// typical size, has steps relative to that; without typical sizes those of a variable of zero are relative to 1.
+    /// Sets typical sizes of the design variables, such as their values at the start. A variable that is zero, or smaller than 1e-9 of its
+    /// typical size, has steps relative to that; a typical size of zero counts as 1. Without typical sizes the steps of a variable of
+    /// zero are relative to 1.
     #[must_use]
     pub fn with_typical_sizes(self, sizes: Vec<f64>) -> Self {
         Self { sizes, ..self }
@@ -125,7 +126,7 @@ impl<A: Analysis> Differences<A> {
 
     /// The size of a design variable, to which its steps are relative.
     fn size(&self, b: &[f64], i: usize) -> f64 {
-        let typical = self.sizes.get(i).copied().filter(|size| *size > 0.0);
+        let typical = self.sizes.get(i).map(|size| if *size == 0.0 { 1.0 } else { size.abs() });
         let is_rounding = b[i].abs() <= ROUNDING * typical.unwrap_or(0.0);
         if is_rounding { typical.unwrap_or(1.0) } else { b[i].abs() }
     }

@@ -48,6 +48,8 @@ impl Method {
     pub fn refuse_by_hand(&self, problem: &Problem, before: State, after: &State) -> Result<State> {
         let last = last_step(after)?;
         require(last.accepted, "it was rejected already")?;
+        let is_adopted = after.confirmation.as_ref().is_some_and(|confirmation| confirmation.is_adopted);
+        require(!is_adopted, "the confirmation of the end found it")?;
         let is_before = before.history.len() + 1 == after.history.len() && before.problem == after.problem;
         require(is_before, "the state before it is another one")?;
         let mut state = State { counters: after.counters, ..before };

@@ -75,6 +75,9 @@ impl Confirmation {
         let begin =
             self.begun_at.map_or_else(|| "here".to_owned(), |cycle| format!("the better design of cycle {cycle}"));
         match (verdict, self.status) {
+            (Some(Status::Converged), _) if self.is_adopted => {
+                format!("the automatic method moves on to a better design, with {work}: {}", self.reason)
+            }
             (Some(Status::Converged), _) => {
                 format!("the automatic method confirms the design with {work}: {}", self.reason)
             }
@@ -109,7 +112,8 @@ impl Method {
         }
         let is_at_end = status == Status::Stalled || has_stopped(&state);
         let (mut known, end) = match state.confirmation.take() {
-            Some(known) if known.is_of(problem, &state) => (known, None),
+            // One that was adopted has passed this point already, unless the accuracy has become finer.
+            Some(known) if known.is_of(problem, &state) && !known.is_adopted => (known, None),
             Some(known) if !is_at_end && !known.is_outdated(problem, &state) => {
                 state.confirmation = Some(known);
                 (state.status, state.reason) = self.stop.cycle_limit(&state);

@@ -45,7 +45,7 @@ export class Convergence {
       const line = own.map((c, i) => `${i ? "L" : "M"}${x(c.k).toFixed(1)} ${y(c.objective).toFixed(1)}`).join("");
       const marks = own.map((c) => {
         const mark = element("circle", { cx: x(c.k).toFixed(1), cy: y(c.objective).toFixed(1), r: 3.5, class: c.violation > VIOLATED ? "violated" : "" });
-        mark.append(element("title", {}, `${name}, trial step ${c.k}: ${withUnit(c.objective, this.label.unit)}, largest violation ${short(Math.max(c.violation, 0))} %`));
+        mark.append(element("title", {}, `${name}, trial step ${c.k}: ${withUnit(c.objective, this.label.unit)}${c.violation === null ? "" : `, largest violation ${short(Math.max(c.violation, 0))} %`}`));
         return mark;
       });
       parts.push(element("g", { class: `series ${key}` }, element("path", { d: line }), ...marks));

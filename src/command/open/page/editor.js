@@ -94,9 +94,10 @@ export class Editor {
   }
 }
 
-// The text of a constraint that keeps an output on one side of a line through points (t, v) of increasing times.
-export function limitText(text, output, relation, points, digits) {
+// The text of a constraint that keeps an output on one side of a line through points (t, v) of increasing t, in the unit of the axis.
+export function limitText(text, output, relation, drawn, digits, { variable, factor }) {
   const round = (v) => Number(v.toPrecision(digits));
+  const points = drawn.map(([t, v]) => [t * factor, v]);
   const names = new Set([...text.matchAll(/name\s*=\s*"([^"]*)"/g)].map((found) => found[1]));
   let k = 1;
   while (names.has(`drawn limit ${k}`)) k += 1;
@@ -108,10 +109,10 @@ export function limitText(text, output, relation, points, digits) {
   if (high - low < 0.02 * Math.max(Math.abs(low), Math.abs(high))) return head(output, round((low + high) / 2));
   if (points.length === 2) {
     const slope = (v1 - v0) / (t1 - t0);
-    return head(`${output} - (${round(v0)} + ${round(slope)}*(time - ${round(t0)}))`.replaceAll("+ -", "- ").replaceAll("- -", "+ "), 0);
+    return head(`${output} - (${round(v0)} + ${round(slope)}*(${variable} - ${round(t0)}))`.replaceAll("+ -", "- ").replaceAll("- -", "+ "), 0);
   }
   let n = k;
   while (text.includes(`[table.drawn_${n}]`)) n += 1;
   const list = (numbers) => `[${numbers.map(round).join(", ")}]`;
-  return `${head(`${output} - drawn_${n}(time)`, 0)}\n[table.drawn_${n}]\nx = ${list(points.map(([t]) => t))}\ny = ${list(values)}\ninterpolation = "linear"\n`;
+  return `${head(`${output} - drawn_${n}(${variable})`, 0)}\n[table.drawn_${n}]\nx = ${list(points.map(([t]) => t))}\ny = ${list(values)}\ninterpolation = "linear"\n`;
 }

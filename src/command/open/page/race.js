@@ -40,7 +40,7 @@ export class Race {
       const row = make("tr");
       const acts = make("span", {}, button("Show", () => this.show(one.design), { "aria-label": `Show the design of ${one.method ?? "automatic"}` }));
       if (key === "rival") acts.append(button("Close", () => server.post("rival", { action: "close" }), { "aria-label": "Close the rival" }));
-      cells(row, [one.method ?? "automatic", one.status, one.cycles.length - 1, one.analyses, one.sensitivity_analyses, last(one).objective, Math.max(last(one).violation, 0), acts]);
+      cells(row, [one.method ?? "automatic", one.status, one.cycles.length - 1, one.analyses, one.sensitivity_analyses, last(one).objective, last(one).violation === null ? null : Math.max(last(one).violation, 0), acts]);
       return row;
     })));
   }

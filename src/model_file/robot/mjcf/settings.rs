@@ -73,6 +73,15 @@ impl Settings {
             if let Some(gravity) = element.triple("<option>", "gravity")? {
                 all.gravity = gravity;
             }
+            for flag in element.all("flag") {
+                let disabled = flag.attributes.iter().filter(|(_, value)| value == "disable");
+                for (key, _) in disabled {
+                    match &**key {
+                        "gravity" => all.gravity = Vector3::zeros(),
+                        key => left_out.push(format!("`{key}` of <flag> was left out")),
+                    }
+                }
+            }
             let forces = ["wind", "density", "viscosity", "magnetic"];
             let acts = |key: &&str| {
                 element.attribute(key).is_some_and(|text| text.contains(|c: char| c.is_ascii_digit() && c != '0'))

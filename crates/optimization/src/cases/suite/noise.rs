@@ -25,9 +25,9 @@ impl Noisy {
         let inner = std::mem::replace(&mut problem.analysis, Box::new(Absent));
         let largest = |values: &Vec<f64>| values.iter().fold(0.0f64, |a, v| a.max(v.abs()));
         let at_start = inner.analyze(&problem.start()).map_or(vec![], |r| r.values.iter().map(largest).collect());
-        let sizes = problem.start().iter().map(|b| if *b == 0.0 { 1.0 } else { b.abs() }).collect();
+        let start = problem.start();
         problem.analysis =
-            Box::new(Differences::noise_aware(Self { inner, noise, at_start }).with_typical_sizes(sizes));
+            Box::new(Differences::noise_aware(Self { inner, noise, at_start }).with_typical_sizes(start));
         problem.constraints.iter_mut().for_each(|c| c.is_continuous = false);
     }
 }
