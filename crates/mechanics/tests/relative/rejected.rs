@@ -52,7 +52,7 @@ fn what_is_not_a_tree_is_named() {
 /// rigid body.
 #[test]
 fn what_is_not_a_tree_in_space_is_named() {
-    let hung = |add: &dyn Fn(&mut Mechanism<f64>, [Marker3<f64>; 2])| {
+    fn hung(add: impl Fn(&mut Mechanism<f64>, [Marker3<f64>; 2])) -> Mechanism<f64> {
         let mut m = Mechanism::with_gravity3([0.0, 0.0, -9.81]);
         let ground = m.ground3().at([0.0; 3]).turned(Rotation::about_y(-1.2));
         let properties = MassProperties3 { mass: 1.0, centre: [0.0; 3], moments: [0.1, 0.1, 0.1], products: [0.0; 3] };
@@ -63,12 +63,12 @@ fn what_is_not_a_tree_in_space_is_named() {
         m.universal("joint", ground, own);
         add(&mut m, [ground, own]);
         m
-    };
-    let angle = hung(&|m, [a, b]| {
+    }
+    let angle = hung(|m, [a, b]| {
         m.joint_angle("angle", a, b);
     });
     is_named(&angle, "angle", "no coordinate of a joint");
-    let mass = hung(&|m, [_, b]| {
+    let mass = hung(|m, [_, b]| {
         m.inertia("added", b.body.x, 5.0);
     });
     is_named(&mass, "added", "adds mass to one coordinate");
