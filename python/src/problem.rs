@@ -34,6 +34,8 @@ type Arrays<'py> = Vec<Bound<'py, PyArray1<f64>>>;
 
 /// The row of a table of derivatives.
 type CheckedRow = (String, Option<f64>, String, Vec<f64>, Option<f64>, Option<f64>, String, String);
+/// Methods, rows, and methods that failed with the reasons.
+type CheckedTable = (Vec<String>, Vec<CheckedRow>, Vec<(String, String)>);
 
 #[pymethods]
 impl Problem {
@@ -199,7 +201,7 @@ impl Problem {
         b: PyReadonlyArray1<'_, f64>,
         points: usize,
         responses: Vec<usize>,
-    ) -> PyResult<(Vec<String>, Vec<CheckedRow>, Vec<(String, String)>)> {
+    ) -> PyResult<CheckedTable> {
         let (b, problem) = (vector(&b), &self.problem);
         let checked = self.located(py, || problem.check_responses(&b, points, &responses))?;
         let row = |d: &linkwright::gradient_check::CheckedDerivative| -> CheckedRow {

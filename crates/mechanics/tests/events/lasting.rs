@@ -208,7 +208,7 @@ fn a_closed_contact_does_not_pull_during_an_impact() {
         let sensor = m.coordinate_sensor(name, from, coordinate);
         for what in ["position", "velocity"] {
             let term = m.measure(sensor, what).unwrap();
-            m.output(&format!("{name} {what}"), &[term]);
+            m.output(format!("{name} {what}"), &[term]);
         }
     }
     // Energy until the impact; then P = 1.5 ω / (1/m + r²/J), which moves the left end upwards by 0.9 ω.
