@@ -225,6 +225,25 @@ def test_values_of_numpy_and_strange_texts_survive_a_dictionary():
     np.testing.assert_array_equal(model.analyze()["y"], [0.0, 0.25, 0.5])
 
 
+def test_points_of_a_sweep_are_in_its_unit():
+    model = linkwright.Model.from_dict(
+        {
+            "design": {"x": {"start": 2.0, "lower": 0.0, "upper": 4.0}},
+            "sweep": {"variable": "lift", "from": "-80 mm", "to": "80 mm", "points": 9},
+            "output": [{"name": "y", "value": "x*lift"}],
+            "objective": {"minimize": "y", "over": "sum"},
+        }
+    )
+    lift = np.linspace(-80.0, 80.0, 9)
+    np.testing.assert_allclose(model.time, lift)
+    for result in (model.analyze(), model.sensitivities()):
+        frame = result.to_pandas()
+        assert frame.index.name == "lift" and result.to_xarray()["y"].dims[0] == "lift"
+        np.testing.assert_allclose(frame.index, lift)
+    np.testing.assert_allclose(model.analyze()["y"], 2e-3 * lift)
+    assert model.check(points=9).rows[0]["time"] == pytest.approx(-80.0)
+
+
 def test_the_package_is_typed():
     package = Path(linkwright.__file__).parent
     assert (package / "py.typed").exists() and (package / "_core.pyi").exists()

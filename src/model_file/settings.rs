@@ -131,8 +131,9 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
     let (Some((last, path)), true) = (parts.split_last(), parts.iter().all(|part| !part.is_empty())) else {
         return Err(fail(Diagnostic::new(0..0, format!("`{key}` is no key such as method.max_cycles"))));
     };
-    let is_table = |of: &str, name: &str| table.get(of).and_then(|all| all.get_ref().as_table()?.get(name)).is_some();
-    if path.is_empty() && is_table("design", last) && !table.contains_key(last.as_str()) {
+    let variables = table.get("design").and_then(|all| all.get_ref().as_table());
+    let is_variable = variables.is_some_and(|all| all.contains_key(last.as_str()));
+    if path.is_empty() && is_variable && !table.contains_key(last.as_str()) {
         let message = format!("`{last}` is a design variable");
         let help = format!("give --start {last}={value} for its start, or design.{last}.start, .lower or .upper");
         return Err(fail(Diagnostic::new(0..0, message).help(help)));

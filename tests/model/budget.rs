@@ -104,4 +104,13 @@ fn every_command_that_analyses_has_a_budget() {
     std::fs::write(place.0.join("study.toml"), study.replace("1000", "5000000")).unwrap();
     let shown = place.run(&["study", "study.toml", "--out", "p"], 1);
     assert!(shown.contains("for the rows of 5000000 runs") && shown.contains("budget of 2 GB"), "{shown}");
+    // A part has its own rows only.
+    std::fs::write(place.0.join("study.toml"), study.replace("1000", "10000000")).unwrap();
+    let shown = place.run(&["study", "study.toml", "--part", "1/2", "--out", "p", "--memory", "200M"], 1);
+    assert!(shown.contains("for the rows of 5000000 runs") && shown.contains("parts (--part 1/4)"), "{shown}");
+    // Runs of a model without an objective are simulations.
+    std::fs::write(place.0.join("study.toml"), study.replace("m.toml", "simulation.toml")).unwrap();
+    let shown = place.run(&["study", "study.toml", "--out", "p", "--memory", "10k"], 1);
+    assert!(shown.contains("values of responses") && shown.contains("budget of 10 kB"), "{shown}");
+    assert!(!place.0.join("p").exists());
 }

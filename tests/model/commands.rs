@@ -47,6 +47,8 @@ fn one_design_is_analysed_and_differentiated() {
         assert!((found - expected).abs() < 1e-9, "{first}");
     }
     assert!(place.run(&["analyze", "impact-absorber.toml", "--at", "q=1"], 1).contains("choose from k, c"));
+    let shown = place.run(&["optimize", "impact-absorber.toml", "--set", "k=3"], 1);
+    assert!(shown.contains("`k` is a design variable") && shown.contains("--start k=3"), "{shown}");
     assert!(place.run(&["analyze", "impact-absorber.toml", "--at", "k=9"], 1).contains("bounds"));
 }
 

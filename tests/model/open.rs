@@ -10,7 +10,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A server on a model file.
 pub struct Server {
@@ -23,8 +23,17 @@ pub struct Server {
 
 impl Server {
     pub fn start(folder: &Path, file: &str) -> Self {
+        Self::start_with(folder, file, &[])
+    }
+
+    fn start_with(folder: &Path, file: &str, options: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_linkwright"));
-        command.args(["open", file, "--no-browser"]).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::null());
+        command
+            .args(["open", file, "--no-browser"])
+            .args(options)
+            .current_dir(folder)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null());
         let mut process = command.spawn().unwrap();
         let mut line = String::new();
         BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
@@ -341,6 +350,82 @@ fn a_long_analysis_is_stopped() {
         assert_eq!(new.join().unwrap().0, 409);
     });
     server.assert_alive("stopped analyses");
+}
+
+/// A run that is closed while its start design is analysed does not come back.
+#[test]
+fn a_closed_run_stays_closed() {
+    let place = TempFolder::new("open-closed");
+    place.example("pendulum-chain");
+    let text =
+        place.read("pendulum-chain.toml").replace("to = 0.5", "to = 50.0").replace("points = 51", "points = 5001");
+    std::fs::write(place.0.join("long.toml"), text).unwrap();
+    let server = Server::start(&place.0, "long.toml");
+    let act = |action: Value| assert_eq!(server.post("run", &action).0, 200);
+    let design = start_design(&server.get("model"));
+    let begun = Instant::now();
+    act(json!({ "action": "start", "design": design }));
+    rests(&server, "Paused", |tries| tries == 0);
+    let analysis = begun.elapsed();
+    act(json!({ "action": "start", "design": design }));
+    act(json!({ "action": "close" }));
+    // The analysis of the closed run ends in this time.
+    let closed = Instant::now();
+    while closed.elapsed() < 2 * analysis + Duration::from_millis(500) {
+        assert_eq!(server.get("run")["run"], Value::Null);
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+#[test]
+fn the_server_keeps_the_budget_of_memory() {
+    let place = TempFolder::new("open-budget");
+    place.example("impact-absorber");
+    let server = Server::start_with(&place.0, "impact-absorber.toml", &["--memory", "1k"]);
+    let model = server.get("model");
+    let body =
+        json!({ "page": "p", "revision": model["revision"], "design": start_design(&model), "derivatives": false });
+    let (_, answer) = server.post("analyze", &body);
+    assert!(answer.to_string().contains("of memory are needed"), "{answer}");
+}
+
+/// Over a sweep, plots and windows are in the unit of the axis, and a limit that is drawn on them in that of the file.
+#[test]
+fn limits_over_a_sweep_are_in_its_unit() {
+    let place = TempFolder::new("open-sweep");
+    std::fs::write(place.0.join("lift.toml"), crate::sweeps::LIFT).unwrap();
+    let server = Server::start(&place.0, "lift.toml");
+    let model = server.get("model")["model"].clone();
+    let of = |value: &Value| value.as_f64().unwrap();
+    assert_eq!((&model["time"]["unit"], &model["time"]["variable"]), (&json!("mm"), &json!("lift")));
+    assert!(
+        (of(&model["time"]["points"][0]) + 80.0).abs() < 1e-9 && (of(&model["time"]["factor"]) - 1e-3).abs() < 1e-15
+    );
+    let window = &model["constraints"][0]["window"];
+    assert!((of(&window[0]) + 40.0).abs() < 1e-9 && (of(&window[1]) - 60.0).abs() < 1e-9, "{window}");
+
+    let Some(program) = browser() else { return };
+    let mut page = Page::open(&program, &place.0, [1400, 1200]);
+    page.show(&server.address());
+    page.wait("document.documentElement.dataset.settled?.endsWith('differentiated')");
+    page.click(".plot .tools button");
+    let [x, y] = page.middle(".plot svg");
+    page.drag([x - 60.0, y - 20.0], [x + 60.0, y + 20.0]);
+    page.wait("document.querySelectorAll('.margin').length === 2");
+    page.click("#save");
+    page.wait("document.getElementById('save').disabled");
+    let text = place.read("lift.toml");
+    let drawn = text.split("drawn limit 1").nth(1).unwrap();
+    // Its numbers are in metres: the history goes from 0 to 17 mm.
+    let height: f64 = drawn.split("back - (").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(drawn.contains("*(lift ") && (0.0..0.03).contains(&height), "{drawn}");
+    let number = |key: &str| -> f64 {
+        let line = drawn.lines().find_map(|line| line.strip_prefix(key)).unwrap_or_else(|| panic!("{drawn}"));
+        line.trim_start_matches([' ', '=']).parse().unwrap()
+    };
+    let [from, to] = ["from", "to"].map(number);
+    assert!(-0.08 <= from && from < to && to <= 0.08 && to - from < 0.15, "{from} {to}");
+    place.run(&["analyze", "lift"], 0);
 }
 
 /// Drags a slider: the margin changes, first the approximation, then the analysis; both agree for a small step.

@@ -4,7 +4,7 @@ use linkwright::model_file::read;
 use linkwright::report::outcome;
 
 /// A crank whose height is swept over a lift.
-const LIFT: &str = r#"version = 2
+pub const LIFT: &str = r#"version = 2
 [constants]
 length = "200 mm"
 

@@ -270,7 +270,10 @@ fn a_state_of_another_version_or_problem_is_refused() {
     let words = ["version 99", reads.as_str(), "continue it with the release that wrote it"];
     assert_error(State::from_json(&newer, &problem), &words);
     let other = impact_absorber::peak_acceleration().unwrap();
-    let words = ["another problem (`impact absorber, comfort criterion`", "here `impact absorber, peak acceleration`"];
+    let words = [
+        "another problem, or an earlier version wrote it (`impact absorber, comfort criterion`",
+        "here `impact absorber, peak acceleration`",
+    ];
     assert_error(State::from_json(&text, &other), &words);
     assert_error(Method::slp().resume(&other, state, |_| ()), &words);
     assert_error(State::from_json("{", &problem), &["not a state file", "give a file that a run wrote"]);

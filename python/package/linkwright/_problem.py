@@ -53,6 +53,7 @@ class BaseProblem:
         self.response_names = tuple(name for name, _ in self._responses)
         self.constraint_names = tuple(name for name, _ in self._constraints)
         grid = core.time
+        self.axis: str = "time" if grid is None else grid[0]
         self.time: Array | None = None if grid is None else grid[2]
         if self.time is not None:
             self.time.flags.writeable = False
@@ -141,6 +142,7 @@ class BaseProblem:
             self._labelled_constraints(constraints),
             violation,
             tuple(warnings),
+            self.axis,
         )
 
     def analyze_many(self, designs: Any) -> Analyses:
@@ -168,6 +170,7 @@ class BaseProblem:
             {name: v if is_history else v[:, 0] for (name, is_history), v in zip(self._constraints, constraints)},
             violation,
             failures,
+            self.axis,
         )
 
     def sensitivities(
@@ -196,7 +199,7 @@ class BaseProblem:
         for h, array in zip(indices, arrays):
             name, _, over_time = self._core.responses[h]
             values[name] = array if over_time else array[0]
-        return Sensitivities(design, self.variable_names, self.time, values)
+        return Sensitivities(design, self.variable_names, self.time, values, self.axis)
 
     @property
     def gradient_methods(self) -> tuple[str, ...]:

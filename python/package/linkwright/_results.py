@@ -75,6 +75,8 @@ class Analysis:
         Largest violation in percent of the limit; negative in the feasible region.
     warnings : tuple of str
         Reasons to doubt the numbers, such as a loss of energy, each with its part, time and remedy.
+    axis : str
+        Name of the axis of the responses: "time", or the quantity of a sweep. DataFrames and Datasets have it as index.
     """
 
     design: Array
@@ -85,6 +87,7 @@ class Analysis:
     constraints: dict[str, Any]
     violation_pct: float
     warnings: tuple[str, ...] = ()
+    axis: str = "time"
 
     def __getitem__(self, name: str) -> Any:
         """The response of this name."""
@@ -93,12 +96,12 @@ class Analysis:
     def to_pandas(self) -> Any:
         """Return a DataFrame with a row for each time point and a column for each response over time."""
         columns = {name: values for name, values in self.responses.items() if np.ndim(values) == 1}
-        return _pandas().DataFrame(columns, index=_pandas().Index(_points(self.time), name="time"))
+        return _pandas().DataFrame(columns, index=_pandas().Index(_points(self.time), name=self.axis))
 
     def to_xarray(self) -> Any:
-        """Return a Dataset with the coordinate `time`."""
-        data = {name: (("time",) if np.ndim(values) else (), values) for name, values in self.responses.items()}
-        return _xarray().Dataset(data, coords={"time": _points(self.time)})
+        """Return a Dataset with the coordinate :attr:`axis`."""
+        data = {name: ((self.axis,) if np.ndim(values) else (), values) for name, values in self.responses.items()}
+        return _xarray().Dataset(data, coords={self.axis: _points(self.time)})
 
 
 @dataclass(frozen=True)
@@ -113,6 +116,8 @@ class Analyses:
     objective, violation_pct : ndarray, shape (m,)
     failures : list of (str or None)
         Why the analysis of a design failed.
+    axis : str
+        As in :class:`Analysis`.
     """
 
     designs: Array
@@ -123,6 +128,7 @@ class Analyses:
     constraints: dict[str, Array]
     violation_pct: Array
     failures: list[str | None]
+    axis: str = "time"
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -135,10 +141,10 @@ class Analyses:
         return _pandas().DataFrame(columns)
 
     def to_xarray(self) -> Any:
-        """Return a Dataset with the dimensions `design` and `time`."""
-        data: dict[str, Any] = {n: (("design", "time")[: v.ndim], v) for n, v in self.responses.items()}
+        """Return a Dataset with the dimensions `design` and :attr:`axis`."""
+        data: dict[str, Any] = {n: (("design", self.axis)[: v.ndim], v) for n, v in self.responses.items()}
         data |= {"objective": ("design", self.objective), "violation_pct": ("design", self.violation_pct)}
-        coords = {"time": _points(self.time)} | {n: ("design", self.designs[:, k]) for k, n in enumerate(self.variables)}
+        coords = {self.axis: _points(self.time)} | {n: ("design", self.designs[:, k]) for k, n in enumerate(self.variables)}
         return _xarray().Dataset(data, coords=coords)
 
 
@@ -154,12 +160,15 @@ class Sensitivities:
     values : dict of str to ndarray
         For each response an array of shape (nt, n), or (n,) if it does not depend on time; in the unit of the response over
         that of the variable.
+    axis : str
+        As in :class:`Analysis`.
     """
 
     design: Array
     variables: tuple[str, ...]
     time: Array | None
     values: dict[str, Array]
+    axis: str = "time"
 
     def __getitem__(self, name: str) -> Array:
         """The derivatives of the response of this name."""
@@ -170,15 +179,15 @@ class Sensitivities:
         pandas = _pandas()
         over_time = {name: v for name, v in self.values.items() if v.ndim == 2}
         columns = {(name, variable): v[:, k] for name, v in over_time.items() for k, variable in enumerate(self.variables)}
-        frame = pandas.DataFrame(columns, index=pandas.Index(_points(self.time), name="time"))
+        frame = pandas.DataFrame(columns, index=pandas.Index(_points(self.time), name=self.axis))
         if columns:
             frame.columns = pandas.MultiIndex.from_tuples(list(columns), names=["response", "variable"])
         return frame
 
     def to_xarray(self) -> Any:
-        """Return a Dataset with the dimensions `time` and `variable`."""
-        data = {name: (("time", "variable")[-values.ndim :], values) for name, values in self.values.items()}
-        return _xarray().Dataset(data, coords={"time": _points(self.time), "variable": list(self.variables)})
+        """Return a Dataset with the dimensions :attr:`axis` and `variable`."""
+        data = {name: ((self.axis, "variable")[-values.ndim :], values) for name, values in self.values.items()}
+        return _xarray().Dataset(data, coords={self.axis: _points(self.time), "variable": list(self.variables)})
 
 
 @dataclass(frozen=True)

@@ -342,7 +342,7 @@ fn description(model: &Model) -> Value {
     };
     let finite = |v: f64| v.is_finite().then_some(v);
     let variable = |v: &DesignVariable| json!({ "name": v.name, "unit": v.unit, "start": v.start, "lower": finite(v.lower), "upper": finite(v.upper) });
-    let output = |(name, unit, grid): (&str, &str, Option<usize>)| json!({ "name": name, "unit": unit, "changes": grid.is_some() });
+    let output = |((name, unit, grid), factor): ((&str, &str, Option<usize>), f64)| json!({ "name": name, "unit": unit, "changes": grid.is_some(), "factor": factor });
     let shown = |times: Vec<f64>| model.grid().map(|grid| times.iter().map(|&t| grid.shown(t)).collect::<Vec<_>>());
     let drawing_times = model.drawing_times().and_then(shown);
     let grid = |grid: &TimeGrid| {
@@ -354,7 +354,7 @@ fn description(model: &Model) -> Value {
     json!({
         "title": model.title(),
         "variables": model.variables().iter().map(variable).collect::<Vec<_>>(),
-        "outputs": model.output_names().map(output).collect::<Vec<_>>(),
+        "outputs": model.output_names().zip(model.output_factors()).map(output).collect::<Vec<_>>(),
         "time": model.grid().map(grid),
         "drawing_times": drawing_times,
         "objective": problem.as_ref().map(objective),

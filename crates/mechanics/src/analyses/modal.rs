@@ -26,7 +26,7 @@ pub struct Modes {
 ///
 /// [`Error::Analysis`] if a motion that satisfies the constraints has no mass; [`Error::Unsupported`] for dry friction that sticks.
 pub fn modes(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<Modes> {
-    refuse_friction(mechanism, "vibrations about a state at rest")?;
+    refuse_friction(mechanism, "a vibration about a state at rest")?;
     let mut rows = vec![[0.0]; system.size()];
     system.assemble(mechanism, state, Linearization::statics(), &mut rows);
     let stiffness = system.dense();

@@ -138,7 +138,7 @@ pub(crate) fn states_at_rest(
     about: About,
     t: f64,
 ) -> Result<(State<f64>, Vec<State<Dual8>>)> {
-    refuse_friction(mechanism, "vibrations about a state at rest")?;
+    refuse_friction(mechanism, "a vibration about a state at rest")?;
     let mut values = State::built(mechanism, t);
     let projection = assemble(system, mechanism, &mut values, Assembly::default())?;
     values.v.fill(0.0);

@@ -256,7 +256,7 @@ pub(crate) fn passage(
     let mut held = end.clone();
     AccelerationSolver::default().solve(system, mechanism, &mut held)?;
     let events = (contact, at_event);
-    let (state, rebound) = go_on(system, mechanism, (events, false), &held, [jump.clone(), after.clone()])?;
+    let (state, rebound) = after_event(system, mechanism, (events, false), &held, [jump.clone(), after.clone()])?;
     if is_impact {
         let event = &mechanism.events[contact];
         let jet = event.gap_jet(&state, &state.v);
@@ -265,7 +265,7 @@ pub(crate) fn passage(
         let stays = event.restitution == Some(0.0) || jet.v1 <= TOUCHING || (jet.v2 < 0.0 && is_last);
         if let Some(Unilateral::Contact { closed, .. }) = event.unilateral.filter(|_| stays) {
             after.set(closed, true);
-            let (state, jump) = go_on(system, mechanism, (events, true), &held, [jump, after])?;
+            let (state, jump) = after_event(system, mechanism, (events, true), &held, [jump, after])?;
             return Ok(Passage { stays: true, jump, after: state.modes });
         }
     }
@@ -276,7 +276,7 @@ pub(crate) fn passage(
 ///
 /// `jump` and `after` are the modes before anything lets go. A rigid contact that `stays` closed has no restitution, and is held as long
 /// as it is pressed together.
-fn go_on(
+fn after_event(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     ((contact, at_event), stays): ((usize, &[usize]), bool),
@@ -286,12 +286,11 @@ fn go_on(
     let is_impact = mechanism.events[contact].is_open_contact(&held.modes);
     let mut state = State { modes: jump.clone(), ..held.clone() };
     if is_impact {
-        while let Some(k) = pulled(system, mechanism, (contact, stays), &mut state)? {
-            let Some(law) = mechanism.events[k].unilateral else { break };
+        while let Some((event, law)) = pulling_contact(system, mechanism, (contact, stays), &mut state)? {
             let mut opened = State { modes: jump.clone(), ..held.clone() };
             law.open(&mut opened.modes);
             apply_impact(system, mechanism, (contact, stays), &mut opened)?;
-            if mechanism.events[k].gap_jet(&opened, &opened.v).v1 <= TOUCHING {
+            if event.gap_jet(&opened, &opened.v).v1 <= TOUCHING {
                 break; // rebounds would never end
             }
             [&mut jump, &mut after].into_iter().for_each(|modes| law.open(modes));
@@ -315,24 +314,24 @@ fn go_on(
     Ok((state, jump))
 }
 
-/// Applies the impact at a contact to the velocities of `state`. Returns the number of the closed contact whose impulse pulls most, if
-/// there is one: a contact can only push, so it has to let go.
-fn pulled(
+/// Applies the impact at a contact to the velocities of `state`. Returns the closed contact whose impulse pulls most, if there is one:
+/// a contact can only push, so it has to let go.
+fn pulling_contact<'m>(
     system: &mut System,
-    mechanism: &Mechanism<f64>,
+    mechanism: &'m Mechanism<f64>,
     impact: (usize, bool),
     state: &mut State<f64>,
-) -> Result<Option<usize>> {
+) -> Result<Option<(&'m EventElement<f64>, Unilateral)>> {
     let impulses = apply_impact(system, mechanism, impact, state)?;
     let largest = impulses.joints.iter().fold(impulses.contact.abs(), |a, x| a.max(x.abs()));
-    let pull = mechanism.events.iter().enumerate().filter_map(|(k, event)| match event.unilateral? {
-        Unilateral::Contact { multiplier, closed, .. } if state.modes.is_on(closed) => {
-            Some((k, impulses.joints[multiplier]))
+    let pull = mechanism.events.iter().filter_map(|event| match event.unilateral? {
+        law @ Unilateral::Contact { multiplier, closed, .. } if state.modes.is_on(closed) => {
+            Some((event, law, impulses.joints[multiplier]))
         }
         _ => None,
     });
-    let worst = pull.filter(|(_, pull)| *pull > EXCESS * largest).max_by(|a, b| a.1.total_cmp(&b.1));
-    Ok(worst.map(|(k, _)| k))
+    let worst = pull.filter(|(.., pull)| *pull > EXCESS * largest).max_by(|a, b| a.2.total_cmp(&b.2));
+    Ok(worst.map(|(event, law, _)| (event, law)))
 }
 
 /// Sets the modes of dry friction to the velocities of `state`: where they are zero, compared with those `before` an event, it sticks,

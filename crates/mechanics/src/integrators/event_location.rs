@@ -272,13 +272,9 @@ impl EventLocator {
         let (before, after) = (impact.gap(old), impact.gap(new));
         let has_begun = self.opened == Some(contact) || self.simultaneous.contains(&contact);
         let has_bounced = self.opened == Some(contact) && self.is_bounce;
-        if impact.is_open_contact(&old.modes) && before.abs() <= TOUCHING {
-            let rate = impact.rate(old, &old.v);
-            if rate > TOUCHING {
-                return [rate, after / h];
-            }
-        }
-        if !has_bounced && impact.is_unilateral_at_rest(&old.modes, before, has_begun) {
+        let is_touching = impact.is_open_contact(&old.modes) && before.abs() <= TOUCHING;
+        let is_opening = is_touching && impact.rate(old, &old.v) > TOUCHING;
+        if !has_bounced && !is_opening && impact.is_unilateral_at_rest(&old.modes, before, has_begun) {
             let rate = impact.rate(old, &old.v);
             let is_leaving = has_begun || after > before;
             return match impact.is_sliding(&old.modes) && rate > 0.0 && has_begun {
@@ -290,9 +286,9 @@ impl EventLocator {
         if impact.is_held(&old.modes) {
             return [before.max(BEGUN), if after == 0.0 { BEGUN } else { after }];
         }
-        let is_at_zero = has_begun || before == 0.0;
-        // A switch has crossed zero with a gap of rounding size, from which it returns.
-        let passed = if impact.restitution.is_none() { before } else { 0.0 };
+        let is_at_zero = is_opening || has_begun || before == 0.0;
+        // A switch has crossed zero with a gap of rounding size, from which it returns; a contact may overlap by as much.
+        let passed = if impact.restitution.is_none() { before } else { before.min(0.0) };
         let [begin, end] = match is_at_zero {
             true => [impact.rate(old, &old.v), (after - passed) / h],
             false => [before, after],
@@ -366,7 +362,9 @@ impl EventLocator {
             }
         }
         let (mut low, mut high) = ([0.0, begin], [longest, end]);
-        let (small, mut trial) = (4.0 * f64::EPSILON * (begin - end), longest);
+        // Also where the step is much longer than the way to the event.
+        let small = (4.0 * f64::EPSILON * (begin - end)).min(CLOSED_GAP * begin);
+        let mut trial = longest;
         for _ in 0..MAX_TRIALS {
             let root = (low[0] * high[1] - high[0] * low[1]) / (high[1] - low[1]);
             if !(low[0] < root && root < high[0]) {

@@ -5,7 +5,8 @@ use crate::system::state::State;
 /// Extrapolates accelerations and multipliers of past steps by a polynomial in time.
 ///
 /// The polynomial is constant, linear or quadratic: the degree that predicts the last step best is used for the next. For
-/// smooth motions it is two, and Newton's iteration needs one correction. For oscillations and jumps it is zero.
+/// smooth motions it is two, and Newton's iteration needs one correction. For oscillations and jumps it is zero. A step that is much longer
+/// than those before, as after several events in a short time, has a lower degree: extrapolation would amplify rounding errors.
 #[derive(Clone, Debug)]
 pub struct Predictor {
     /// Ends of past steps, the latest first; the oldest only serves to choose the degree.
@@ -24,6 +25,9 @@ struct StepEnd {
 
 /// Highest degree.
 const DEGREE: usize = 2;
+
+/// Largest ratio of a step to the steps by whose ends it is extrapolated.
+const REACH: f64 = 20.0;
 
 impl Predictor {
     /// Predictor at the start of the motion.
@@ -57,7 +61,10 @@ impl Predictor {
 
     /// Sets accelerations and multipliers of `state` to the prediction for its time.
     pub fn predict(&self, state: &mut State<f64>) {
-        let points = &self.past[..=self.degree];
+        let ahead = state.t - self.past[0].t;
+        let is_long = |pair: &&[StepEnd]| REACH * (pair[0].t - pair[1].t) >= ahead;
+        let degree = self.past[..=self.degree].windows(2).take_while(is_long).count();
+        let points = &self.past[..=degree];
         let weights = weights(points, state.t);
         state.a.fill(0.0);
         state.l.fill(0.0);
@@ -107,5 +114,16 @@ mod tests {
         }
         predictor.predict(&mut next);
         assert_eq!(next.a, [1.0]);
+    }
+
+    #[test]
+    fn rounding_errors_of_short_steps_are_not_extrapolated() {
+        let mut predictor = Predictor::new(&state(0.0, 1.0));
+        for k in 1..4 {
+            predictor.add(&state(1e-9 * f64::from(k), 1.0 + 1e-15 * f64::from(k * k)));
+        }
+        let mut next = state(1.0, 0.0);
+        predictor.predict(&mut next);
+        assert!((next.a[0] - 1.0).abs() < 1e-12, "{:?}", next.a);
     }
 }

@@ -193,45 +193,90 @@ fn all_methods_agree_through_sticking_and_lifting() {
     check_semi_analytical_by(&smooth, ("platform", 1e-3), &Platform, &PLATFORM, &[0.05, 0.2, 0.35]);
 }
 
-/// A bar of 1 kg and 1 kg·m² rests on its left end and falls onto its right one, at a distance of 1 m. A joint would pull at the left
-/// end during the impact: the contact lets go there.
+/// A bar with the mass b₀, the moment of inertia b₁ and the length 2 b₂ rests on its left end, at an angle of b₃, and falls onto its
+/// right one under the gravity b₅. Both ends have the restitution b₄.
+struct RockingBar;
+
+const BAR: [f64; 6] = [1.2, 0.9, 0.5, 0.2, 0.5, 9.81];
+
+impl ParametricMechanism for RockingBar {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[5]);
+        let bar = m.body("bar", b[0], b[1], Pose { x: zero, y: b[2] * b[3].sin(), theta: b[3] });
+        let ground = m.ground();
+        m.rigid_wall("left", ground.origin(), zero, bar.at(-b[2], zero), b[4]);
+        m.rigid_wall("right", ground.origin(), zero, bar.at(b[2], zero), b[4]);
+        for (name, from, to) in [("height", ground.y, bar.y), ("angle", ground.theta, bar.theta)] {
+            let sensor = m.coordinate_sensor(name, from, to);
+            for what in ["position", "velocity"] {
+                let term = m.measure(sensor, what)?;
+                m.output(format!("{name} {what}"), &[term]);
+            }
+        }
+        Ok(m)
+    }
+}
+
+/// Rates of height and angle after the impact of the right end. Energy gives the angular velocity ω before it, and the left end lets
+/// go: the impulse is P = (1 + e) 2 r ω / (1/m + r²/J).
+fn after_impact<S: Scalar>(b: &[S]) -> [S; 2] {
+    let [mass, inertia, half, tilt, restitution, gravity] = std::array::from_fn(|k| b[k]);
+    let rate = (mass * gravity * half * tilt.sin() * 2.0 / (inertia + mass * half * half)).sqrt();
+    let impulse = (restitution + 1.0) * half * rate * 2.0 / (S::from(1.0) / mass + half * half / inertia);
+    [impulse / mass - half * rate, impulse * half / inertia - rate]
+}
+
+/// Time in s between the impact of the right end and the next one.
+const IN_FLIGHT: f64 = 0.4;
+
 #[test]
 fn a_closed_contact_does_not_pull_during_an_impact() {
-    let tilt: f64 = 0.2;
-    let mut m = Mechanism::with_gravity(0.0, -9.81);
-    let bar = m.body("bar", 1.0, 1.0, Pose { x: 0.0, y: 0.5 * tilt.sin(), theta: tilt });
-    let ground = m.ground();
-    m.rigid_wall("left", ground.origin(), 0.0, bar.at(-0.5, 0.0), 0.5);
-    m.rigid_wall("right", ground.origin(), 0.0, bar.at(0.5, 0.0), 0.5);
-    for (name, coordinate) in [("height", bar.y), ("angle", bar.theta)] {
-        let from = if name == "angle" { ground.theta } else { ground.y };
-        let sensor = m.coordinate_sensor(name, from, coordinate);
-        for what in ["position", "velocity"] {
-            let term = m.measure(sensor, what).unwrap();
-            m.output(format!("{name} {what}"), &[term]);
-        }
-    }
-    // Energy until the impact; then P = 1.5 ω / (1/m + r²/J), which moves the left end upwards by 0.9 ω.
-    let rate = (2.0 * 9.81 * 0.5 * tilt.sin() / 1.25).sqrt();
-    let exact = |t: f64| [0.7 * rate * t - 0.5 * 9.81 * t * t, 0.7 * rate - 9.81 * t, -0.4 * rate * t, -0.4 * rate];
-    let end = 0.4;
+    let m = RockingBar.build(&BAR).unwrap();
+    let [climb, turn] = after_impact(&BAR);
     for (history, accuracy) in [
-        (simulate_explicitly(&m, &Explicit::eighth_order(1e-11), &[end]).unwrap(), 1e-8),
-        (simulate(&m, &Dynamics::fixed(1e-4), &[end]).unwrap(), 1e-6),
+        (simulate_explicitly(&m, &Explicit::eighth_order(1e-11), &[IN_FLIGHT]).unwrap(), 1e-8),
+        (simulate(&m, &Dynamics::fixed(1e-4), &[IN_FLIGHT]).unwrap(), 1e-6),
     ] {
-        assert_eq!(history.impacts[0].contact, "right");
-        assert!(history.impacts.len() == 1, "{:?}", history.impacts);
-        let exact = exact(end - history.impacts[0].t);
+        assert!(history.impacts.len() == 1 && history.impacts[0].contact == "right", "{:?}", history.impacts);
+        let t = IN_FLIGHT - history.impacts[0].t;
+        let exact = [climb * t - 0.5 * BAR[5] * t * t, climb - BAR[5] * t, turn * t, turn];
         let error = history.values.iter().zip(exact).map(|(ours, exact)| (ours[0] - exact).abs()).fold(0.0, f64::max);
         assert!(error < accuracy, "{error:.1e} {:?} {exact:?}", history.values);
     }
-    // The rebounds of both ends die out.
-    for history in [
-        simulate_explicitly(&m, &Explicit::eighth_order(1e-11), &[3.0]).unwrap(),
-        simulate(&m, &Dynamics::fixed(1e-3), &[3.0]).unwrap(),
-    ] {
-        assert!(history.values.iter().all(|x| x[0].abs() < 1e-9), "{:?}", history.values);
+}
+
+/// The impacts of the two ends take turns, ever faster. Slender and thick bars, with little and much restitution.
+#[test]
+fn rocking_bars_come_to_rest() {
+    let all = [0.02, 0.1, 0.3, 0.9, 2.0].into_iter().flat_map(|inertia| {
+        [0.0, 0.1, 0.5, 0.7]
+            .into_iter()
+            .flat_map(move |restitution| [0.05, 0.2, 0.31].map(|tilt| [1.2, inertia, 0.5, tilt, restitution, 9.81]))
+    });
+    for b in all {
+        let m = RockingBar.build(&b).unwrap();
+        for history in [
+            simulate_explicitly(&m, &Explicit::eighth_order(1e-10), &[8.0]),
+            simulate_explicitly(&m, &Explicit::adaptive(1e-8), &[8.0]),
+            simulate(&m, &Dynamics::fixed(2e-3), &[8.0]),
+        ] {
+            let values = history.unwrap_or_else(|error| panic!("{b:?}: {error}")).values;
+            assert!(values.iter().all(|x| x[0].abs() < 1e-8), "{b:?}: {values:?}");
+        }
     }
+}
+
+#[test]
+fn derivatives_through_an_impact_that_opens_a_contact_are_exact() {
+    check((&RockingBar, IN_FLIGHT), &BAR, &[3], |_| {
+        let (value, slopes) = gradient(|b| after_impact(b)[1], &BAR);
+        (value, slopes, hessian(|b| after_impact(b)[1], &BAR).2.iter().copied().collect())
+    });
+    let all = all_settings();
+    let smooth = [all[0], all[1], all[3]];
+    check_adjoint_by(&smooth, ("rocking bar", 1e-8), &RockingBar, &BAR, &[0.2, IN_FLIGHT]);
+    check_semi_analytical_by(&smooth, ("rocking bar", 1e-3), &RockingBar, &BAR, &[0.2, IN_FLIGHT]);
 }
 
 #[test]

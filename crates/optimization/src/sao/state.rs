@@ -181,7 +181,10 @@ impl State {
     pub(super) fn check(&self, problem: &Problem) -> Result<()> {
         check_version(self.version)?;
         if self.fingerprint != problem.fingerprint() {
-            let why = format!("it belongs to another problem (`{}`, here `{}`)", self.problem, problem.name);
+            let why = format!(
+                "it belongs to another problem, or an earlier version wrote it (`{}`, here `{}`)",
+                self.problem, problem.name
+            );
             return Err(fault(why, "continue it with the problem, bounds and limits that it was written with"));
         }
         self.check_shape(problem)

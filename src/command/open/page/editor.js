@@ -94,10 +94,11 @@ export class Editor {
   }
 }
 
-// The text of a constraint that keeps an output on one side of a line through points (t, v) of increasing t, in the unit of the axis.
-export function limitText(text, output, relation, drawn, digits, { variable, factor }) {
+// The text of a constraint that keeps an output on one side of a line through points (t, v) of increasing t, in the units of
+// the plot. A plain number of `at_most` is in the unit of the output; formulas are in SI units.
+export function limitText(text, { name: output, factor: unit }, relation, drawn, digits, { variable, factor }) {
   const round = (v) => Number(v.toPrecision(digits));
-  const points = drawn.map(([t, v]) => [t * factor, v]);
+  const points = drawn.map(([t, v]) => [t * factor, v * unit]);
   const names = new Set([...text.matchAll(/name\s*=\s*"([^"]*)"/g)].map((found) => found[1]));
   let k = 1;
   while (names.has(`drawn limit ${k}`)) k += 1;
@@ -106,7 +107,7 @@ export function limitText(text, output, relation, drawn, digits, { variable, fac
   const [low, high] = [Math.min(...values), Math.max(...values)];
   const [[t0, v0], [t1, v1]] = [points[0], points[points.length - 1]];
   const head = (value, limit) => `${text.trimEnd()}\n\n[[constraint]]\nname = "drawn limit ${k}"\nvalue = "${value}"\n${key} = ${limit}\nfrom = ${round(t0)}\nto = ${round(t1)}\n`;
-  if (high - low < 0.02 * Math.max(Math.abs(low), Math.abs(high))) return head(output, round((low + high) / 2));
+  if (high - low < 0.02 * Math.max(Math.abs(low), Math.abs(high))) return head(output, round((low + high) / 2 / unit));
   if (points.length === 2) {
     const slope = (v1 - v0) / (t1 - t0);
     return head(`${output} - (${round(v0)} + ${round(slope)}*(${variable} - ${round(t0)}))`.replaceAll("+ -", "- ").replaceAll("- -", "+ "), 0);

@@ -344,7 +344,7 @@ function buildPlots() {
     ...model.outputs.flatMap((output, h) => {
       if (!output.changes) return [];
       const one = of(output.name, output.unit, { output: h });
-      if (model.objective) one.plot.drawable((relation, ends) => editor.replace(limitText(editor.area.value, output.name, relation, ends, 4, time)));
+      if (model.objective) one.plot.drawable((relation, ends) => editor.replace(limitText(editor.area.value, output, relation, ends, 4, time)));
       return [one];
     }),
     ...model.constraints.flatMap((c, j) => (c.changes && c.output === null && c.follows === null ? [of(`${c.name} (constrained)`, c.unit, { constraint: j })] : [])),
