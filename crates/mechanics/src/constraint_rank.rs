@@ -23,22 +23,40 @@ pub(crate) struct ConstraintRank {
 impl ConstraintRank {
     /// The rank in the given state.
     pub fn of(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Self {
-        let mut rank = Self { redundant: Vec::new(), basis: Vec::new(), smallest: (f64::INFINITY, 0) };
-        for (m, mut row) in system.constraint_jacobian(mechanism, state).into_iter().enumerate() {
-            let whole = norm(&row);
-            rank.project(&mut row);
-            let rest = norm(&row);
-            let share = rest / whole.max(1e-300);
-            if share < rank.smallest.0 {
-                rank.smallest = (share, m);
-            }
-            if rest <= DEPENDENT * whole.max(1e-300) {
-                rank.redundant.push(m);
-            } else {
-                rank.basis.push(row.iter().map(|x| x / rest).collect());
-            }
+        let mut rank = Self::none();
+        for (m, row) in system.constraint_jacobian(mechanism, state).into_iter().enumerate() {
+            rank.add(m, row);
         }
         rank
+    }
+
+    /// The rank of no constraints.
+    pub fn none() -> Self {
+        Self { redundant: Vec::new(), basis: Vec::new(), smallest: (f64::INFINITY, 0) }
+    }
+
+    /// Adds the gradient `row` of the multiplier `m`. Returns whether it is independent of the gradients before it.
+    pub fn add(&mut self, m: usize, mut row: Vec<f64>) -> bool {
+        let whole = norm(&row);
+        self.project(&mut row);
+        let rest = norm(&row);
+        let share = rest / whole.max(1e-300);
+        if share < self.smallest.0 {
+            self.smallest = (share, m);
+        }
+        let is_independent = rest > DEPENDENT * whole.max(1e-300);
+        match is_independent {
+            true => self.basis.push(row.iter().map(|x| x / rest).collect()),
+            false => self.redundant.push(m),
+        }
+        is_independent
+    }
+
+    /// Returns whether the gradient `row` depends on those that were added.
+    pub fn depends(&self, mut row: Vec<f64>) -> bool {
+        let whole = norm(&row);
+        self.project(&mut row);
+        norm(&row) <= DEPENDENT * whole.max(1e-300)
     }
 
     /// Number of independent constraints.

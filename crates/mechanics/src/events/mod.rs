@@ -5,7 +5,8 @@
 //! | `event` | contacts and switches of a mechanism, the record of an event |
 //! | `impact` | jump of the velocities at an impact, accelerations after a switch |
 //! | `when` | events by a condition: joints that let go, forces that are switched, the end of a motion |
-//! | `unilateral` | rigid contacts that last, dry friction that sticks: modes after an event |
+//! | `unilateral` | rigid contacts that last, dry friction that sticks |
+//! | `settling` | their modes after an event and at the start |
 //! | `modes` | elements that are active, events that have happened |
 //! | `held_outputs` | outputs that keep their value from an event on |
 //!
@@ -16,6 +17,7 @@ pub(crate) mod event;
 pub(crate) mod held_outputs;
 pub(crate) mod impact;
 pub(crate) mod modes;
+pub(crate) mod settling;
 pub(crate) mod unilateral;
 pub(crate) mod when;
 

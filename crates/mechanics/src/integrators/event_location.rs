@@ -5,7 +5,8 @@ use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{
     TIME_ROUNDING, apply_impact, apply_switch, gap_rounding, make_consistent, simultaneous_switches, switch_offset,
 };
-use crate::events::unilateral::{SHORTEST_FLIGHT, TOUCHING, Unilateral, passage};
+use crate::events::settling::{SHORTEST_FLIGHT, passage};
+use crate::events::unilateral::{TOUCHING, Unilateral};
 use crate::integrators::generalized_alpha::{Integrator, Step};
 use crate::integrators::settings::StepSize;
 use crate::mechanism::Mechanism;
@@ -283,7 +284,7 @@ impl EventLocator {
                 false => [BEGUN, after],
             };
         }
-        if impact.is_held(&old.modes) {
+        if impact.is_held(&old.modes) || impact.is_resting(&old.modes) {
             return [before.max(BEGUN), if after == 0.0 { BEGUN } else { after }];
         }
         let is_at_zero = is_opening || has_begun || before == 0.0;

@@ -1,7 +1,7 @@
 //! Implicit time stepping of a mechanism, with step control and events.
 
+use crate::events::settling::{assemble_closed, settle_start};
 use crate::events::unilateral::refuse_friction;
-use crate::events::unilateral::{assemble_closed, settle_start};
 use crate::initial_conditions::{
     AccelerationSolver, Projection, assemble, equilibrium_reactions, make_velocities_consistent,
 };
@@ -62,7 +62,7 @@ impl<'m> TimeStepper<'m> {
             projection.position = equilibrium_reactions(&mut system, mechanism, &mut state, statics)?;
         }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
-        if settle_start(&mut system, mechanism, &mut state)? {
+        if settle_start(&mut system, mechanism, &mut state, settings.step)? {
             let InitialConfiguration::Built = settings.initial_configuration else {
                 return Err(closed_in_equilibrium(mechanism, &state));
             };

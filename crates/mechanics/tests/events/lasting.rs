@@ -378,3 +378,182 @@ impl ParametricMechanism for Dropped {
 fn adjoint_derivatives_include_constraints_that_are_linear_until_they_let_go() {
     check_adjoint_by(&all_settings(), ("dropped bar", 1e-8), &Dropped, &DROPPED, &[0.1, 0.25, 0.5]);
 }
+
+/// A slider-crank: crank of the length b₀ and the moment of inertia b₁, rod of the length b₂ without mass, slider of the mass b₃ with the
+/// friction b₄. The crank is driven with the speed b₅, or by the torque b₅ against friction of 0.01 m · b₄ in its bearing.
+struct FrictionCrank {
+    is_driven: bool,
+}
+
+const FRICTION_CRANK: [f64; 6] = [0.06, 0.02, 0.25, 2.0, 30.0, 6.0];
+
+impl ParametricMechanism for FrictionCrank {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let ground = m.ground();
+        let crank = m.body("crank", S::from(1.0), b[1], Pose { x: zero, y: zero, theta: zero });
+        let slider = m.point_mass("slider", b[3], b[0] + b[2], zero);
+        m.revolute("bearing", ground.origin(), crank.origin());
+        m.distance_constraint("rod", crank.at(b[0], zero), slider.origin(), b[2]);
+        m.fix(slider.y);
+        let rail = m.dry_friction("rail", ground.x, slider.x, [b[4], S::from(1.0), zero]);
+        if self.is_driven {
+            let motor = m.driver("motor", ground.theta, crank.theta, ConstantSpeed, &[zero, b[5]]);
+            let torque = m.measure(motor, "driving_force")?;
+            m.output("torque", &[torque]);
+        } else {
+            m.load("motor", ground.theta, crank.theta, Fixed, &[b[5]]);
+            m.dry_friction("bearing friction", ground.theta, crank.theta, [b[4] * 0.01, S::from(1.0), zero]);
+            let sensor = m.coordinate_sensor("turn", ground.theta, crank.theta);
+            let angle = m.measure(sensor, "position")?;
+            m.output("angle", &[angle]);
+            let energy = m.kinetic_energy();
+            m.output("energy", &[energy]);
+        }
+        outputs(&mut m, slider.x)?;
+        let force = m.measure(rail, "generalized_force")?;
+        m.output("friction", &[force]);
+        Ok(m)
+    }
+}
+
+/// Torque of the motor at the time `t`: inertia and friction of the slider, x′ (m x″ ω² + F sign(x′)).
+fn motor_torque<S: Scalar>(b: &[S], t: f64) -> S {
+    let [r, l, mass, friction, speed] = [b[0], b[2], b[3], b[4], b[5]];
+    let (sin, cos) = (speed * t).sin_cos();
+    let rod = (l * l - r * r * sin * sin).sqrt();
+    let slope = -(r * r * sin * cos) / rod;
+    let first = slope - r * sin;
+    let second = (-(r * r * (cos * cos - sin * sin)) - slope * slope) / rod - r * cos;
+    let sign = if (FRICTION_CRANK[5] * t).sin() > 0.0 { -1.0 } else { 1.0 }; // of x′
+    first * (mass * second * speed * speed + friction * sign)
+}
+
+#[test]
+fn friction_of_a_driven_mechanism_changes_its_direction() {
+    let model = FrictionCrank { is_driven: true };
+    let end = 1.3; // the slider has returned twice
+    let mechanism = model.build(&FRICTION_CRANK).unwrap();
+    let times = [0.1, 0.5, 0.6, 0.9, 1.2, end];
+    for (history, accuracy) in [
+        (simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-11), &times).unwrap(), 1e-8),
+        (simulate_explicitly(&mechanism, &Explicit::adaptive(1e-10), &times).unwrap(), 1e-7),
+        (simulate(&mechanism, &Dynamics::fixed(1e-3), &times).unwrap(), 1e-3),
+    ] {
+        let torque = history.series("torque").unwrap();
+        for (ours, t) in torque.iter().zip(times) {
+            let exact = motor_torque(&FRICTION_CRANK, t);
+            assert!((ours - exact).abs() < accuracy, "t = {t}: {ours} {exact}");
+        }
+    }
+    check((&model, end), &FRICTION_CRANK, &[0], |_| {
+        let (value, slopes) = gradient(|b| motor_torque(b, end), &FRICTION_CRANK);
+        (value, slopes, hessian(|b| motor_torque(b, end), &FRICTION_CRANK).2.iter().copied().collect())
+    });
+    let all = all_settings();
+    let smooth = [all[0], all[1], all[3]];
+    check_adjoint_by(&smooth, ("driven crank", 1e-7), &model, &FRICTION_CRANK, &times);
+    check_semi_analytical_by(&smooth, ("driven crank", 1e-3), &model, &FRICTION_CRANK, &times);
+}
+
+/// Two parts of friction hold the crank at rest at a dead centre; it breaks away at the torque of its bearing, and its work becomes
+/// kinetic energy and heat.
+#[test]
+fn friction_in_two_joints_of_a_mechanism_dissipates_its_work() {
+    let model = FrictionCrank { is_driven: false };
+    let [r, _, l, _, friction, torque] = FRICTION_CRANK;
+    let place = |angle: f64| r * angle.cos() + (l * l - (r * angle.sin()).powi(2)).sqrt();
+    let mechanism = model.build(&FRICTION_CRANK).unwrap();
+    let times = [0.05, 0.1, 0.15, 0.2, 0.3];
+    for (history, accuracy) in [
+        (simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-11), &times).unwrap(), 1e-7),
+        (simulate(&mechanism, &Dynamics::fixed(2e-4), &times).unwrap(), 2e-3),
+    ] {
+        let (angle, energy) = (history.series("angle").unwrap(), history.series("energy").unwrap());
+        for (angle, energy) in angle.iter().zip(energy) {
+            let returns = (angle / std::f64::consts::PI).floor();
+            let stroke = place(0.0) - place(std::f64::consts::PI);
+            let last = (place(*angle) - place(returns * std::f64::consts::PI)).abs();
+            let heat = friction * (returns * stroke + last) + 0.01 * friction * angle;
+            let exact = torque * angle - heat;
+            assert!((energy - exact).abs() < accuracy, "{angle}: {energy} {exact}");
+        }
+        assert!(angle[4] > 6.0, "{angle:?}");
+    }
+}
+
+/// A block of 2 kg that the force b₀ cos(b₁ t) pushes over friction against a stop, which carries what pushes; friction holds the block
+/// when the stop no longer does, and slides back.
+struct AgainstStop;
+
+impl ParametricMechanism for AgainstStop {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let block = m.point_mass("block", S::from(2.0), zero, zero);
+        let ground = m.ground();
+        m.load("push", ground.x, block.x, Harmonic, &[zero, b[0], b[1], S::from(std::f64::consts::FRAC_PI_2)]);
+        let rail = m.dry_friction("rail", ground.x, block.x, [b[2], S::from(1.2), zero]);
+        let stop = m.rigid_stop("stop", block.x, ground.x, -b[3], zero);
+        outputs(&mut m, block.x)?;
+        for (element, what) in [(rail, "generalized_force"), (stop, "contact_force")] {
+            let term = m.measure(element, what)?;
+            m.output(what, &[term]);
+        }
+        Ok(m)
+    }
+}
+
+#[test]
+fn friction_at_rest_leaves_the_load_to_a_stop_and_holds_when_it_opens() {
+    let b = [20.0, 3.0, 5.0, 0.3];
+    let mechanism = AgainstStop.build(&b).unwrap();
+    let times = [0.35, 0.45, 0.55, 0.6, 0.9];
+    // The stop opens at 0.524 s, and friction of 6 N breaks away at 0.625 s: F sin(b₁ t) over the time since then gives the velocity.
+    let broken = (-6.0f64 / 20.0).acos() / 3.0;
+    let slid = |t: f64| {
+        let part = |t: f64| -(3.0 * t).cos() / 9.0 * 20.0 + 2.5 * t * t;
+        let rate = |t: f64| 20.0 / 3.0 * (3.0 * t).sin() + 5.0 * t;
+        0.3 + (part(t) - part(broken) - rate(broken) * (t - broken)) / 2.0
+    };
+    for (history, accuracy) in [
+        (simulate_explicitly(&mechanism, &Explicit::eighth_order(1e-11), &times).unwrap(), 1e-9),
+        (simulate(&mechanism, &Dynamics::fixed(1e-3), &times).unwrap(), 1e-4),
+    ] {
+        let of = |name: &str| history.series(name).unwrap().to_vec();
+        let (x, friction, stop) = (of("position"), of("generalized_force"), of("contact_force"));
+        for k in 0..4 {
+            let push = 20.0 * (3.0 * times[k]).cos();
+            assert!((x[k] - 0.3).abs() < 1e-9, "{x:?}");
+            assert!((stop[k] - push.max(0.0)).abs() < accuracy, "{stop:?}");
+            assert!((friction[k] - push.min(0.0)).abs() < accuracy, "{friction:?}");
+        }
+        assert!((x[4] - slid(0.9)).abs() < accuracy, "{x:?} {}", slid(0.9));
+    }
+    check_adjoint_by(&all_settings()[..1], ("against a stop", 1e-7), &AgainstStop, &b, &times);
+}
+
+/// Friction of 5 N and 3 N on one coordinate moves it like friction of 8 N.
+#[test]
+fn two_parts_of_friction_on_one_coordinate_add_up() {
+    let history = |parts: &[f64]| {
+        let mut m = Mechanism::new();
+        let block = m.point_mass("block", 1.5, 0.0, 0.0);
+        let ground = m.ground();
+        m.load("push", ground.x, block.x, Harmonic, &[0.0, 14.0, 4.0, 0.0]);
+        for (k, &force) in parts.iter().enumerate() {
+            m.dry_friction(&format!("friction {k}"), ground.x, block.x, [force, 1.0, 0.0]);
+        }
+        outputs(&mut m, block.x).unwrap();
+        let times: Vec<f64> = (1..40).map(|k| 0.1 * f64::from(k)).collect();
+        [
+            simulate_explicitly(&m, &Explicit::eighth_order(1e-11), &times).unwrap().values,
+            simulate(&m, &Dynamics::fixed(1e-3), &times).unwrap().values,
+        ]
+    };
+    let (one, two) = (history(&[8.0]), history(&[5.0, 3.0]));
+    for (one, two) in one.iter().flatten().flatten().zip(two.iter().flatten().flatten()) {
+        assert!((one - two).abs() < 1e-8, "{one} {two}");
+    }
+}

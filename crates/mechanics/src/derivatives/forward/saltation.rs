@@ -16,7 +16,7 @@ use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::seeding::take_values;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{self, BorderedSystem, Jump, switch_offset};
-use crate::events::unilateral::passage;
+use crate::events::settling::passage;
 use crate::initial_conditions::AccelerationSolver;
 use crate::integrators::settings::StepSize;
 use crate::mechanism::Mechanism;
@@ -87,7 +87,8 @@ where
 
 /// The function of event number `event` at `state`, the end of an implicit step, with its values in `values`.
 ///
-/// Forces of held parts are those of its positions and velocities, as where the event is located.
+/// Forces of held parts are those of its positions and velocities, and velocities of friction satisfy the constraints, as where the
+/// event is located.
 pub(crate) fn event_value<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
@@ -99,10 +100,14 @@ pub(crate) fn event_value<T: DerivativeScalar<L>, const L: usize>(
 where
     Jet2<T>: ElementScalar,
 {
-    if !plain.events[event].is_held(&values.modes) {
+    let has_friction = plain.has_coupled_friction();
+    if !plain.events[event].is_held(&values.modes) && !has_friction {
         return Ok(mechanism.events[event].gap(state));
     }
     let (mut values, mut state) = (values.clone(), state.clone());
+    if has_friction {
+        values = make_consistent(plain, mechanism, system, &values, &mut state)?;
+    }
     AccelerationSolver::default().solve(system, plain, &mut values)?;
     InitialDerivatives::new(plain, mechanism, system).accelerations(&values, &mut state)?;
     Ok(mechanism.events[event].gap(&state))

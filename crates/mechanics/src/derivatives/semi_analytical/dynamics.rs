@@ -13,7 +13,7 @@ use crate::derivatives::semi_analytical::central_difference::{CentralDifference,
 use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
 use crate::elements::element::ElementWorkspace;
 use crate::events::impact::{apply_impact, apply_switch, make_consistent, simultaneous_switches, switch_offset};
-use crate::events::unilateral::passage;
+use crate::events::settling::passage;
 use crate::integrators::generalized_alpha::Step;
 use crate::linalg::factor::SolveWorkspace;
 use crate::mechanism::{Mechanism, ParametricMechanism};

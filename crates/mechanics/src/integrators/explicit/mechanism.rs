@@ -3,7 +3,7 @@
 use crate::constraint_rank::singular_position;
 use crate::diagnostics::not_finite;
 use crate::elements::element::{ElementState, ElementWorkspace};
-use crate::events::unilateral::{assemble_closed, settle_start};
+use crate::events::settling::{assemble_closed, settle_start};
 use crate::initial_conditions::{Projection, assemble, make_velocities_consistent};
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
@@ -454,7 +454,7 @@ pub(crate) fn start<'m>(
     let mut state = State::built(mechanism, settings.start);
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
     projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
-    if settle_start(&mut system, mechanism, &mut state)? {
+    if settle_start(&mut system, mechanism, &mut state, nominal_step(settings, times))? {
         projection = assemble_closed(&mut system, mechanism, &mut state, settings.assembly)?;
     }
     state.l.fill(0.0);
@@ -478,11 +478,7 @@ pub(crate) fn start<'m>(
     let record = recorded.then(|| StepRecord::new(&mut system, &state));
     let mut rhs = MechanismRhs { record, ..MechanismRhs::new(mechanism, system, state.clone()) };
     if mechanism.has_events() {
-        let nominal = match &settings.step_control {
-            StepControl::Fixed(h) => *h,
-            _ => NOMINAL * times.last().map_or(0.0, |end| end - settings.start),
-        };
-        rhs.locator = Some(EventLocator::new(mechanism, &state, StepSize::Fixed(nominal))?);
+        rhs.locator = Some(EventLocator::new(mechanism, &state, nominal_step(settings, times))?);
         rhs.step_ends = Some(StepEnds::new(&state, settings.method.end));
     }
     Ok((OdeDriver::new(rhs, settings, y, times)?, ConsistentState { state, projection }))
@@ -490,6 +486,14 @@ pub(crate) fn start<'m>(
 
 /// Length of an adaptive step to which the times between events are compared, as a fraction of the duration of the motion.
 const NOMINAL: f64 = 1e-3;
+
+/// The size of the steps that bounds the times between events.
+fn nominal_step(settings: &Explicit, times: &[f64]) -> StepSize {
+    StepSize::Fixed(match &settings.step_control {
+        StepControl::Fixed(h) => *h,
+        _ => NOMINAL * times.last().map_or(0.0, |end| end - settings.start),
+    })
+}
 
 /// Checks that the mechanism has no switch, at which an element itself jumps.
 ///

@@ -1,0 +1,359 @@
+//! Modes of rigid contacts and dry friction after an event and at the start of a motion.
+//!
+//! A joint lets go if its force is not admissible: all parts at rest are held first, and the part that violates its limit most is
+//! released, until no limit is violated. A part that was released must then move in the direction in which it was released. Friction
+//! at rest is held only if nothing before it holds its place: joints, drives, closed contacts, or other friction; it rests otherwise.
+//! If several parts of friction hold a motion together, the one that reaches its static limit first keeps its Coulomb force, and the
+//! next one carries the rest. During an impact at another place, closed contacts are joints as well, and the one whose impulse pulls
+//! most lets go, until no impulse pulls.
+
+use crate::constraint_rank::ConstraintRank;
+use crate::events::impact::{apply_impact, gap_rounding, make_consistent};
+use crate::events::modes::Modes;
+use crate::events::unilateral::{AT_REST, TOUCHING, Unilateral, sign, sliding};
+use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
+use crate::integrators::settings::StepSize;
+use crate::mechanism::{EventElement, Mechanism};
+use crate::system::System;
+use crate::system::state::State;
+use crate::{Error, Result};
+
+/// Modes during and after an event.
+pub(crate) struct Passage {
+    /// True if the rigid contact of the event stays closed.
+    pub stays: bool,
+    /// Modes during the jump of the velocities: friction does not stick, as its force has no impulse.
+    pub jump: Modes,
+    /// Modes after the event.
+    pub after: Modes,
+}
+
+/// Time of flight after an impact below which a contact stays closed, in nominal steps.
+///
+/// The flights between the impacts of a ball become shorter by a constant factor: infinitely many of them end at a finite time. A flight
+/// whose height is a rounding error of the gap is the last one as well.
+pub(crate) const SHORTEST_FLIGHT: f64 = 1e-6;
+
+/// Sliding velocity, as a fraction of the largest velocity, that is zero but for rounding.
+const STOPPED: f64 = 1e-12;
+
+/// Largest excess of a force that is rounding.
+const EXCESS: f64 = 1e-9;
+
+/// Finds the modes in which the motion goes on from an event in the state `end`, by steps of the size `step`.
+///
+/// * `contact`: the event that ends the step; `at_event`: this event and those at the same time.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming the parts without consistent modes.
+pub(crate) fn passage(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    (contact, at_event): (usize, &[usize]),
+    end: &State<f64>,
+    step: StepSize,
+) -> Result<Passage> {
+    let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
+    let mut after = end.modes.clone();
+    after.apply(mechanism, at_event);
+    let mut jump = if is_impact { after.clone() } else { end.modes.clone() };
+    if mechanism.events.iter().all(|event| event.unilateral.is_none()) {
+        return Ok(Passage { stays: false, jump, after });
+    }
+    for law in mechanism.events.iter().filter_map(|event| event.unilateral) {
+        if let (Unilateral::Friction { sticking, .. }, true) = (law, law.is_held(&jump)) {
+            jump.set(sticking, false);
+        }
+    }
+    let mut held = end.clone();
+    AccelerationSolver::default().solve(system, mechanism, &mut held)?;
+    let events = (contact, at_event);
+    let modes = [jump.clone(), after.clone()];
+    let (state, rebound) = after_event(system, mechanism, (events, false), &held, modes, step)?;
+    if is_impact {
+        let event = &mechanism.events[contact];
+        let jet = event.gap_jet(&state, &state.v);
+        let (flight, height) = (2.0 * jet.v1 / -jet.v2, jet.v1 * jet.v1 / (-2.0 * jet.v2));
+        let is_last = flight <= SHORTEST_FLIGHT * step.nominal() || height <= gap_rounding(event, &state, 0.0);
+        let stays = event.restitution == Some(0.0) || jet.v1 <= TOUCHING || (jet.v2 < 0.0 && is_last);
+        if let Some(Unilateral::Contact { closed, .. }) = event.unilateral.filter(|_| stays) {
+            after.set(closed, true);
+            let (state, jump) = after_event(system, mechanism, (events, true), &held, [jump, after], step)?;
+            return Ok(Passage { stays: true, jump, after: state.modes });
+        }
+    }
+    Ok(Passage { stays: false, jump: rebound, after: state.modes })
+}
+
+/// The state with accelerations and multipliers after an event in the state `held`, with its modes, and the modes during the jump.
+///
+/// `jump` and `after` are the modes before anything lets go. A rigid contact that `stays` closed has no restitution, and is held as long
+/// as it is pressed together.
+fn after_event(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    ((contact, at_event), stays): ((usize, &[usize]), bool),
+    held: &State<f64>,
+    [mut jump, mut after]: [Modes; 2],
+    step: StepSize,
+) -> Result<(State<f64>, Modes)> {
+    let is_impact = mechanism.events[contact].is_open_contact(&held.modes);
+    let mut state = State { modes: jump.clone(), ..held.clone() };
+    if is_impact {
+        while let Some((event, law)) = pulling_contact(system, mechanism, (contact, stays), &mut state)? {
+            let mut opened = State { modes: jump.clone(), ..held.clone() };
+            law.open(&mut opened.modes);
+            apply_impact(system, mechanism, (contact, stays), &mut opened)?;
+            if event.gap_jet(&opened, &opened.v).v1 <= TOUCHING {
+                break; // rebounds would never end
+            }
+            [&mut jump, &mut after].into_iter().for_each(|modes| law.open(modes));
+            state = State { modes: jump.clone(), ..held.clone() };
+        }
+    } else {
+        make_consistent(system, mechanism, &mut state)?;
+    }
+    state.modes = after;
+    let mut released = Vec::new();
+    for &k in at_event {
+        let event = &mechanism.events[k];
+        match event.unilateral.filter(|_| k != contact || !is_impact) {
+            Some(law @ Unilateral::Contact { .. }) => law.open(&mut state.modes),
+            Some(Unilateral::Friction { multiplier, .. }) if event.is_held(&state.modes) => {
+                released.push((k, sign(state.l[multiplier])));
+            }
+            _ => {}
+        }
+    }
+    let resting = |k: usize| {
+        let law = mechanism.events[k].unilateral.filter(|law| law.is_resting(&held.modes) && !at_event.contains(&k))?;
+        Some((k, law.direction(&held.modes)?))
+    };
+    let resting: Vec<_> = (0..mechanism.events.len()).filter_map(resting).collect();
+    release_together(system, mechanism, &state, &resting, &mut released);
+    let starts = |k: usize| at_event.contains(&k) && mechanism.events[k].is_resting(&held.modes);
+    follow_velocities(mechanism, held, &mut state, starts);
+    settle(system, mechanism, &mut state, (released, step))?;
+    Ok((state, jump))
+}
+
+/// Applies the impact at a contact to the velocities of `state`. Returns the closed contact whose impulse pulls most, if there is one:
+/// a contact can only push, so it has to let go.
+fn pulling_contact<'m>(
+    system: &mut System,
+    mechanism: &'m Mechanism<f64>,
+    impact: (usize, bool),
+    state: &mut State<f64>,
+) -> Result<Option<(&'m EventElement<f64>, Unilateral)>> {
+    let impulses = apply_impact(system, mechanism, impact, state)?;
+    let largest = impulses.joints.iter().fold(impulses.contact.abs(), |a, x| a.max(x.abs()));
+    let pull = mechanism.events.iter().filter_map(|event| match event.unilateral? {
+        law @ Unilateral::Contact { multiplier, closed, .. } if state.modes.is_on(closed) => {
+            Some((event, law, impulses.joints[multiplier]))
+        }
+        _ => None,
+    });
+    let worst = pull.filter(|(.., pull)| *pull > EXCESS * largest).max_by(|a, b| a.2.total_cmp(&b.2));
+    Ok(worst.map(|(event, law, _)| (event, law)))
+}
+
+/// Sets the modes of dry friction to the velocities of `state`: where they are zero, compared with those `before` an event, it sticks;
+/// `starts` tells that it begins to slide.
+fn follow_velocities(
+    mechanism: &Mechanism<f64>,
+    before: &State<f64>,
+    state: &mut State<f64>,
+    starts: impl Fn(usize) -> bool,
+) {
+    let largest = before.v.iter().chain(&state.v).fold(0.0f64, |a, v| a.max(v.abs()));
+    for (k, event) in mechanism.events.iter().enumerate() {
+        let Some(law @ Unilateral::Friction { .. }) = event.unilateral else { continue };
+        let velocity = sliding(event, &state.v);
+        let is_moving = starts(k) || velocity.abs() > AT_REST.max(STOPPED * largest);
+        law.slide(&mut state.modes, is_moving.then(|| sign(velocity)));
+    }
+}
+
+/// Releases parts that are held until no force exceeds its limit, and solves for accelerations and multipliers.
+///
+/// `released`: the events of friction that breaks away, with its directions; it is at rest.
+fn settle(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    (mut released, step): (Vec<(usize, f64)>, StepSize),
+) -> Result<()> {
+    let broken = released.clone();
+    let at_rest = |k: &usize| is_friction(mechanism, *k) && mechanism.events[*k].is_held(&state.modes);
+    let mut at_rest: Vec<usize> = (0..mechanism.events.len()).filter(at_rest).collect();
+    loop {
+        hold(system, mechanism, state, (&at_rest, &released));
+        AccelerationSolver::default().solve(system, mechanism, state)?;
+        let largest = state.l.iter().fold(0.0f64, |a, l| a.max(l.abs()));
+        let held = mechanism.events.iter().enumerate().filter_map(|(k, event)| Some((k, event, event.unilateral?)));
+        let held = held.filter(|(.., law)| law.is_held(&state.modes));
+        let excesses = held.map(|(k, event, law)| (k, law, law.excess(event, state, largest)));
+        let worst = excesses.filter(|(.., excess)| *excess > EXCESS).max_by(|a, b| a.2.total_cmp(&b.2));
+        if let Some((k, law, _)) = worst {
+            law.open(&mut state.modes);
+            let force = if let Unilateral::Friction { multiplier, .. } = law { state.l[multiplier] } else { 1.0 };
+            released.push((k, sign(force)));
+            continue;
+        }
+        // What drives move at once does not rest.
+        let least = AT_REST / (SHORTEST_FLIGHT * step.nominal());
+        let moves = |k: &usize| {
+            mechanism.events[*k].is_resting(&state.modes) && sliding(&mechanism.events[*k], &state.a).abs() > least
+        };
+        let Some(k) = (0..mechanism.events.len()).find(moves) else { break };
+        let direction = sign(sliding(&mechanism.events[k], &state.a));
+        mechanism.events[k].unilateral.iter().for_each(|law| law.slide(&mut state.modes, Some(direction)));
+        at_rest.retain(|other| *other != k);
+        released.retain(|(other, _)| *other != k);
+    }
+    released.retain(|part| !broken.contains(part) && !mechanism.events[part.0].is_resting(&state.modes));
+    let size = state.a.iter().fold(0.0f64, |a, x| a.max(x.abs()));
+    let returns = |&&(k, direction): &&(usize, f64)| {
+        let event = &mechanism.events[k];
+        let acceleration = match event.unilateral {
+            Some(Unilateral::Contact { .. }) => event.gap_jet(state, &state.v).v2,
+            _ => direction * sliding(event, &state.a),
+        };
+        acceleration < -EXCESS * size
+    };
+    released.iter().find(returns).map_or(Ok(()), |&(k, _)| {
+        let name = &mechanism.events[k].gap.name;
+        let why = format!(
+            "at t = {:.6e} s it can neither be held nor let go: no state of contact and friction is consistent",
+            state.t
+        );
+        let remedy =
+            "reduce the friction, or model the contact with stiffness and damping (a wall contact, a bump stop)";
+        Err(Error::analysis(name, why, remedy))
+    })
+}
+
+/// Lets the friction `at_rest` stick where nothing before it holds its place, and rest elsewhere; that which is `released` slides, or
+/// rests with its Coulomb force.
+fn hold(
+    system: &System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    (at_rest, released): (&[usize], &[(usize, f64)]),
+) {
+    if at_rest.is_empty() && !released.iter().any(|(k, _)| is_friction(mechanism, *k)) {
+        return;
+    }
+    let (mut rank, gradients) = sliding_gradients(system, mechanism, state);
+    let is_released = |k: &usize| released.iter().any(|(other, _)| other == k);
+    for &k in at_rest.iter().filter(|k| !is_released(k)) {
+        let is_independent = rank.add(k, gradients[k].clone());
+        mechanism.events[k].unilateral.iter().for_each(|law| match is_independent {
+            true => law.slide(&mut state.modes, None),
+            false => law.rest(&mut state.modes, None),
+        });
+    }
+    for &(k, direction) in released.iter().filter(|(k, _)| is_friction(mechanism, *k)) {
+        let is_held = rank.depends(gradients[k].clone());
+        mechanism.events[k].unilateral.iter().for_each(|law| match is_held {
+            true => law.rest(&mut state.modes, Some(direction)),
+            false => law.slide(&mut state.modes, Some(direction)),
+        });
+    }
+}
+
+fn is_friction(mechanism: &Mechanism<f64>, event: usize) -> bool {
+    matches!(mechanism.events[event].unilateral, Some(Unilateral::Friction { .. }))
+}
+
+/// The rank of the joints, drives and closed contacts, and for each event the gradient of the sliding velocity of its friction.
+///
+/// The coordinate that stores the place of friction does not move while it sticks: it has no part in its gradient.
+fn sliding_gradients(
+    system: &System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+) -> (ConstraintRank, Vec<Vec<f64>>) {
+    let mut rows = system.constraint_jacobian(mechanism, state);
+    let mut gradient = |event: &EventElement<f64>| match event.unilateral {
+        Some(Unilateral::Friction { joint, multiplier, .. }) => {
+            let mut row = std::mem::take(&mut rows[multiplier]);
+            row[mechanism.elements[joint].coordinates[2]] = 0.0;
+            row
+        }
+        _ => Vec::new(),
+    };
+    let gradients = mechanism.events.iter().map(&mut gradient).collect();
+    let mut rank = ConstraintRank::none();
+    for (m, row) in rows.into_iter().enumerate().filter(|(_, row)| !row.is_empty()) {
+        rank.add(m, row);
+    }
+    (rank, gradients)
+}
+
+/// Adds friction that rests with its Coulomb force to that which is `released`, if it slides in that direction with one of these.
+fn release_together(
+    system: &System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    resting: &[(usize, f64)],
+    released: &mut Vec<(usize, f64)>,
+) {
+    if resting.is_empty() || released.is_empty() {
+        return;
+    }
+    let (rank, mut gradients) = sliding_gradients(system, mechanism, state);
+    gradients.iter_mut().filter(|row| !row.is_empty()).for_each(|row| rank.project(row));
+    let alike = |&(j, to): &(usize, f64), &(k, direction): &(usize, f64)| {
+        gradients[j].iter().zip(&gradients[k]).map(|(a, b)| a * b).sum::<f64>() * to * direction > 0.0
+    };
+    let together: Vec<_> = resting.iter().filter(|j| released.iter().any(|k| alike(j, k))).copied().collect();
+    released.extend(together);
+}
+
+/// Sets the modes at the start of a motion in `state`, with consistent velocities: contacts that touch are closed if they are pressed
+/// together, and dry friction at rest sticks. Returns whether contacts are closed.
+///
+/// # Errors
+///
+/// As [`passage`].
+pub(crate) fn settle_start(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    step: StepSize,
+) -> Result<bool> {
+    if mechanism.events.iter().all(|event| event.unilateral.is_none()) {
+        return Ok(false);
+    }
+    let is_closed = |law: Unilateral, modes: &Modes| matches!(law, Unilateral::Contact { .. }) && law.is_held(modes);
+    for event in &mechanism.events {
+        if let Some(Unilateral::Contact { closed, .. }) = event.unilateral {
+            let jet = event.gap_jet(state, &state.v);
+            state.modes.set(closed, jet.re.abs() <= TOUCHING && jet.v1.abs() <= TOUCHING);
+        }
+    }
+    follow_velocities(mechanism, &state.clone(), state, |_| false);
+    let mut settled = state.clone();
+    settle(system, mechanism, &mut settled, (Vec::new(), step))?;
+    state.modes = settled.modes;
+    Ok(mechanism.events.iter().filter_map(|event| event.unilateral).any(|law| is_closed(law, &state.modes)))
+}
+
+/// Assembles the mechanism again, with contacts that begin closed as joints: in designs around, they are closed as well.
+///
+/// # Errors
+///
+/// As [`assemble`] and [`make_velocities_consistent`].
+pub(crate) fn assemble_closed(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    settings: Assembly,
+) -> Result<Projection> {
+    *state = State { modes: state.modes.clone(), ..State::built(mechanism, state.t) };
+    let mut projection = assemble(system, mechanism, state, settings)?;
+    projection.velocity = make_velocities_consistent(system, mechanism, state)?;
+    Ok(projection)
+}
