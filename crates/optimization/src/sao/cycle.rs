@@ -77,6 +77,9 @@ pub struct Cycle {
     pub prediction: Option<Prediction>,
     /// Error of the analysis of the proposed design; `None` if it succeeded.
     pub failure: Option<String>,
+    /// True if the design was accepted without regard to its objective, to leave a stationary point.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_displaced: bool,
 }
 
 impl Cycle {
@@ -115,6 +118,7 @@ impl Cycle {
             residual: None,
             prediction: None,
             failure: None,
+            is_displaced: false,
         }
     }
 
@@ -161,6 +165,7 @@ impl Cycle {
             residual: None,
             prediction: Some(prediction),
             failure: analyzed.err().map(ToString::to_string),
+            is_displaced: false,
         }
     }
 }

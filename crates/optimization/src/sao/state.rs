@@ -258,7 +258,8 @@ impl State {
         let is_better = if last[0] > 0.0 {
             last[0] - violation > tolerance
         } else {
-            violation == 0.0 && last[1] - objective > tolerance * trace.stated.width()
+            let size = trace.stated.width().min(last[1].abs().max(objective.abs()));
+            violation == 0.0 && last[1] - objective > tolerance * size
         };
         is_better.then_some(best)
     }

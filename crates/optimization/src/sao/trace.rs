@@ -12,9 +12,9 @@ pub(super) struct Trace {
     last: Option<(bool, Vec<f64>, f64)>,
     /// The accepted designs.
     pub designs: DesignHistory,
-    /// Range of the objective over the accepted designs.
+    /// Range of the objective over the accepted designs, without those to which the run was displaced.
     pub objective: Range,
-    /// Range of the minimized quantity over the accepted designs: of the peak in a min–max problem.
+    /// That of the minimized quantity: of the peak in a min–max problem.
     pub stated: Range,
     /// True if a step was rejected.
     pub has_rejected: bool,
@@ -89,8 +89,10 @@ impl Trace {
         let stated = cycle.stated_objective();
         if cycle.accepted {
             self.designs.push(&cycle.design);
-            self.objective.add(cycle.objective);
-            self.stated.add(stated);
+            if !cycle.is_displaced {
+                self.objective.add(cycle.objective);
+                self.stated.add(stated);
+            }
         }
         self.has_rejected |= !cycle.accepted;
         if cycle.failure.is_none() {

@@ -19,10 +19,20 @@ const COMPLEMENTARITY: f64 = 1e-5;
 /// Number of accepted designs over which the recent range of the objective is taken.
 const RECENT: usize = 4;
 /// Least F, relative to the geometric mean of the ranges of the objective in the run and over the last [`LONGER`] accepted
-/// designs.
+/// designs, or to the objective.
 const LEAST: f64 = 1e-4;
+/// Violation of a row relative to its scale, relative to its terms Σ |∂ĝ/∂bⱼ| |bⱼ|, and the part of Σ |∂ĝ/∂bⱼ| ℓⱼ that is rounding. A
+/// converged design meets one of them with its own slopes.
+const BY_ITSELF: [f64; 3] = [1e-6, 1e-9, 1e-12];
+/// Largest change of the objective by a row, with its slopes at the last designs, relative to F and to that by the slopes of the
+/// objective. A row whose slopes vanish has no multiplier.
+const LARGEST_MULTIPLIER: f64 = 1e5;
 /// Number of accepted designs of the shorter range, without the start. A start with a huge objective must not count for ever.
 pub(super) const LONGER: usize = 20;
+/// Objective, relative to its range in the run, that is a rounding error: in general, and where the step is zero.
+const VANISHED: [f64; 2] = [1e-18, 1e-15];
+/// Predicted decrease, relative to the objective, from which on another step is made whatever the objective has been.
+const FAR: f64 = 10.0;
 /// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.
 const ROUNDING: [f64; 2] = [1e-14, 1e-12];
 /// Part of the change of the objective that does not matter, below which each of the sums does not matter.
@@ -37,9 +47,13 @@ const AFTER_TRIALS: f64 = 1e-6;
 const STALLED: [f64; 2] = [1e-12, 1e-13];
 
 /// The optimality conditions of the problem at a design, in the unit of the objective.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Optimality {
-    /// R = Σ |∂ⱼL| min(ℓⱼ, distance to the bound that it points to).
+    /// λ.
+    pub multipliers: Vec<f64>,
+    /// |∂ⱼL| min(ℓⱼ, distance to the bound that it points to) of each variable.
+    pub residuals: Vec<f64>,
+    /// R, their sum.
     pub residual: f64,
     /// Σ |λᵢ cᵢ|.
     pub complementarity: f64,
@@ -66,20 +80,21 @@ impl Optimality {
             let distance = if slope[j] > 0.0 { b[j] - variable.lower } else { variable.upper - b[j] };
             slope[j].abs() * distance.max(0.0).min(lengths[j])
         };
+        let residuals: Vec<f64> = (0..b.len()).map(one).collect();
         Self {
-            residual: (0..b.len()).map(one).sum(),
+            residual: residuals.iter().sum(),
+            residuals,
             complementarity: multipliers.iter().zip(&here.c).fold(0.0, |sum, (λ, c)| sum + (λ * c).abs()),
             largest_change: largest_change(&here.slope, lengths),
+            multipliers: multipliers.to_vec(),
         }
     }
 }
 
 /// Quantities that the stop test compares.
 pub(super) struct StopTest<'a> {
-    /// h.
-    pub violation: f64,
-    /// The largest violation in the terms of its row at the current design.
-    pub violation_in_terms: f64,
+    /// True if no row is violated by more than a converged design may violate it.
+    pub is_feasible: bool,
     /// True if the linearized rows have a common point in the box.
     pub is_compatible: bool,
     /// F − F̃.
@@ -87,6 +102,13 @@ pub(super) struct StopTest<'a> {
     /// True if the proposal is at a move limit.
     pub at_limit: bool,
     pub optimality: Optimality,
+    /// True if the slope of the Lagrangian by every variable is a negligible part of its terms: at the last designs, or at all if no
+    /// other step can be made.
+    pub has_slopes_resolved: bool,
+    /// True if no other step can be made.
+    pub is_last: bool,
+    /// Largest change of the objective by a row, |λᵢ| Σ |∂cᵢ/∂bⱼ| ℓⱼ, with its slopes at the last designs.
+    pub largest_multiplier: f64,
     /// Objectives of the last [`LONGER`] + 1 accepted designs, the newest last.
     pub objectives: &'a [f64],
     /// Range of the objective over all accepted designs.
@@ -98,7 +120,9 @@ pub(super) struct StopTest<'a> {
 }
 
 impl StopTest<'_> {
-    /// F: the range of the objective over the last designs or its absolute value, whichever is smaller.
+    /// F: the range of the objective over the last designs or its absolute value, whichever is smaller; at least a part of its
+    /// change in the run. While slopes are not resolved, this part is one of the objective at most: the objective may have
+    /// changed by variables that have little to do with the present slopes, or from a start far away.
     pub fn objective_unit(&self) -> f64 {
         let objective = self.objectives.last().copied().unwrap_or(0.0);
         let range = |count: usize| {
@@ -106,7 +130,10 @@ impl StopTest<'_> {
             spread(recent.iter().copied())
         };
         let longer = LONGER.min(self.objectives.len().saturating_sub(1));
-        range(RECENT).min(objective.abs()).max(LEAST * (range(longer) * self.objective_range).sqrt())
+        let change = range(longer).sqrt() * self.objective_range.sqrt();
+        let least = if self.has_slopes_resolved { change } else { change.min(objective.abs()) };
+        let rounding = if self.is_last { ROUNDING[1] * self.objective_range } else { 0.0 };
+        range(RECENT).min(objective.abs()).max(LEAST * least).max(rounding)
     }
 
     /// A change of the objective that does not matter at all.
@@ -115,11 +142,22 @@ impl StopTest<'_> {
         (NEGLIGIBLE * self.objective_unit()).max(ROUNDING[1] * objective)
     }
 
-    /// The reason in words if the run has converged. `is_last` says that no other step can be made.
-    pub fn converged(&self, is_last: bool) -> Option<String> {
+    /// A reason in words why the optimality conditions say nothing; `None` if they do.
+    pub fn unbounded_multipliers(&self) -> Option<String> {
+        let largest = LARGEST_MULTIPLIER * self.optimality.largest_change.max(self.objective_unit());
+        (self.is_feasible && self.largest_multiplier > largest).then(|| {
+            "the slopes of an active constraint vanish here: it has no bounded multiplier, so that the optimality conditions cannot be \
+             confirmed; write it by a function that has slopes at its limit"
+                .to_owned()
+        })
+    }
+
+    /// The reason in words if the run has converged.
+    pub fn converged(&self) -> Option<String> {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
-        let Optimality { residual, complementarity, largest_change } = self.optimality;
-        if !is_feasible(self.violation, self.violation_in_terms, 1.0) || !self.is_compatible {
+        let Optimality { residual, complementarity, largest_change, .. } = self.optimality;
+        let unit = self.objective_unit();
+        if !self.is_feasible || !self.is_compatible || self.unbounded_multipliers().is_some() || !unit.is_finite() {
             return None;
         }
         if self.objectives.len() == 1 {
@@ -130,7 +168,6 @@ impl StopTest<'_> {
             return (residual <= largest && complementarity <= largest)
                 .then(|| "the start satisfies the optimality conditions".to_owned());
         }
-        let unit = self.objective_unit();
         let tolerance = OF_TOLERANCE * self.tolerance;
         let allowed = |fraction: f64, rounding: f64| (fraction * unit).max(rounding * objective);
         let prediction = if self.at_limit {
@@ -138,10 +175,16 @@ impl StopTest<'_> {
         } else {
             allowed(PREDICTED[0], ROUNDING[0]).max(tolerance)
         };
+        // An objective that has come down to its rounding error is zero.
+        let is_zero = objective <= VANISHED[usize::from(self.is_last)] * self.objective_range
+            && self.predicted.abs() <= objective
+            && residual <= RESIDUAL[0] * LEAST * self.objective_range;
+        let is_far = !self.is_last && self.predicted.abs() > FAR * objective;
         let holds = self.predicted.abs() <= prediction
-            && residual <= allowed(RESIDUAL[usize::from(is_last)], ROUNDING[1]).max(tolerance)
+            && !is_far
+            && residual <= allowed(RESIDUAL[usize::from(self.is_last)], ROUNDING[1]).max(tolerance)
             && complementarity <= allowed(COMPLEMENTARITY, ROUNDING[1]).max(tolerance);
-        holds.then(|| {
+        (holds || is_zero).then(|| {
             format!(
                 "a step predicts a change of the objective by {:.1e}, the optimality conditions hold to {:.1e} and the \
                  complementarity to {:.1e}; the objective changed by {unit:.1e} over the last designs",
@@ -158,6 +201,21 @@ impl StopTest<'_> {
 pub(super) fn is_feasible(violation: f64, in_terms: f64, factor: f64) -> bool {
     let (violation, in_terms) = (violation / factor, in_terms / factor);
     violation <= FEASIBLE && (in_terms <= IN_TERMS[0] || violation <= IN_TERMS[1])
+}
+
+/// True if a violation of a row is small beside its scale or its terms at the design, or a rounding error of its change over the
+/// lengths.
+///
+/// Units from other designs say nothing about a row whose slopes have changed by many orders.
+pub(super) fn is_feasible_by_itself(
+    violation: f64,
+    slopes: &[f64],
+    (design, lengths): (&[f64], &[f64]),
+    factor: f64,
+) -> bool {
+    let sum = |sizes: &[f64]| slopes.iter().zip(sizes).map(|(g, size)| (g * size).abs()).sum::<f64>();
+    let [of_scale, of_terms, rounding] = BY_ITSELF;
+    violation <= factor * of_scale.max(of_terms * sum(design)) || violation <= rounding * sum(lengths)
 }
 
 /// The factor by which the limits of [`is_feasible`] are larger for a run with this accuracy.

@@ -8,7 +8,9 @@ use super::super::trial::{Proposal as Record, Trial};
 use super::super::{Cycle, Method, Region, State, Status, Verdict};
 use super::acceptance::{Decision, FilterEntry, Merit, Step, widths_after_acceptance, widths_after_rejection};
 use super::candidates::{AcceptedPoint, Candidate, Model, Samples, gradient_changes};
-use super::convergence::{LONGER, Optimality, StopTest, feasibility_factor, is_feasible, largest_change, stalled};
+use super::convergence::{
+    LONGER, Optimality, StopTest, feasibility_factor, is_feasible, is_feasible_by_itself, largest_change, stalled,
+};
 use super::lengths::{Units, spread, start_lengths};
 use super::linearized::Linearized;
 use super::numbers::{NumberGroup, collect, find};
@@ -26,6 +28,9 @@ use nlp::{Curvature, Solution, Sqp, SubproblemSolver};
 /// Number of designs whose extent is the first box of a run that is continued, and its least part of the lengths.
 const RECENT: usize = 4;
 const LEAST_WIDTH: f64 = 1e-3;
+/// Part of the terms of the slope of the Lagrangian by a variable, and of those by any variable, below which it is negligible.
+const RESOLVED: f64 = 1e-4;
+const ROUNDING: f64 = 1e-10;
 /// Fraction of the half width within which a variable counts as at its move limit.
 const AT_LIMIT: f64 = 1e-3;
 
@@ -131,6 +136,8 @@ impl Automatic {
         let mut cycle = Cycle::new(problem, state.cycles() + 1, &factors, &trial, verdict, &record);
         drop(trial);
         cycle.residual = None;
+        let is_displaced = cycle.accepted && purpose != Purpose::Improvement;
+        cycle.is_displaced = is_displaced;
         let Record { at_limit, analyzed, .. } = record;
         memory.explorations = explorations;
         state.counters.analyses += 1;
@@ -148,16 +155,18 @@ impl Automatic {
                     let left = purpose == Purpose::Displacement && violation > 0.0;
                     memory.left.extend(left.then(|| state.evaluation.violations()));
                     memory.filter.clear();
+                    let shortening = stationary::shortening(memory.rejections);
                     memory
                         .widths
                         .iter_mut()
                         .zip(&lengths)
-                        .for_each(|(w, l)| *w = w.max(stationary::DISPLACEMENTS[0] * l));
+                        .for_each(|(w, l)| *w = w.max(stationary::DISPLACEMENTS[0] * shortening * l));
                 }
                 (memory.rejections, memory.rejected) = (0, vec![]);
                 state.counters.sensitivity_analyses += usize::from(next.has_derivatives());
                 state.advance(accepted, data.sensitivities, 0);
                 self.store(problem, &state, &next, &mut memory);
+                memory.points.iter_mut().rev().take(1).for_each(|point| point.is_displaced = is_displaced);
                 state.data = Some(next);
             }
             (Ok(beside), Some(found)) => {
@@ -218,8 +227,7 @@ impl Automatic {
             *width = spread(last).clamp(LEAST_WIDTH * *width, *width);
         }
         let situation = Situation::new(self, problem, state, &data, &memory);
-        let factor = feasibility_factor(accuracy);
-        let is_feasible = is_feasible(situation.violation, situation.violation_in_terms(), factor);
+        let is_feasible = situation.is_feasible(feasibility_factor(accuracy));
         let largest_change = largest_change(&situation.here.slope, &situation.units.lengths);
         (state.automatic, state.data) = (Some(memory), Some(data));
         Ok(Continuation { is_feasible, largest_change })
@@ -310,9 +318,10 @@ impl AcceptedPoint {
     /// A design with its responses and evaluation, whose retained rows are differentiated.
     pub(in crate::sao) fn new(problem: &Problem, at: (&[f64], &Responses, &Evaluation), data: &CycleData) -> Self {
         let (design, responses, evaluation) = at;
-        let slopes = Linearized::new(problem, at, data).slopes(problem.constraints.len());
+        let here = Linearized::new(problem, at, data);
+        let slopes = here.slopes(problem.constraints.len());
         let numbers = collect(problem, design, (responses, evaluation), data);
-        Self { design: design.to_vec(), numbers, slopes }
+        Self { design: design.to_vec(), numbers, slopes, objective_slope: here.slope, is_displaced: false }
     }
 }
 
@@ -355,10 +364,67 @@ impl<'a> Situation<'a> {
         self.memory.points.last().expect("the current design is stored")
     }
 
-    /// The largest violation in the terms of its row.
-    fn violation_in_terms(&self) -> f64 {
+    /// True at a feasible start where the objective has no slope at all: it may as well be a maximum or a saddle point.
+    fn is_flat_start(&self) -> bool {
+        let trace = self.state.trace();
+        let is_start = self.state.design.iter().enumerate().all(|(j, &b)| trace.designs.extent(j) == [b; 2]);
+        is_start && self.violation == 0.0 && self.here.slope.iter().all(|g| *g == 0.0)
+    }
+
+    /// True if a converged design may have the violation here; the limits are those of the automatic method times `factor`.
+    fn is_feasible(&self, factor: f64) -> bool {
         let violations = self.state.evaluation.violations();
-        self.units.violation_in_terms(&violations, self.current(), &self.memory.start_lengths)
+        let in_terms = self.units.violation_in_terms(&violations, self.current(), &self.memory.start_lengths);
+        let is_own = |(v, slopes): (&f64, &Vec<f64>)| {
+            is_feasible_by_itself(*v, slopes, (&self.state.design, &self.units.lengths), factor)
+        };
+        is_feasible(self.violation, in_terms, factor) && violations.iter().zip(&self.current().slopes).all(is_own)
+    }
+
+    /// Objectives of the last accepted designs and of the current one, which is the last.
+    fn objectives(&self) -> Vec<f64> {
+        let mut before = self.state.history.iter().rev().filter(|c| c.accepted);
+        let current = before.next().map(|_| self.state.evaluation.objective);
+        let before = before.filter(|c| !c.is_displaced).map(|c| c.objective);
+        let mut objectives: Vec<f64> = current.into_iter().chain(before).take(LONGER + 1).collect();
+        objectives.reverse();
+        objectives
+    }
+
+    /// The last stored designs, the newest first, without the first one and those to which the run was displaced.
+    fn last_points(&self, count: usize) -> impl Iterator<Item = &AcceptedPoint> {
+        self.memory.points.iter().skip(1).rev().filter(|point| !point.is_displaced).take(count)
+    }
+
+    /// True if the slope of the Lagrangian by every variable is a negligible part of its terms at the last `count` stored designs.
+    ///
+    /// The change of the objective in the run is a unit of its error only then: it may be that of other variables.
+    fn has_slopes_resolved(&self, optimality: &Optimality, count: usize) -> bool {
+        let lengths = &self.units.lengths;
+        let weights: Vec<(f64, usize)> = optimality
+            .multipliers
+            .iter()
+            .map(|λ| λ.abs())
+            .zip(self.here.rows.iter().map(|row| row.constraint))
+            .collect();
+        let terms = |point: &AcceptedPoint, j: usize| {
+            let of_rows: f64 = weights.iter().map(|(λ, constraint)| λ * point.slopes[*constraint][j]).sum();
+            (point.objective_slope.get(j).map_or(0.0, |slope| slope.abs()) + of_rows) * lengths[j]
+        };
+        let largest = |j: usize| self.last_points(count).map(|point| terms(point, j)).fold(0.0, f64::max);
+        let largest: Vec<f64> = (0..self.n()).map(largest).collect();
+        let rounding = ROUNDING * largest.iter().copied().fold(0.0, f64::max);
+        optimality.residuals.iter().zip(largest).all(|(r, largest)| *r <= (RESOLVED * largest).max(rounding))
+    }
+
+    /// Largest change of the objective by a row, |λᵢ| Σ |∂cᵢ/∂bⱼ| ℓⱼ, with its slopes at the last designs.
+    fn largest_multiplier(&self, multipliers: &[f64]) -> f64 {
+        let change = |point: &AcceptedPoint| {
+            let one =
+                |(λ, row): (&f64, &RowId)| λ.abs() * largest_change(&point.slopes[row.constraint], &self.units.lengths);
+            multipliers.iter().zip(&self.here.rows).map(one).fold(0.0, f64::max)
+        };
+        self.last_points(RECENT).map(change).fold(0.0, f64::max)
     }
 
     /// The surrogate of this kind at the current design; `None` for the Lagrangian before a step along which it bends up.
@@ -377,20 +443,23 @@ impl<'a> Situation<'a> {
         let at = (&self.state.design[..], &self.state.responses);
         let mut surrogate = Surrogate::new(self.problem, at, self.data, numbers, models);
         if kind == Kind::Lagrangian {
-            surrogate.hessian = Some(self.lagrangian_matrix(&surrogate)?);
+            surrogate.hessian = Some(self.lagrangian_matrix()?);
         }
         Some(surrogate)
     }
 
-    /// The steps between the stored designs and the changes of ∂L/∂b along them, L = F + Σ λᵢ cᵢ, in lengths. The weight of each
-    /// number in L is the one at the current design.
-    fn lagrangian_pairs(&self, surrogate: &Surrogate, multipliers: &[f64]) -> Vec<Pair> {
+    /// The weight of each number in the Lagrangian L = F + Σ λᵢ cᵢ at the current design.
+    fn lagrangian_weights(&self, multipliers: &[f64]) -> Vec<f64> {
+        let surrogate = self.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
+        let values: Vec<f64> = self.current().numbers.iter().map(|number| number.value).collect();
+        surrogate.number_weights(multipliers, &values)
+    }
+
+    /// The steps between the stored designs and the changes of ∂L/∂b along them, in lengths, with these weights of the numbers in L.
+    fn lagrangian_steps(&self, weights: &[f64]) -> Vec<Pair> {
         let (n, points) = (self.n(), &self.memory.points);
-        let numbers = &self.current().numbers;
-        let values: Vec<f64> = numbers.iter().map(|number| number.value).collect();
-        let weights = surrogate.number_weights(multipliers, &values);
         let mut changes = vec![vec![0.0; n]; points.len() - 1];
-        for (number, weight) in numbers.iter().zip(weights).filter(|(_, w)| *w != 0.0) {
+        for (number, weight) in self.current().numbers.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
             for (sum, change) in changes.iter_mut().zip(gradient_changes(self.problem, points, number)) {
                 let change = change.unwrap_or_else(|| vec![0.0; n]);
                 sum.iter_mut().zip(change).for_each(|(s, c)| *s += weight * c);
@@ -401,12 +470,19 @@ impl<'a> Situation<'a> {
             let step = DVector::from_fn(n, |j, _| (ends[1].design[j] - ends[0].design[j]) / l[j]);
             [step, DVector::from_fn(n, |j, _| change[j] * l[j])]
         };
-        points.windows(2).zip(&changes).map(pair).filter(|[s, _]| s.norm() > 0.0).collect()
+        points.windows(2).zip(&changes).map(pair).collect()
+    }
+
+    /// Those that are not zero.
+    fn lagrangian_pairs(&self, weights: &[f64]) -> Vec<Pair> {
+        let mut pairs = self.lagrangian_steps(weights);
+        pairs.retain(|[step, _]| step.norm() > 0.0);
+        pairs
     }
 
     /// The damped BFGS matrix of the Lagrangian; `None` before a step along which it bends up.
-    fn lagrangian_matrix(&self, surrogate: &Surrogate) -> Option<DMatrix<f64>> {
-        let scaled = damped_bfgs(&self.lagrangian_pairs(surrogate, &self.last_multipliers()))?;
+    fn lagrangian_matrix(&self) -> Option<DMatrix<f64>> {
+        let scaled = damped_bfgs(&self.lagrangian_pairs(&self.lagrangian_weights(&self.last_multipliers())))?;
         let (n, l) = (self.n(), &self.units.lengths);
         Some(DMatrix::from_fn(n, n, |i, j| scaled[(i, j)] / l[i] / l[j]))
     }
@@ -439,41 +515,41 @@ impl<'a> Situation<'a> {
         }
         let surrogate = self.chosen();
         let proposal = self.solve(&surrogate, self.domain(&surrogate), restoration)?;
-        let accepted = self.state.history.iter().rev().filter(|c| c.accepted);
-        let mut objectives: Vec<f64> = accepted.map(|c| c.objective).take(LONGER + 1).collect();
-        objectives.reverse();
+        let step: Vec<f64> = proposal.design.iter().zip(design).map(|(to, from)| to - from).collect();
+        let stalled =
+            self.noise().map(noise::in_words).or_else(|| stalled(&step, &self.memory.widths, &self.units.lengths));
+        let objectives = self.objectives();
         let λ = &proposal.solution.multipliers;
+        let optimality = Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths);
         let test = StopTest {
-            violation: self.violation,
-            violation_in_terms: self.violation_in_terms(),
+            is_feasible: self.is_feasible(1.0),
             is_compatible: restoration.is_none(),
             predicted: self.state.evaluation.objective - proposal.predicted.objective,
             at_limit: proposal.at_limit.contains(&true),
-            optimality: Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths),
+            has_slopes_resolved: self
+                .has_slopes_resolved(&optimality, if stalled.is_some() { usize::MAX } else { RECENT }),
+            is_last: stalled.is_some(),
+            largest_multiplier: self.largest_multiplier(&optimality.multipliers),
+            optimality,
             objectives: &objectives,
             objective_range: self.units.objective_range,
             rejected_change: self.rejected_change(),
             tolerance: self.memory.tolerance,
         };
-        // Where the objective has no slope at all, the start may as well be a maximum or a saddle point.
-        let trace = self.state.trace();
-        let is_start = design.iter().enumerate().all(|(j, &b)| trace.designs.extent(j) == [b; 2]);
-        let is_flat = is_start && self.here.slope.iter().all(|g| *g == 0.0);
-        if is_flat && self.violation == 0.0 {
+        if self.is_flat_start() {
             return Ok(Next::Analyse(Box::new(self.displacement(stationary::DISPLACEMENTS[0], |_| true))));
         }
-        let step: Vec<f64> = proposal.design.iter().zip(design).map(|(to, from)| to - from).collect();
-        let stalled = stalled(&step, &self.memory.widths, &self.units.lengths);
-        if let Some(reason) = test.converged(stalled.is_some()) {
+        if let Some(reason) = test.converged() {
             let unexplored = self.unexplored(test.negligible());
             return Ok(unexplored.map_or(Next::End(Status::Converged, reason), |p| Next::Analyse(Box::new(p))));
         }
-        if let Some(noise) = self.noise() {
-            return Ok(Next::End(Status::Stalled, noise::in_words(noise)));
-        }
         let Some(reason) = stalled else { return Ok(Next::Analyse(Box::new(proposal))) };
-        let other = self.after_stalling(restoration)?;
-        Ok(other.map_or_else(|| Next::End(Status::Stalled, reason), |p| Next::Analyse(Box::new(p))))
+        if self.noise().is_none()
+            && let Some(other) = self.after_stalling(restoration)?
+        {
+            return Ok(Next::Analyse(Box::new(other)));
+        }
+        Ok(Next::End(Status::Stalled, test.unbounded_multipliers().unwrap_or(reason)))
     }
 
     /// The box of the next step, inside the domain of a surrogate.
@@ -574,6 +650,14 @@ impl<'a> Situation<'a> {
         match proposal.purpose {
             Purpose::Improvement => {}
             Purpose::Curvature | Purpose::Flat if !self.leads_on(proposal, analyzed) => return Decision::Rejected,
+            // The lengths of variables that start at zero are guesses.
+            Purpose::Displacement
+                if self.is_flat_start()
+                    && self.memory.rejections < stationary::SIZES
+                    && analyzed.evaluation.objective > self.state.evaluation.objective =>
+            {
+                return Decision::Rejected;
+            }
             Purpose::Curvature | Purpose::Flat | Purpose::Displacement => return Decision::Decrease,
         }
         let filter = self.memory.filter.iter().map(|e| Merit::new(e.objective, &e.violations, &self.units));

@@ -6,7 +6,10 @@
 //! how this direction is coupled with others, as in the method of Lanczos for the least eigenvalue.
 
 use super::super::candidates::AcceptedPoint;
+use super::super::lengths::spread;
+use super::super::numbers::find;
 use super::super::quasi_newton::{Pair, sr1};
+use super::stationary::shortening;
 use super::{Kind, Proposal, Purpose, Situation};
 use crate::problem::{AnalyzedDesign, RowId};
 use crate::sao::Region;
@@ -36,6 +39,11 @@ const INDEPENDENT: f64 = 1e-2;
 const NO_EFFECT: f64 = 1e-6;
 /// Part of the Lagrangian, and of its largest curvature, that is rounding.
 const ROUNDING: f64 = 1e-12;
+/// Error of the trapezoidal rule along a step, relative to the change by the difference of the slopes at its ends, up to which the
+/// curvature along it is that of its ends. At a third, an even change of the curvature has made one of them zero.
+const LOCAL: f64 = 0.3;
+/// Factor of the step in a direction in which the one before was too long to show the curvature.
+const SHORTER: f64 = 0.01;
 /// Least curvature relative to the largest one that counts as positive.
 const FLAT: f64 = 1e-6;
 
@@ -45,6 +53,8 @@ struct Tangent<'a> {
     /// Multipliers of the active rows, and the slope of the Lagrangian with them.
     multipliers: Vec<f64>,
     slope: Vec<f64>,
+    /// Weight of each number in the Lagrangian.
+    weights: Vec<f64>,
     /// Orthonormal gradients of the active rows over the free variables.
     normals: Vec<DVector<f64>>,
     /// Those of the equalities and of the rows on which the Lagrangian depends. The others may become inactive.
@@ -57,7 +67,8 @@ impl<'a> Tangent<'a> {
         let (design, lengths, here) = (&situation.state.design, &situation.units.lengths, &situation.here);
         let multipliers = here.balanced(situation.problem, design, lengths);
         let slope = here.lagrangian_slope(&multipliers);
-        let mut tangent = Self { situation, multipliers, slope, normals: vec![], binding: vec![] };
+        let weights = situation.lagrangian_weights(&multipliers);
+        let mut tangent = Self { situation, multipliers, slope, weights, normals: vec![], binding: vec![] };
         let gradient = |i: usize| tangent.free(|j| here.jacobian[(i, j)] * lengths[j]);
         let is_binding = |i: &usize| here.equality[*i] || tangent.multipliers[*i] * gradient(*i).amax() > negligible;
         let active = || (0..here.c.len()).filter(|&i| here.is_active(i, lengths));
@@ -83,29 +94,62 @@ impl<'a> Tangent<'a> {
         without(&self.free(|j| -self.slope[j] * self.situation.units.lengths[j]), &self.normals)
     }
 
-    /// Orthonormal steps of the run without their components along orthonormal vectors.
-    fn steps(&self, normals: &[DVector<f64>]) -> Vec<DVector<f64>> {
+    /// Orthonormal steps of the run without their components along orthonormal vectors; those along which the curvature says something
+    /// about that at the design, if `are_local`.
+    fn steps(&self, normals: &[DVector<f64>], are_local: bool) -> Vec<DVector<f64>> {
         let (points, lengths) = (&self.situation.memory.points, &self.situation.units.lengths);
         let step = |ends: &[AcceptedPoint]| self.free(|j| (ends[1].design[j] - ends[0].design[j]) / lengths[j]);
+        let is_meant = |ends: &&[AcceptedPoint]| !are_local || self.is_local(ends);
         let along = |step: DVector<f64>| {
             let rest = without(&step, normals);
             (is_long(&step) && rest.norm() > INDEPENDENT * step.norm()).then_some(rest)
         };
-        basis(points.windows(2).map(step).filter_map(along))
+        basis(points.windows(2).filter(is_meant).map(step).filter_map(along))
     }
 
-    /// The steps of the run and the changes of ∂L/∂b.
+    /// The steps of the run and the changes of ∂L/∂b, in lengths.
     fn pairs(&self) -> Vec<Pair> {
-        let surrogate = self.situation.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
-        let mut pairs = self.situation.lagrangian_pairs(&surrogate, &self.multipliers);
+        let mut pairs = self.situation.lagrangian_pairs(&self.weights);
         pairs.retain(|[step, _]| is_long(step));
         pairs
+    }
+
+    /// Those along which the curvature says something about that at the design.
+    fn local_pairs(&self) -> Vec<Pair> {
+        let steps =
+            self.situation.lagrangian_steps(&self.weights).into_iter().zip(self.situation.memory.points.windows(2));
+        steps.filter(|([step, _], ends)| is_long(step) && self.is_local(ends)).map(|(pair, _)| pair).collect()
+    }
+
+    /// True for a step along which the curvature has the same sign at both ends, if it changes evenly: the value of the Lagrangian
+    /// changes as its slopes at both ends say, up to a part of what their difference says.
+    fn is_local(&self, ends: &[AcceptedPoint]) -> bool {
+        let (problem, numbers) = (self.situation.problem, &self.situation.current().numbers);
+        let along = |gradient: &[f64]| -> f64 {
+            gradient.iter().zip(ends[1].design.iter().zip(&ends[0].design)).map(|(g, (to, from))| g * (to - from)).sum()
+        };
+        let [mut error, mut bending, mut rounding] = [0.0; 3];
+        for (number, weight) in numbers.iter().zip(&self.weights) {
+            let [from, to] = [0, 1].map(|k| find(problem, &ends[k].numbers, number.id));
+            let (Some(from), Some(to)) = (from, to) else { continue };
+            let [first, second] = [from, to].map(|number| along(&number.gradient));
+            error += weight * (to.value - from.value - 0.5 * (first + second));
+            bending += weight * 0.5 * (second - first);
+            rounding += ROUNDING * weight.abs() * (from.value.abs() + to.value.abs());
+        }
+        error.abs() <= LOCAL * bending.abs() + rounding
+    }
+
+    /// Number of the last steps to show a curvature that were too long for it.
+    fn too_long(&self) -> usize {
+        let last = self.situation.memory.points.windows(2).rev().take(self.situation.memory.explorations % ROUND);
+        last.filter(|ends| !self.is_local(ends)).count()
     }
 
     /// True if steps along a direction have hardly changed the slope along it. The lengths are then no measure of how far it leads.
     fn is_steady(&self, direction: &DVector<f64>, slope: f64) -> bool {
         let mut change = 0.0;
-        let is_known = without(direction, &self.steps(&self.binding)).norm() < MOSTLY;
+        let is_known = without(direction, &self.steps(&self.binding, false)).norm() < MOSTLY;
         is_known
             && self.pairs().iter().rev().all(|[_, of_slope]| {
                 change += of_slope.dot(direction);
@@ -123,12 +167,14 @@ impl<'a> Tangent<'a> {
         if tangent.is_empty() {
             return None;
         }
-        let (pairs, explorations) = (self.pairs(), self.situation.memory.explorations % ROUND);
-        let steps = self.steps(&self.binding);
+        let (pairs, explorations) = (self.local_pairs(), self.situation.memory.explorations % ROUND);
+        let steps = self.steps(&self.binding, true);
         let unknown = basis(tangent.iter().map(|v| without(v, &steps)).filter(|v| v.norm() > INDEPENDENT));
         let is_partly_unknown = !unknown.is_empty() && steps.len() < tangent.len();
         let among_unknown = |direction: &DVector<f64>| without(&conjugate(direction, &pairs), &self.binding);
-        if is_partly_unknown && explorations == 0 {
+        let too_long = self.too_long();
+        let explorations = explorations - too_long;
+        if is_partly_unknown && explorations == 0 && too_long < MOST_EXPLORATIONS {
             return Some((among_unknown(&generic(&unknown)), Purpose::Curvature));
         }
         let (flat, bends_down) = flat(if is_partly_unknown { &steps } else { tangent }, &pairs, negligible)?;
@@ -212,7 +258,7 @@ impl Situation<'_> {
         let tangent = Tangent::new(self, negligible);
         let (lengths, widths) = (&self.units.lengths, &self.memory.widths);
         let descent = tangent.descent();
-        let new = without(&descent, &tangent.steps(&tangent.normals));
+        let new = without(&descent, &tangent.steps(&tangent.normals, false));
         if self.memory.rejections == 0 && new.amax() > negligible {
             let direction = without(&conjugate(&new, &tangent.pairs()), &tangent.normals);
             let to_limit = |j: usize| widths[j] / (lengths[j] * direction[j].abs());
@@ -228,7 +274,7 @@ impl Situation<'_> {
         let noise = negligible.max(f64::EPSILON * self.units.objective_range);
         let is_slope = slope.abs() > noise && tangent.is_steady(&direction, slope);
         let to_matter = if is_slope { MATTERS * noise / slope } else { 0.0 };
-        let step = if purpose == Purpose::Flat { FLAT_STEP } else { STEP };
+        let step = if purpose == Purpose::Flat { FLAT_STEP } else { STEP * SHORTER.powi(tangent.too_long() as i32) };
         let size = (step / direction.amax()).max(to_matter.abs()).copysign(slope);
         let box_size = (size.abs() * direction.amax()).max(1.0);
         let widths: Vec<f64> = lengths.iter().map(|l| l * box_size).collect();
@@ -273,7 +319,7 @@ impl Situation<'_> {
         let rows: f64 = multipliers.iter().zip(&self.here.c).map(|(λ, c)| λ * c).sum();
         let here = self.state.evaluation.objective + rows;
         if proposal.purpose == Purpose::Flat {
-            return there < here + FLAT * self.units.objective_range;
+            return there < here + FLAT * spread(self.objectives().into_iter());
         }
         let is_free = |i: &usize| multipliers[*i] == 0.0 && !self.here.equality[*i];
         let violation = |i: usize| {
@@ -308,8 +354,7 @@ impl Situation<'_> {
                 }
                 let fraction = golden_fraction(j + 7 * tries);
                 let sign = if fraction < 0.5 { -1.0 } else { 1.0 };
-                let size =
-                    size * self.units.lengths[j] * (0.5 + fraction) * 0.25f64.powi(self.memory.rejections as i32);
+                let size = size * self.units.lengths[j] * (0.5 + fraction) * shortening(self.memory.rejections);
                 let (here, lower, upper) = (self.state.design[j], region.lower[j], region.upper[j]);
                 let there = here + sign * size;
                 let inside = (lower..=upper).contains(&there);

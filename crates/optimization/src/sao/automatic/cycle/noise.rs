@@ -6,9 +6,9 @@ use super::{Situation, find};
 const STEPS: usize = 4;
 /// Ratio of the longest to the shortest of these steps.
 const SHORTER: f64 = 8.0;
-/// Least ratio of the error at the shorter half of the steps to that at the longest one. Errors of a smooth response fall with the
+/// Least ratio of the errors at the shorter half of the steps to those at the longer half. Errors of a smooth response fall with the
 /// square of the step, those at a kink with the step.
-const REMAINS: f64 = 0.5;
+const REMAINS: f64 = 0.25;
 /// Largest error from rounding, relative to the number and to its change along the step.
 const ROUNDING: f64 = 1e-11;
 
@@ -43,8 +43,9 @@ impl Situation<'_> {
                     if error > rounding { error } else { 0.0 }
                 })
                 .collect();
-            let remaining = errors[STEPS / 2..].iter().fold(0.0f64, |a, e| a.max(*e));
-            let is_noise = remaining > 0.0 && remaining >= REMAINS * errors[0];
+            let [longer, shorter] = [&errors[..STEPS / 2], &errors[STEPS / 2..]];
+            let remaining = shorter.iter().fold(f64::INFINITY, |a, e| a.min(*e));
+            let is_noise = remaining > 0.0 && longer.iter().all(|e| remaining >= REMAINS * e);
             let known = self.memory.points.iter().filter_map(|point| find(self.problem, &point.numbers, number.id));
             let largest = known.fold(remaining, |a, other| a.max(other.value.abs()));
             is_noise.then(|| remaining / largest)

@@ -8,6 +8,8 @@ use error::Result;
 
 /// Displacements from a stationary point in lengths: the second one if the first one led back.
 pub(super) const DISPLACEMENTS: [f64; 2] = [0.1, 0.5];
+/// Number of sizes of a displacement that is rejected, each the hundredth part of the one before.
+pub(super) const SIZES: usize = 3;
 /// Largest number of displacements in a run.
 const MOST_DISPLACEMENTS: usize = 6;
 /// A stationary point of the violation is better than earlier ones if its violation is below this fraction of theirs.
@@ -17,6 +19,11 @@ const BETTER: f64 = 0.99;
 const WIDE: f64 = 100.0;
 /// Violation in units of the rows from which on a run that has stalled is displaced.
 const LEAST_VIOLATION: f64 = 1e-6;
+
+/// Factor of a displacement after so many rejected ones; after the smallest one, the first one follows again.
+pub(super) fn shortening(rejections: usize) -> f64 {
+    0.01f64.powi((rejections % SIZES) as i32)
+}
 
 impl Situation<'_> {
     /// A displacement or the end if the violation is stationary here; `None` if it is not.
@@ -75,10 +82,10 @@ impl Situation<'_> {
         }
     }
 
-    /// A step by another surrogate than the chosen one, whose subproblem gives none; `None` if steps have been rejected, or if no
-    /// surrogate predicts a better design.
+    /// A step by another surrogate than the chosen one, whose subproblem gives none; `None` if no surrogate predicts a better design.
+    /// They have no corrections by rejected steps: the box, which shrinks with each of these, limits their steps.
     fn by_another_surrogate(&self, restoration: Option<f64>) -> Result<Option<Proposal>> {
-        if self.memory.rejections > 0 {
+        if self.memory.rejections > 0 && restoration.is_some() {
             return Ok(None);
         }
         for kind in [Kind::Lagrangian, Kind::Mixture, Kind::Linear] {
