@@ -10,10 +10,10 @@
 use crate::constraint_rank::ConstraintRank;
 use crate::events::impact::{apply_impact, gap_rounding, make_consistent};
 use crate::events::modes::Modes;
-use crate::events::unilateral::{AT_REST, TOUCHING, Unilateral, sign, sliding};
+use crate::events::unilateral::{AT_REST, TOUCHING, sign, sliding};
 use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use crate::integrators::settings::StepSize;
-use crate::mechanism::{EventElement, Mechanism};
+use crate::mechanism::{EventElement, Mechanism, Unilateral};
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};

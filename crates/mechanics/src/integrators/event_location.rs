@@ -6,10 +6,10 @@ use crate::events::impact::{
     TIME_ROUNDING, apply_impact, apply_switch, gap_rounding, make_consistent, simultaneous_switches, switch_offset,
 };
 use crate::events::settling::{SHORTEST_FLIGHT, passage};
-use crate::events::unilateral::{TOUCHING, Unilateral};
+use crate::events::unilateral::TOUCHING;
 use crate::integrators::generalized_alpha::{Integrator, Step};
 use crate::integrators::settings::StepSize;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, Unilateral};
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
