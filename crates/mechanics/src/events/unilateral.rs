@@ -16,11 +16,11 @@
 //! Bifurcations of Non-Smooth Mechanical Systems* (2004), Chapter 5.
 
 use crate::events::impact::make_consistent;
-use crate::events::modes::Modes;
 use crate::initial_conditions::AccelerationSolver;
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{ElementIndex, EventElement, Mechanism, Unilateral};
 use crate::system::System;
+use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::{Error, Result};
 use autodiff::Scalar;

@@ -184,7 +184,7 @@ impl EventLocator {
             held.hold(mechanism, &at_event, &state);
         }
         let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
-        let passage = passage(system, mechanism, (contact, &at_event), end, self.step)?;
+        let passage = passage(system, mechanism, (contact, &at_event), end, self.step.nominal())?;
         state.modes = passage.jump;
         self.is_bounce = is_impact && !passage.stays;
         match is_impact {

@@ -18,7 +18,6 @@ use crate::derivatives::adjoint::problem::{
 use crate::derivatives::forward::explicit::constraint::ConstraintDerivative;
 use crate::derivatives::forward::explicit::entries::Entries;
 use crate::derivatives::forward::explicit::linearize::{ElementWorkspaces, Linearizer};
-use crate::events::modes::Modes;
 use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
@@ -27,6 +26,7 @@ use crate::integrators::explicit::tableau::{DenseWeights, Tableau};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::Dual8;
 use crate::system::System;
+use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::tree::articulated::SolveWorkspace;
 use crate::tree::cut::{self, CutRow};
