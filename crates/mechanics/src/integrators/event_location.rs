@@ -69,7 +69,7 @@ impl TrialStep for Integrator<'_> {
     }
 
     fn begin(&mut self) -> Result<()> {
-        self.consistent.as_mut().map_or(Ok(()), |ends| ends.begin(self.mechanism, &self.step))
+        self.consistent.as_mut().map_or(Ok(()), |ends| ends.begin(self.mechanism, [&self.step.old, &self.step.new]))
     }
 
     fn ends(&self) -> [&State<f64>; 2] {
@@ -108,7 +108,7 @@ impl TrialStep for Integrator<'_> {
 impl Integrator<'_> {
     /// Computes the forces of held parts at the end of the step.
     fn update_end(&mut self) -> Result<()> {
-        self.consistent.as_mut().map_or(Ok(()), |ends| ends.end(self.mechanism, &self.step))
+        self.consistent.as_mut().map_or(Ok(()), |ends| ends.end(self.mechanism, &self.step.new))
     }
 }
 
