@@ -1,6 +1,6 @@
 //! Points, directions and orientations in space.
 
-use super::key::{Accepts, Key, optional, required};
+use super::key::{Accepts, Key, TableKeys, optional, required};
 use super::parts::{Axes, BuildContext, Direction, FrameRef, MarkerSpec, NamedPart, Parts, Place, Vector};
 use super::section::{FileSource, Read, Section, Value, vector, wrong_type};
 use crate::model_file::Diagnostic;
@@ -71,14 +71,14 @@ pub const SHARED_KEYS: &[Key] = &[
 const SEQUENCES: &[&str] = &["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"];
 
 /// Declarations for documentation and schema.
-pub const TABLES: &[super::TableKeys] = &[
-    super::TableKeys {
+pub const TABLES: &[TableKeys] = &[
+    TableKeys {
         name: "orientation3",
         kind: None,
         about: "an orientation: `order` and `angles`, `axis` and `angle`, `z` and `x`, `matrix`, or `euler_parameters`",
         keys: ORIENTATION,
     },
-    super::TableKeys {
+    TableKeys {
         name: "marker3",
         kind: None,
         about: "a point with axes, as the points of joints and forces",
