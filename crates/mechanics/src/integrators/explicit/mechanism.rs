@@ -365,7 +365,7 @@ impl OdeRhs for MechanismRhs<'_> {
 }
 
 /// Fractions of a step at which a contact may be closed, or a condition hold, for less than the step.
-const SAMPLES: [f64; 3] = [0.25, 0.5, 0.75];
+const FRACTIONS: [f64; 3] = [0.25, 0.5, 0.75];
 
 /// A completed explicit step that is repeated with other lengths.
 struct Repeated<'s, 'm> {
@@ -425,7 +425,7 @@ fn end_near_event(locator: &EventLocator, stepper: &mut Stepper<MechanismRhs<'_>
         inside.v.copy_from_slice(v);
         locator.has_closed(stepper.rhs.mechanism, [old, &inside], fraction * (end - begin))
     };
-    let Some(fraction) = SAMPLES.into_iter().find(is_closed) else { return Ok(end - begin) };
+    let Some(fraction) = FRACTIONS.into_iter().find(is_closed) else { return Ok(end - begin) };
     let h = fraction * (end - begin);
     stepper.attempt(begin + h, None)?;
     Ok(h)
