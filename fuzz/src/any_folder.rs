@@ -4,7 +4,7 @@
 use crate::command::optimize::{Optimize, Shown};
 use crate::command::report::DrawnReport;
 use crate::command::run_directory::RunDirectory;
-use crate::command::runs::below;
+use crate::command::run_entry::below;
 use linkwright::model_file::read;
 use linkwright::storage::{Directory, fnv1a};
 use serde_json::Value;

@@ -1,7 +1,6 @@
 //! The TOML of a model file: parsing, all settings by their keys, and the fingerprint.
 
 use super::expression::{Names, Scope, TextPlace, Tree};
-use super::file::{constant, constant_in};
 use super::unit::Unit;
 use super::{Diagnostic, DiagnosticReport, attached, limits, text_parts, version};
 use std::collections::BTreeMap;
@@ -242,8 +241,8 @@ pub fn number_in(unit: &str, name: &str, text: &str) -> Result<f64, Box<Diagnost
         let known = names.dimension(&tree, &Scope::NUMBER)?;
         let has_unit = tree.unit().is_some() || known.is_some_and(|k| k.is_firm && !k.dimension.is_number());
         match Unit::parse(unit) {
-            _ if !has_unit => constant(&tree, name, "", &names),
-            Some(unit) => constant_in(&tree, name, &unit, &names),
+            _ if !has_unit => names.evaluate(&tree, name, ""),
+            Some(unit) => names.evaluate_in(&tree, name, &unit),
             None => {
                 let error = Diagnostic::new(tree.span, format!("`{name}` has no unit in the file"));
                 Err(error.help("give a number without a unit"))

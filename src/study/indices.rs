@@ -1,7 +1,7 @@
 //! Sensitivity indices: which variable matters.
 
-use super::StudyError;
 use super::distribution::Distribution;
+use super::error::StudyError;
 use super::figures::{bars, stacked};
 use super::file::{RUNS, StudyFile};
 use super::model::{Evaluator, ModelSource, Quantity};

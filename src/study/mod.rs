@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `file` | the study file: its keys |
 //! | `plan` | phases, columns, and the trait of a kind of study |
+//! | `error` | why a study cannot be made or done |
 //! | `rows` | rows, and the lines in which they are stored |
 //! | `model` | the model as a function of design variables and constants |
 //! | `sequence`, `distribution` | points of the unit cube; distributions of variables |
@@ -33,6 +34,7 @@
 //! ```
 
 mod distribution;
+mod error;
 mod figures;
 mod file;
 mod indices;
@@ -48,6 +50,7 @@ mod sweep;
 mod tolerance;
 
 pub use distribution::{Distribution, normal_probability, normal_quantile};
+pub use error::StudyError;
 pub use file::{KINDS, RUNS, StudyFile, StudyKind, Vary, study_tables};
 pub use indices::sobol_indices;
 pub use model::{Evaluator, Gradients, ModelSource, Quantity};
@@ -57,7 +60,7 @@ pub use rows::{Row, RowHeader, Rows, StoredRows};
 pub use sequence::{PointSequence, SOBOL_DIMENSIONS, SequenceKind};
 pub use sweep::undominated;
 
-use crate::model_file::{Diagnostic, DiagnosticReport, settings};
+use crate::model_file::{Diagnostic, settings};
 use crate::report::table::Table;
 use crate::storage::fnv1a;
 use crate::{Error, Result};
@@ -66,51 +69,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Version of row files and study folders.
 pub const VERSION: u32 = 1;
-
-/// Why a study cannot be made or done: a mistake in a file, or an error of the library.
-#[derive(Clone, Debug, PartialEq)]
-pub enum StudyError {
-    /// A mistake in the study file or in the model, with its place.
-    File(Box<DiagnosticReport>),
-    /// Any other error.
-    Other(Error),
-}
-
-impl std::fmt::Display for StudyError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::File(report) => report.fmt(f),
-            Self::Other(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for StudyError {}
-
-impl StudyError {
-    /// The error of the library; a mistake in a file as a failed analysis, without its place.
-    fn into_error(self) -> Error {
-        match self {
-            Self::Other(error) => error,
-            Self::File(report) => {
-                let message = report.diagnostics.first().map_or("a mistake", |diagnostic| &diagnostic.message);
-                Error::analysis(&report.file, message, "choose other values")
-            }
-        }
-    }
-}
-
-impl From<Box<DiagnosticReport>> for StudyError {
-    fn from(report: Box<DiagnosticReport>) -> Self {
-        Self::File(report)
-    }
-}
-
-impl From<Error> for StudyError {
-    fn from(error: Error) -> Self {
-        Self::Other(error)
-    }
-}
 
 /// One of several equal parts of the runs of a study: those whose number leaves the same remainder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! The model of a study, and its analysis at other values of design variables and constants.
 
-use super::StudyError;
+use super::error::StudyError;
 use crate::model_file::{self, Model, settings, with_setting};
 use crate::problem::{AnalyzedDesign, Problem, ResponseAt, Responses, RowId, Sensitivities, SignedQuantity};
 use crate::report::outcome;

@@ -1,6 +1,6 @@
 //! Optimizations from many starts by several methods.
 
-use super::StudyError;
+use super::error::StudyError;
 use super::figures;
 use super::file::{RUNS, StudyFile};
 use super::model::ModelSource;

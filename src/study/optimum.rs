@@ -1,6 +1,6 @@
 //! Optimizations as runs of a study.
 
-use super::StudyError;
+use super::error::StudyError;
 use super::model::{ModelSource, toml_number};
 use super::plan::Column;
 use crate::model_file::Model;

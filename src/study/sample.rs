@@ -1,13 +1,14 @@
 //! Grids and samples of analyses.
 
 use super::distribution::Distribution;
+use super::error::StudyError;
 use super::figures;
+use super::file::RUNS;
 use super::file::{StudyFile, StudyKind, Vary};
 use super::model::{Evaluator, ModelSource, Quantity};
 use super::plan::{Column, Conclusion, Phase, Plan, RunResult};
 use super::rows::Rows;
 use super::sequence::PointSequence;
-use super::{RUNS, StudyError};
 use crate::report::table::{Cell, Table};
 use crate::{Error, Result};
 

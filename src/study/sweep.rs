@@ -3,7 +3,7 @@
 //! An optimization starts from the optimum of the nearest finished value, on a Pareto front moved by the derivative of that optimum with
 //! respect to the limit. The values are done in an order of bisection, so that there are several at once.
 
-use super::StudyError;
+use super::error::StudyError;
 use super::figures;
 use super::file::{RUNS, StudyFile, StudyKind, Vary};
 use super::model::{ModelSource, constants, constraint_name, toml_number};

@@ -7,8 +7,8 @@
 //! | `limits` | for each constraint, the reliability index |
 //! | `samples` | analyses at points of a sample, to confirm |
 
-use super::StudyError;
 use super::distribution::{Distribution, normal_probability};
+use super::error::StudyError;
 use super::figures::{bars, histogram, stacked};
 use super::file::StudyFile;
 use super::model::{Evaluator, ModelSource, Quantity};

@@ -3,7 +3,7 @@
 use super::analyses::{Record, take_answers};
 use super::{Database, absolute, explained};
 use crate::command::run_directory::{RunRecord, last_analysis};
-use crate::command::runs::RunEntry;
+use crate::command::run_entry::RunEntry;
 use crate::command::study::stored_study;
 use linkwright::model_file;
 use linkwright::storage::Directory;

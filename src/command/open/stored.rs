@@ -2,7 +2,8 @@
 
 use super::super::output::results;
 use super::super::run_directory::RunDirectory;
-use super::super::runs::{self, RunComparison, RunEntry};
+use super::super::run_entry::{self, RunEntry};
+use super::super::runs::RunComparison;
 use super::super::study::stored_study;
 use super::cycles::cycles;
 use anyhow::{Context, ensure};
@@ -19,7 +20,7 @@ const ROWS: usize = 20_000;
 /// The runs and studies of a model with the text `text`, the newest first. Reads many files.
 pub fn list(text: &str, fingerprint: &str) -> Value {
     let all: Vec<RunEntry> =
-        runs::below(&results()).into_iter().rev().filter(|entry| same_but_start(&entry.text, text)).collect();
+        run_entry::below(&results()).into_iter().rev().filter(|entry| same_but_start(&entry.text, text)).collect();
     let of = |kind: &'static str| all.iter().filter(move |entry| entry.kind == kind).take(LISTED);
     let run = |entry: &RunEntry| {
         let result = entry.result.as_ref();
@@ -41,7 +42,7 @@ pub fn list(text: &str, fingerprint: &str) -> Value {
 
 /// The folder of a run or study below the folder of results. Other folders are unknown here.
 pub fn known(name: &str) -> anyhow::Result<RunEntry> {
-    let found = runs::below(&results()).into_iter().find(|entry| entry.folder == name);
+    let found = run_entry::below(&results()).into_iter().find(|entry| entry.folder == name);
     found.with_context(|| format!("there is no run {name} in {}", results().display()))
 }
 

@@ -15,7 +15,7 @@ mod lock;
 mod records;
 mod state_file;
 
-pub use lock::{Claim, LOCK};
+pub use lock::{Claim, LOCK, Occupied};
 pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, SUMMARY, Summary, changes, fingerprint, shown_cycle};
 
 use super::budget::Sizes;
@@ -32,7 +32,6 @@ use linkwright::problem::Responses;
 use linkwright::sao::State;
 use linkwright::storage::{Appender, Directory};
 use state_file::{PREVIOUS, STATE, StoredState};
-use std::fmt;
 use std::path::Path;
 
 /// The copy of the model.
@@ -93,18 +92,6 @@ struct CycleTable {
     file: Appender,
     rows: usize,
 }
-
-/// A folder that has a run in it, or in which a process runs.
-#[derive(Clone, Debug)]
-pub struct Occupied(pub String);
-
-impl fmt::Display for Occupied {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Occupied {}
 
 /// The state of a run, with the history that was read for it.
 pub struct LastState {

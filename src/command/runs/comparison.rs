@@ -1,7 +1,7 @@
 //! Comparison of two runs.
 
-use super::entry::RunEntry;
 use crate::command::run_directory::{Change, NamedValue, Nearest, Summary, changes};
+use crate::command::run_entry::RunEntry;
 use linkwright::report::table::{Cell, Table};
 use serde::Serialize;
 use std::path::Path;

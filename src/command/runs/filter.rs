@@ -3,7 +3,7 @@
 //! The expression is evaluated by SQLite in a table in memory, which has nothing but the list. It may read this table and call
 //! functions of numbers and texts; everything else is rejected before it is evaluated.
 
-use super::entry::RunEntry;
+use crate::command::run_entry::RunEntry;
 use anyhow::{anyhow, bail};
 use rusqlite::config::DbConfig;
 use rusqlite::hooks::{AuthAction, AuthContext, Authorization};

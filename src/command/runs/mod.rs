@@ -4,17 +4,16 @@
 //! write at the same time, and a damaged folder does not hide the others.
 
 mod comparison;
-mod entry;
 #[cfg(feature = "database")]
 mod filter;
 
 use super::folder::{OutputFolder, stored};
 use super::output::{Digits, results, say};
 use super::run_directory::Summary;
+use super::run_entry::{RunEntry, below};
 use anyhow::bail;
 use clap::Args;
 pub(super) use comparison::RunComparison;
-pub use entry::{RunEntry, below};
 use linkwright::report::table::{Cell, Table};
 use std::path::{Path, PathBuf};
 

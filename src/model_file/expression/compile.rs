@@ -96,6 +96,21 @@ impl Names {
         }
         Ok(CompiledExpression { operations: code.operations, tables: code.tables, height: code.height })
     }
+
+    /// Evaluates an expression of constants with one of these units; any unit if they are empty. `key` is its place in messages.
+    pub(crate) fn evaluate(&self, tree: &Tree, key: &str, units: &str) -> Result<f64, Diagnostic> {
+        let expression = self.compile(tree, &Scope { place: &format!("`{key}`"), units, ..Scope::NUMBER })?;
+        Ok(expression.as_constant().expect("an expression of constants is folded"))
+    }
+
+    /// Evaluates an expression of constants as a number of a unit, whose dimension it must have.
+    pub(crate) fn evaluate_in(&self, tree: &Tree, key: &str, unit: &Unit) -> Result<f64, Diagnostic> {
+        let value = self.evaluate(tree, key, &unit.text)?;
+        Ok(match tree.quantity() {
+            Some((number, own)) if own == unit => number,
+            _ => unit.of_si(value),
+        })
+    }
 }
 
 const CANNOT: &str = "cannot be used here";

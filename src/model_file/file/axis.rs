@@ -3,7 +3,7 @@
 use super::key::{Accepts, Key, TableKeys, default, optional, required};
 use super::label::{self, Labels};
 use super::section::{Read, Section};
-use super::value::{constant, tree};
+use super::value::tree;
 use crate::Readable;
 use crate::model_file::expression::{Axis, Known, Names, Scope, Tree};
 use crate::model_file::limits;
@@ -153,5 +153,5 @@ fn uniform(section: &Section<'_>, names: &Names, what: &str) -> Read<Vec<f64>> {
 /// The number of a key that is a point of the time or of the sweep.
 pub fn on_axis(section: &Section<'_>, key: &str, names: &Names) -> Read<Option<f64>> {
     let Some(tree) = section.tree(key)? else { return Ok(None) };
-    constant(&tree, key, &names.axis().units(), names).map(Some)
+    names.evaluate(&tree, key, &names.axis().units()).map(Some)
 }

@@ -1,8 +1,7 @@
 //! `[[beam]]` in space: rows of flexible elements.
 
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
-use super::markers::{Place, Vector};
-use super::parts::{BuildContext, FrameRef, NamedPart, Parts};
+use super::parts::{BuildContext, FrameRef, NamedPart, Parts, Place, Vector};
 use super::section::{Read, Section};
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use crate::model_file::limits;

@@ -3,8 +3,8 @@
 use super::bodies::{self, BodyKind, BodySpec};
 use super::element_kinds::grouped_keys;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
-use super::markers::{Axes, MARKER_KEYS, Place, Vector};
-use super::parts::{BuildContext, FrameRef, NamedPart, Parts};
+use super::markers::MARKER_KEYS;
+use super::parts::{Axes, BuildContext, FrameRef, NamedPart, Parts, Place, Vector};
 use super::section::{Read, Section};
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use crate::{Error, Result};

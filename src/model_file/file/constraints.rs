@@ -2,7 +2,6 @@
 
 use super::axis::on_axis;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
-use super::naming::constant_in;
 use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
 use crate::model_file::expression::{Scope, Tree};
@@ -128,7 +127,7 @@ fn unit(section: &Section<'_>, tree: &Tree, known: &QuantityContext<'_>) -> Read
 /// The number of a key in the unit of the value.
 fn limit(section: &Section<'_>, key: &str, unit: Option<&Unit>, known: &QuantityContext<'_>) -> Read<Option<f64>> {
     match (unit, section.tree(key)?) {
-        (Some(unit), Some(tree)) => constant_in(&tree, key, unit, known.names).map(Some),
+        (Some(unit), Some(tree)) => known.names.evaluate_in(&tree, key, unit).map(Some),
         _ => section.number(key, known.names),
     }
 }

@@ -160,7 +160,7 @@ impl<'p> DrawnMechanism<'p> {
             let (mut points, line) = (part.points(), part.numbers().next()?);
             Some((points.next()?, points.next()?, line.value(&Inputs::design(self.design))))
         };
-        self.spec.elements.iter().filter(|part| symbol(part) == Symbol::Guide).filter_map(one)
+        self.spec.elements.iter().filter(|part| part.symbol() == Symbol::Guide).filter_map(one)
     }
 
     /// Attachment points of elements on a body and its named points, without repetitions.
@@ -330,7 +330,7 @@ impl DrawnState<'_> {
     /// around a point for a rotation. It shows the positive direction, not the size.
     fn arrow(&self, part: &ElementSpec, ranges: &GuideRanges) -> Option<Vec<[f64; 2]>> {
         let is_load = part.inputs.iter().any(|input| matches!(input, InputSpec::Time(_) | InputSpec::State(_)));
-        if !is_load || symbol(part) != Symbol::None {
+        if !is_load || part.symbol() != Symbol::None {
             return None;
         }
         let along = |[x, y]: [f64; 2], angle: f64| {
@@ -362,7 +362,7 @@ impl DrawnState<'_> {
     /// The joint of a body on the ground, or its origin if it has none.
     fn hinge(&self, frame: FrameRef) -> [f64; 2] {
         let on_ground =
-            self.mechanism.spec.elements.iter().filter(|part| symbol(part) == Symbol::Pin).find_map(|part| {
+            self.mechanism.spec.elements.iter().filter(|part| part.symbol() == Symbol::Pin).find_map(|part| {
                 let points: Vec<&PointRef> = part.points().take(2).collect();
                 let own = points.iter().find(|point| point.frame == frame)?;
                 points.iter().any(|point| point.frame == FrameRef::Ground).then(|| self.point(own))
@@ -467,13 +467,13 @@ impl DrawnState<'_> {
     fn draw_element(&self, part: &ElementSpec, ranges: &GuideRanges, linkage: &mut Linkage) {
         let mut points = part.points();
         let [a, b] = [points.next(), points.next()];
-        if symbol(part) == Symbol::JointFriction {
+        if part.symbol() == Symbol::JointFriction {
             return self.draw_friction(part, ranges, linkage);
         }
         let Some(a) = a else { return self.draw_on_coordinates(part, ranges, linkage) };
         let (at, angle, size) = (self.point(a), self.pose(a.frame)[2], 0.14 * ranges.arrow);
         let number = |name: &str| self.number(part, name);
-        match symbol(part) {
+        match part.symbol() {
             Symbol::Wall => {
                 let (normal, foot) = (number("normal"), [number("wall_x"), number("wall_y")]);
                 let (s, c) = normal.sin_cos();
@@ -486,7 +486,7 @@ impl DrawnState<'_> {
         let Some(b) = b else { return };
         let ends = [at, self.point(b)];
         let is_own = |point: &&PointRef| point.frame == FrameRef::Ground;
-        match symbol(part) {
+        match part.symbol() {
             Symbol::Pin => return self.draw_pin(ends[0], [a.frame, b.frame], linkage),
             Symbol::Bar => linkage.bars.push(ends.to_vec()),
             Symbol::Spring => match [number("stiffness"), number("damping")] {
@@ -554,7 +554,7 @@ impl DrawnState<'_> {
         let mut points = joint.points();
         let (Some(a), Some(b)) = (points.next(), points.next()) else { return };
         let at = self.point(b);
-        if symbol(joint) == Symbol::Pin {
+        if joint.symbol() == Symbol::Pin {
             let angle = self.pose(a.frame)[2];
             return linkage.lines.extend([0.0, PI].map(|side| symbols::shoe(at, angle + side, 0.2 * ranges.arrow)));
         }
@@ -570,7 +570,7 @@ impl DrawnState<'_> {
     fn draw_on_coordinates(&self, part: &ElementSpec, ranges: &GuideRanges, linkage: &mut Linkage) {
         let places: Vec<CoordinateRef> = part.coordinates().collect();
         let radii = ["radius_a", "radius_b"].map(|name| self.number(part, name).abs());
-        match (symbol(part), &places[..]) {
+        match (part.symbol(), &places[..]) {
             (Symbol::Gears, [a, b, ..]) => {
                 for (place, radius) in [a, b].into_iter().zip(radii) {
                     if let CoordinateRef::Of(frame, FrameCoordinate::Theta) = place {
@@ -619,7 +619,7 @@ impl DrawnState<'_> {
             linkage.guides.push([[low, row(k)], [high, row(k)]]);
             linkage.sliders.push(([*place, row(k)], 0.0));
         }
-        for part in self.mechanism.spec.elements.iter().filter(|part| symbol(part) == Symbol::Spring) {
+        for part in self.mechanism.spec.elements.iter().filter(|part| part.symbol() == Symbol::Spring) {
             let mut coordinates = part.coordinates();
             let (Some(a), Some(b)) = (coordinates.next(), coordinates.next()) else { continue };
             match (a, b) {
@@ -635,11 +635,6 @@ impl DrawnState<'_> {
             }
         }
     }
-}
-
-/// The symbol of an element.
-pub fn symbol(part: &ElementSpec) -> Symbol {
-    part.kind.descriptor.symbol
 }
 
 /// The point of a line nearest to a place.

@@ -1,11 +1,10 @@
 //! The mechanism of a file in space in motion, as drawings.
 
-use super::drawing::symbol;
 use super::elements::{ElementSpec, InputSpec};
 use super::measures::MeasureRef;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::outputs::OutputSpec;
-use super::parts::FrameRef;
+use super::parts::{FrameRef, MarkerSpec};
 use crate::Result;
 use crate::model_file::expression::Inputs;
 use crate::report::plots::{Linkage, SpatialLinkage, View};
@@ -42,7 +41,7 @@ impl<'p> DrawnMechanism3<'p> {
         let nodes = nodes.flat_map(|(beam, b)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k)));
         let frames = bodies.chain(nodes).collect();
         let mut context = MechanismTemplate::new(spec, &Arc::new(vec![])).parts_at(design)?;
-        let mut attachment = |marker: &super::markers::MarkerSpec| {
+        let mut attachment = |marker: &MarkerSpec| {
             let at = context.marker3(marker, design);
             Attachment { frame: marker.frame, point: at.point, axes: at.orientation }
         };
@@ -199,7 +198,7 @@ impl DrawnState3<'_> {
             let z = self.axis(&a);
             [low, high].map(|s| [0, 1, 2].map(|k| from[k] + s * z[k]))
         };
-        match (descriptor.kind, symbol(part)) {
+        match (descriptor.kind, part.symbol()) {
             ("distance", _) => drawn.bars.push(vec![from, to]),
             (_, Symbol::Spring) => drawn.springs.push([from, to]),
             ("prismatic" | "cylindrical" | "point-on-line", _) => {
@@ -214,7 +213,7 @@ impl DrawnState3<'_> {
         if descriptor.kind == "revolute" {
             drawn.guides.push(along([-0.06 * size, 0.06 * size], from));
         }
-        let is_pin = !matches!(symbol(part), Symbol::Spring) && descriptor.kind != "distance";
+        let is_pin = !matches!(part.symbol(), Symbol::Spring) && descriptor.kind != "distance";
         for (end, at) in [(a, from), (b, to)] {
             if end.frame == FrameRef::Ground {
                 drawn.ground_joints.push(at);

@@ -66,16 +66,6 @@ pub fn shared_keys(descriptor: &ElementDescriptor) -> &'static [Key] {
     if points == 2 && !DISTANCES.contains(&descriptor.kind) { SHARED_KEYS } else { &[] }
 }
 
-/// The coordinate that an element in space is: an angle, a displacement or a distance of two points.
-pub fn own_coordinate(descriptor: &ElementDescriptor) -> Option<JointCoordinate> {
-    let is_one = descriptor.inputs.iter().map(|input| input.role).eq([Role::Marker3, Role::Marker3, Role::Coordinate]);
-    is_one.then_some(match descriptor.kind {
-        "angle" => JointCoordinate::Angle,
-        "displacement" => JointCoordinate::Displacement,
-        _ => JointCoordinate::Distance,
-    })
-}
-
 impl KindSection {
     /// The section with all elements that belong to it.
     ///
@@ -97,7 +87,7 @@ impl KindSection {
         let common = vec![required("name", Accepts::Name, "name, unique in the file"), kind, EACH].leak();
         let with_keys = |kind: FileElementKind| {
             let mut keys: Vec<Key> = grouped_keys(kind.descriptor).into_iter().map(|(_, key)| key).collect();
-            if own_coordinate(kind.descriptor).is_some() {
+            if JointCoordinate::of_element(kind.descriptor).is_some() {
                 keys.pop();
             }
             keys.extend(shared_keys(kind.descriptor));

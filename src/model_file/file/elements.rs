@@ -1,15 +1,16 @@
 //! `[[joint]]`, `[[driver]]` and `[[force]]`.
 
-use super::element_kinds::{FileElementKind, KindSection, own_coordinate, sections, shared_keys};
+use super::element_kinds::{FileElementKind, KindSection, sections, shared_keys};
 use super::feedback::{self, Feedback};
 use super::key::{Accepts, Key};
-use super::markers::MarkerSpec;
 use super::motion::{self, TimeFunction};
-use super::parts::{BuildContext, CoordinateRef, FrameRef, NamedPart, Parts, PointRef};
+use super::parts::{BuildContext, CoordinateRef, FrameRef, JointCoordinate, MarkerSpec, NamedPart, Parts, PointRef};
 use super::section::{Read, Section};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
+#[cfg(feature = "report")]
+use mechanics::elements::Symbol;
 use mechanics::elements::{Added, Family, InputValue, Role};
 use toml::de::DeTable;
 
@@ -133,7 +134,7 @@ fn element(
             Role::StateFunction => InputSpec::State(feedback::read(section, key.name, names, parts)?),
         })
     };
-    let own = kind.descriptor.inputs.len() - usize::from(own_coordinate(kind.descriptor).is_some());
+    let own = kind.descriptor.inputs.len() - usize::from(JointCoordinate::of_element(kind.descriptor).is_some());
     let (mut rest, mut inputs) = (&kind.descriptor.inputs[..own], vec![]);
     for key in keys {
         let Some(first) = rest.first() else { break };
@@ -176,7 +177,7 @@ impl ElementSpec {
         if let [InputValue::Marker3(first), InputValue::Marker3(second), ..] = values[..] {
             context.joints.insert(context.elements.len(), (self.name.clone(), [first, second]));
         }
-        let added = match own_coordinate(self.kind.descriptor) {
+        let added = match JointCoordinate::of_element(self.kind.descriptor) {
             Some(own) => Added::Motion(context.coordinate(CoordinateRef::Joint(context.elements.len(), own))),
             None => self.kind.add_to(&mut context.mechanism, &self.name, values),
         };
@@ -187,6 +188,11 @@ impl ElementSpec {
 /// Geometry of the element for drawings.
 #[cfg(feature = "report")]
 impl ElementSpec {
+    /// Symbol in drawings.
+    pub fn symbol(&self) -> Symbol {
+        self.kind.descriptor.symbol
+    }
+
     /// Points in space that the element is attached to.
     pub fn markers(&self) -> impl Iterator<Item = &MarkerSpec> {
         self.inputs.iter().filter_map(|input| match input {

@@ -1,11 +1,10 @@
 //! `[[event]]`: joints that let go, forces that are switched on and off, the end of the motion.
 
-use super::element_kinds::own_coordinate;
 use super::elements::ElementSpec;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
 use super::measured::MeasuredFormula;
 use super::measures::{MeasureRef, Sensors};
-use super::parts::{BuildContext, NamedPart, Parts};
+use super::parts::{BuildContext, JointCoordinate, NamedPart, Parts};
 use super::section::{Read, Section, Word};
 use crate::Result;
 use crate::model_file::Diagnostic;
@@ -119,7 +118,7 @@ fn check_condition(tree: &Tree, condition: &MeasuredFormula, parts: &Parts) -> R
 /// The number of an element that can change in this way.
 fn changed(word: &Word, change: Change, parts: &Parts, elements: &[ElementSpec]) -> Read<usize> {
     let can = |element: &ElementSpec| match (change, element.kind.descriptor.family) {
-        (Change::Release, Family::Joint) => own_coordinate(element.kind.descriptor).is_none(),
+        (Change::Release, Family::Joint) => JointCoordinate::of_element(element.kind.descriptor).is_none(),
         (Change::Release, Family::Drive) => !element.kind.is_prescribed(),
         (Change::SwitchOn | Change::SwitchOff, Family::Force | Family::Contact) => !element.kind.has_modes(),
         _ => false,

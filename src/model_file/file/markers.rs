@@ -1,7 +1,7 @@
 //! Points, directions and orientations in space.
 
-use super::key::{Accepts, Key, optional, required};
-use super::parts::{BuildContext, FrameRef, NamedPart, Parts};
+use super::key::{Accepts, Key, TableKeys, optional, required};
+use super::parts::{Axes, BuildContext, Direction, FrameRef, MarkerSpec, NamedPart, Parts, Place, Vector};
 use super::section::{FileSource, Read, Section, Value, vector, wrong_type};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
@@ -9,57 +9,6 @@ use autodiff::Scalar;
 use mechanics::mechanism::{Body3, EulerSequence, Marker3, Pose3, Rotation};
 use std::f64::consts::FRAC_PI_2;
 use toml::de::DeValue;
-
-/// Three numbers as expressions.
-pub type Vector = [CompiledExpression; 3];
-
-/// A point as it is given.
-#[derive(Clone, Debug)]
-pub enum Place {
-    /// Coordinates in the axes of a frame.
-    Coordinates(Vector),
-    /// The place where a named point is at the start.
-    Point(usize),
-}
-
-/// A direction of any length.
-#[derive(Clone, Debug)]
-pub enum Direction {
-    /// Components in the axes of a frame.
-    Components(Vector),
-    /// From one named point to another, where they are at the start.
-    Through([usize; 2]),
-}
-
-/// An orientation as it is given, relative to a frame.
-#[derive(Clone, Debug)]
-pub enum Axes {
-    /// The axes of the frame.
-    Same,
-    /// Angles about the axes of a sequence.
-    Angles(EulerSequence, Vector),
-    /// An angle about an axis.
-    About(Direction, CompiledExpression),
-    /// The axis z, and the direction near which the axis x is.
-    Z(Direction, Option<Direction>),
-    /// The axis x.
-    X(Direction),
-    /// Euler parameters, scalar first.
-    EulerParameters([CompiledExpression; 4]),
-    /// A rotation matrix of numbers, as the rotation.
-    Fixed([f64; 4]),
-}
-
-/// A point with axes on a frame.
-#[derive(Clone, Debug)]
-pub struct MarkerSpec {
-    pub frame: FrameRef,
-    place: Place,
-    /// Whether the place is given in world axes, where it is at the start.
-    is_world_place: bool,
-    axes: Axes,
-    is_world_axes: bool,
-}
 
 /// Keys of an orientation.
 const ORIENTATION: &[Key] = &[
@@ -122,14 +71,14 @@ pub const SHARED_KEYS: &[Key] = &[
 const SEQUENCES: &[&str] = &["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"];
 
 /// Declarations for documentation and schema.
-pub const TABLES: &[super::TableKeys] = &[
-    super::TableKeys {
+pub const TABLES: &[TableKeys] = &[
+    TableKeys {
         name: "orientation3",
         kind: None,
         about: "an orientation: `order` and `angles`, `axis` and `angle`, `z` and `x`, `matrix`, or `euler_parameters`",
         keys: ORIENTATION,
     },
-    super::TableKeys {
+    TableKeys {
         name: "marker3",
         kind: None,
         about: "a point with axes, as the points of joints and forces",
@@ -330,18 +279,6 @@ fn matrix(section: &Section<'_>, names: &Names) -> Read<[f64; 4]> {
     };
     let rotation = Rotation::<f64>::from_matrix([row(0)?, row(1)?, row(2)?]);
     rotation.map(Rotation::parameters).map_err(|error| section.error_at("matrix", error.to_string()))
-}
-
-impl MarkerSpec {
-    /// The reference point of a frame, with its axes.
-    pub fn of(frame: FrameRef) -> Self {
-        let place = Place::Coordinates([0.0; 3].map(CompiledExpression::constant));
-        Self { frame, place, is_world_place: false, axes: Axes::Same, is_world_axes: false }
-    }
-
-    fn has_axes(&self) -> bool {
-        !matches!(self.axes, Axes::Same)
-    }
 }
 
 /// Components along the axes of a pose of a world vector.

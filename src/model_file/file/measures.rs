@@ -1,7 +1,6 @@
 //! Measured quantities of a mechanism, from which outputs are computed.
 
-use super::element_kinds::own_coordinate;
-use super::parts::{BuildContext, CoordinateRef, FrameRef, NamedPart, Parts};
+use super::parts::{BuildContext, CoordinateRef, FrameRef, JointCoordinate, NamedPart, Parts};
 use crate::Result;
 use crate::model_file::expression::{CompiledExpression, Inputs, Known, OtherUnit};
 use crate::model_file::unit::Unit;
@@ -75,7 +74,7 @@ pub fn find(text: &str, parts: &Parts) -> Option<MeasureRef> {
                 let kind = names.iter().position(|name| name == text)?;
                 Some(MeasureRef::Joint(place, ["position", "velocity", "acceleration"][kind]))
             });
-            let is_element = own_coordinate(of).is_none();
+            let is_element = JointCoordinate::of_element(of).is_none();
             let measure =
                 || among(&names(of.measures)).filter(|_| is_element).map(|what| MeasureRef::Element(*k, what));
             return of_joint.or_else(measure);
@@ -97,7 +96,7 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
             Some(NamedPart::Element(_, of)) => {
-                let own = if own_coordinate(of).is_none() { all(&names(of.measures)) } else { vec![] };
+                let own = if JointCoordinate::of_element(of).is_none() { all(&names(of.measures)) } else { vec![] };
                 parts.joint_coordinates(name).flat_map(|(_, names)| names).chain(own).collect()
             }
             Some(NamedPart::Slider(_)) => all(&of_slider()),

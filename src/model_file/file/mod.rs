@@ -54,11 +54,9 @@ mod value;
 pub(super) use element_kinds::element_of;
 pub use key::{Accepts, Key, Need, TableKeys};
 pub(crate) use key::{default, optional, required};
-pub use naming::constant_in;
 pub(crate) use section::{FileSource, Read, Section};
 #[cfg(feature = "report")]
 pub(crate) use section::{Word, find, ordered, wrong_type};
-pub use value::constant;
 
 use super::diagnostics::{DiagnosticLog, SourceMap};
 use super::version::{self, Modernizer};
@@ -78,7 +76,7 @@ use mechanics::SimulationClock;
 use mechanism::{MechanismSpec, MechanismTemplate};
 use objective::ObjectiveSpec;
 use outputs::OutputSpec;
-use program::ProgramSpec;
+use program::{AskedProgram, ProgramSpec};
 use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
@@ -396,7 +394,12 @@ impl Model {
     /// # Errors
     /// As [`ProgramAnalysis::new`].
     pub fn program_analysis(&self) -> Result<Option<Arc<ProgramAnalysis>>> {
-        self.program.as_ref().map_or(Ok(None), |program| program.asked(self).analysis())
+        self.asked_program().map_or(Ok(None), |program| program.analysis())
+    }
+
+    /// The program of the file with what the model asks of it.
+    fn asked_program(&self) -> Option<AskedProgram<'_>> {
+        self.program.as_ref().map(|program| program.asked(&self.variables, self.grid.as_ref(), &self.outputs))
     }
 
     /// The optimization problem. Analyses the start design if the objective is a peak without a scale or a start of its bound.
@@ -445,8 +448,8 @@ impl Model {
     #[cfg(feature = "report")]
     pub fn simulate(&self, design: &[f64]) -> Result<Responses> {
         Error::check_length("design", self.variables.len(), design.len())?;
-        if let Some(program) = &self.program {
-            return program.asked(self).analyze(design);
+        if let Some(program) = self.asked_program() {
+            return program.analyze(design);
         }
         match (&self.mechanism, &self.grid) {
             (Some((mechanism, settings)), Some(grid)) => {
@@ -480,8 +483,8 @@ impl Model {
         for constraint in &self.constraints {
             parts.subject_to(constraint.clone());
         }
-        if let Some(program) = &self.program {
-            return program.asked(self).build(parts);
+        if let Some(program) = self.asked_program() {
+            return program.build(parts);
         }
         match (&self.mechanism, &self.grid) {
             (Some((mechanism, settings)), Some(grid)) => {

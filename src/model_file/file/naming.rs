@@ -2,7 +2,7 @@
 
 use super::axis;
 use super::key::{Accepts, Key, default, optional, required};
-use super::section::{Read, Section, constant, ordered, tree, wrong_type};
+use super::section::{Read, Section, ordered, tree, wrong_type};
 use crate::Readable;
 use crate::model_file::expression::{Names, Scope, Table, Tree};
 use crate::model_file::unit::Unit;
@@ -135,17 +135,8 @@ fn number_in(unit: Option<&Unit>, key: &str, section: &Section<'_>, names: &Name
             let message = format!("the start has the unit {}, and `{key}` has none", unit.text);
             Err(Diagnostic::new(tree.span, message).help(format!("for instance \"{number} {}\"", unit.text)))
         }
-        Some(unit) => constant_in(&tree, key, unit, names).map(Some),
+        Some(unit) => names.evaluate_in(&tree, key, unit).map(Some),
     }
-}
-
-/// An expression of constants as a number of a unit, whose dimension it must have.
-pub fn constant_in(tree: &Tree, key: &str, unit: &Unit, names: &Names) -> Read<f64> {
-    let value = constant(tree, key, &unit.text, names)?;
-    Ok(match tree.quantity() {
-        Some((number, own)) if own == unit => number,
-        _ => unit.of_si(value),
-    })
 }
 
 /// As [`variable`], with a start value that may be from elsewhere.
@@ -211,7 +202,7 @@ fn constants(file: &Section<'_>, names: &mut Names) -> Read<()> {
     let mut last = Ok(());
     for (name, tree) in &trees {
         let known = names.dimension(tree, &Scope::NUMBER).ok().flatten();
-        match constant(tree, name, "", names) {
+        match names.evaluate(tree, name, "") {
             Ok(value) => names.define_constant(name, value, known),
             // Bounds and limits need the constants, so reading ends with the first wrong one.
             Err(error) => last = last.and(Err(error)).inspect_err(|e: &Diagnostic| file.source().log.note(e.clone())),

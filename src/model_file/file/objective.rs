@@ -240,7 +240,7 @@ fn peak(
     BoundVariable { variable: mut bound, unit: stored, has_start }: BoundVariable,
 ) -> Read<ObjectiveSpec> {
     let scale = match (&stored, section.tree("scale")?) {
-        (Some(unit), Some(tree)) => Some(naming::constant_in(&tree, "scale", unit, known.names)?),
+        (Some(unit), Some(tree)) => Some(known.names.evaluate_in(&tree, "scale", unit)?),
         _ => section.number("scale", known.names)?,
     };
     if scale.is_some_and(|scale| scale <= 0.0) {

@@ -7,7 +7,7 @@ use super::measured::MeasuredFormula;
 use super::measures::MeasureRef;
 use super::measures::Sensors;
 use super::parts::{BuildContext, Parts};
-use super::section::{Read, Section, Value, Word, constant, find, ordered, tree};
+use super::section::{Read, Section, Value, Word, find, ordered, tree};
 use crate::Result;
 use crate::model_file::expression::{CompiledExpression, Inputs, Known, Names, OtherUnit, Scope, Tree};
 use crate::model_file::unit::Unit;
@@ -317,7 +317,7 @@ pub fn intermediates(
             DeValue::String(text) => {
                 find(&Word { text: text.to_string(), span: value.span() }, "intermediate variable", WORDS)
             }
-            _ => Ok(Intermediate::Power(constant(&tree(value, key, section.source())?, key, "1", names)?)),
+            _ => Ok(Intermediate::Power(names.evaluate(&tree(value, key, section.source())?, key, "1")?)),
         }
     };
     let Some(table) = value.get_ref().as_table() else {

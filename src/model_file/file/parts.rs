@@ -1,15 +1,13 @@
-//! Names of the parts of a mechanism, and references to them.
+//! Names of the parts of a mechanism, references to them, and points on them.
 
-use super::element_kinds::own_coordinate;
 use super::key::{Accepts, Key, required};
-use super::markers::MarkerSpec;
 use super::section::{FileSource, Read, Section, Value, Word, vector, wrong_type};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
-use mechanics::elements::{Added, ElementDescriptor, Family};
+use mechanics::elements::{Added, ElementDescriptor, Family, Role};
 use mechanics::events::EventIndex;
-use mechanics::mechanism::{Body, Body3, Coordinate, ElementIndex, Marker, Marker3, Mechanism};
+use mechanics::mechanism::{Body, Body3, Coordinate, ElementIndex, EulerSequence, Marker, Marker3, Mechanism};
 use std::collections::HashMap;
 use std::ops::Range;
 use toml::de::DeValue;
@@ -44,6 +42,70 @@ pub struct PointRef {
     pub at: [CompiledExpression; 2],
 }
 
+/// Three numbers as expressions.
+pub type Vector = [CompiledExpression; 3];
+
+/// A point as it is given.
+#[derive(Clone, Debug)]
+pub enum Place {
+    /// Coordinates in the axes of a frame.
+    Coordinates(Vector),
+    /// The place where a named point is at the start.
+    Point(usize),
+}
+
+/// A direction of any length.
+#[derive(Clone, Debug)]
+pub enum Direction {
+    /// Components in the axes of a frame.
+    Components(Vector),
+    /// From one named point to another, where they are at the start.
+    Through([usize; 2]),
+}
+
+/// An orientation as it is given, relative to a frame.
+#[derive(Clone, Debug)]
+pub enum Axes {
+    /// The axes of the frame.
+    Same,
+    /// Angles about the axes of a sequence.
+    Angles(EulerSequence, Vector),
+    /// An angle about an axis.
+    About(Direction, CompiledExpression),
+    /// The axis z, and the direction near which the axis x is.
+    Z(Direction, Option<Direction>),
+    /// The axis x.
+    X(Direction),
+    /// Euler parameters, scalar first.
+    EulerParameters([CompiledExpression; 4]),
+    /// A rotation matrix of numbers, as the rotation.
+    Fixed([f64; 4]),
+}
+
+/// A point with axes on a frame.
+#[derive(Clone, Debug)]
+pub struct MarkerSpec {
+    pub frame: FrameRef,
+    pub place: Place,
+    /// Whether the place is given in world axes, where it is at the start.
+    pub is_world_place: bool,
+    pub axes: Axes,
+    pub is_world_axes: bool,
+}
+
+impl MarkerSpec {
+    /// The reference point of a frame, with its axes.
+    pub fn of(frame: FrameRef) -> Self {
+        let place = Place::Coordinates([0.0; 3].map(CompiledExpression::constant));
+        Self { frame, place, is_world_place: false, axes: Axes::Same, is_world_axes: false }
+    }
+
+    /// True if it has axes of its own.
+    pub fn has_axes(&self) -> bool {
+        !matches!(self.axes, Axes::Same)
+    }
+}
+
 /// A reference to a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CoordinateRef {
@@ -67,6 +129,17 @@ impl JointCoordinate {
         (Self::Angle, &["revolute", "cylindrical", "planar"], ["angle", "omega", "alpha"]),
         (Self::Displacement, &["prismatic", "cylindrical"], ["displacement", "velocity", "acceleration"]),
     ];
+
+    /// The coordinate that an element in space is: an angle, a displacement or a distance of two points.
+    pub fn of_element(descriptor: &ElementDescriptor) -> Option<Self> {
+        let is_one =
+            descriptor.inputs.iter().map(|input| input.role).eq([Role::Marker3, Role::Marker3, Role::Coordinate]);
+        is_one.then_some(match descriptor.kind {
+            "angle" => Self::Angle,
+            "displacement" => Self::Displacement,
+            _ => Self::Distance,
+        })
+    }
 
     /// Units of position, velocity and acceleration.
     pub fn units(self) -> [&'static str; 3] {
@@ -237,7 +310,7 @@ impl Parts {
             return Some(CoordinateRef::Slider(*k));
         }
         if let Some(NamedPart::Element(k, descriptor)) = self.named.get(text) {
-            return Some(CoordinateRef::Joint(*k, own_coordinate(descriptor)?));
+            return Some(CoordinateRef::Joint(*k, JointCoordinate::of_element(descriptor)?));
         }
         let (name, axis) = text.rsplit_once('.')?;
         if let Some(NamedPart::Element(..)) = self.named.get(name) {
@@ -265,7 +338,7 @@ impl Parts {
         let name = name.to_owned();
         let of = move |(k, descriptor): (usize, &'static ElementDescriptor)| -> Vec<(CoordinateRef, [String; 3])> {
             let named = |names: [&str; 3]| names.map(|what| format!("{name}.{what}"));
-            if let Some(own) = own_coordinate(descriptor) {
+            if let Some(own) = JointCoordinate::of_element(descriptor) {
                 return vec![(CoordinateRef::Joint(k, own), named(["position", "velocity", "acceleration"]))];
             }
             let is_joint = descriptor.family == Family::Joint;

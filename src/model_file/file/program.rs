@@ -1,12 +1,12 @@
 //! `[analysis]` of the kind `program`: another program computes the outputs.
 
-use super::Model;
 use super::analysis::DerivativeSetting;
 use super::key::{Accepts, Key, TableKeys, default, required};
+use super::outputs::OutputSpec;
 use super::section::{Read, Section};
 use crate::model_file::expression::Names;
 use crate::model_file::limits;
-use crate::problem::{Analysis, Problem, ProblemBuilder, ResponseAt, Responses};
+use crate::problem::{Analysis, DesignVariable, Problem, ProblemBuilder, ResponseAt, Responses, TimeGrid};
 use crate::responses::Differences;
 use crate::responses::program::{Program, ProgramAnalysis, WithThreads};
 use crate::{Error, Result};
@@ -92,16 +92,23 @@ impl ProgramSpec {
         self.analysis = OnceLock::new();
     }
 
-    /// The program with what the model asks of it.
-    pub fn asked<'m>(&'m self, model: &'m Model) -> AskedProgram<'m> {
-        AskedProgram { spec: self, model }
+    /// The program with what a model asks of it: outputs at the points of a grid, as functions of variables.
+    pub fn asked<'m>(
+        &'m self,
+        variables: &'m [DesignVariable],
+        grid: Option<&'m TimeGrid>,
+        outputs: &'m [OutputSpec],
+    ) -> AskedProgram<'m> {
+        AskedProgram { spec: self, variables, grid, outputs }
     }
 }
 
 /// A program with what a model asks of it.
 pub struct AskedProgram<'m> {
     spec: &'m ProgramSpec,
-    model: &'m Model,
+    variables: &'m [DesignVariable],
+    grid: Option<&'m TimeGrid>,
+    outputs: &'m [OutputSpec],
 }
 
 impl AskedProgram<'_> {
@@ -116,9 +123,9 @@ impl AskedProgram<'_> {
         if let Some(analysis) = spec.analysis.get() {
             return Ok(Some(Arc::clone(analysis)));
         }
-        let names = self.model.variables.iter().map(|variable| variable.name.as_str());
-        let times = self.model.grid.as_ref().map_or(&[][..], |grid| &grid.points);
-        let responses = self.model.outputs.iter().map(|output| (output.name.as_str(), output.is_transient));
+        let names = self.variables.iter().map(|variable| variable.name.as_str());
+        let times = self.grid.map_or(&[][..], |grid| &grid.points);
+        let responses = self.outputs.iter().map(|output| (output.name.as_str(), output.is_transient));
         let analysis = Arc::new(ProgramAnalysis::new(spec.program.clone(), names, times, responses)?);
         Ok(Some(Arc::clone(spec.analysis.get_or_init(|| analysis))))
     }

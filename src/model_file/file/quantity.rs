@@ -2,7 +2,7 @@
 
 use super::label::Labels;
 use super::outputs::{OutputSpec, intermediates};
-use super::section::{Read, Section, constant, ordered, tree, wrong_type};
+use super::section::{Read, Section, ordered, tree, wrong_type};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{
     CompiledExpression, Inputs, Known, Names, Node, OtherUnit, Reduction, Scope, Tree,
@@ -43,7 +43,7 @@ pub fn series(file: &Section<'_>, names: &Names, grid: Option<&TimeGrid>) -> Rea
         names.check(&word.text, word.span.clone())?;
         let list =
             value.get_ref().as_array().ok_or_else(|| wrong_type(value, &format!("`{}`", word.text), "a list"))?;
-        let number = |item| constant(&tree(item, &word.text, file.source())?, &word.text, "", names);
+        let number = |item| names.evaluate(&tree(item, &word.text, file.source())?, &word.text, "");
         let values = list.iter().map(number).collect::<Read<Vec<f64>>>()?;
         if values.len() != times.len() {
             let message =
@@ -226,7 +226,7 @@ impl QuantityContext<'_> {
             }
             let axis = self.names.axis().units();
             let is_point = |k: usize| *reduction == Reduction::At || k >= usize::from(reduction.has_number());
-            let number = |(k, tree)| constant(tree, key, if is_point(k) { &axis } else { "" }, self.names);
+            let number = |(k, tree)| self.names.evaluate(tree, key, if is_point(k) { &axis } else { "" });
             let numbers: Vec<f64> = numbers.iter().enumerate().map(number).collect::<Read<_>>()?;
             let (number, interval) = numbers.split_at(usize::from(reduction.has_number()));
             let points = points_of(grid, interval, tree)?;

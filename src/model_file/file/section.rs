@@ -2,7 +2,7 @@
 
 use super::key::{Key, Need};
 use super::replicate::replicate;
-pub use super::value::{FileSource, Read, Value, Word, constant, find, ordered, tree, vector, wrong_type};
+pub use super::value::{FileSource, Read, Value, Word, find, ordered, tree, vector, wrong_type};
 use super::value::{count, numbers, text};
 use crate::model_file::expression::{CompiledExpression, Names, Scope, TextPlace, Tree};
 use crate::model_file::{Diagnostic, limits};
@@ -208,7 +208,7 @@ impl<'a> Section<'a> {
     /// The number of a key, or of its default.
     pub fn number(&self, key: &str, names: &Names) -> Read<Option<f64>> {
         let Some(tree) = self.tree(key)? else { return Ok(None) };
-        constant(&tree, key, self.unit_of(key), names).map(Some)
+        names.evaluate(&tree, key, self.unit_of(key)).map(Some)
     }
 
     /// A list of compiled expressions; zeros without the key.

@@ -89,12 +89,6 @@ pub fn tree(value: &Value<'_>, key: &str, source: FileSource<'_>) -> Read<Tree> 
     }
 }
 
-/// Evaluates an expression of constants with one of these units; any unit if they are empty.
-pub fn constant(tree: &Tree, key: &str, units: &str, names: &Names) -> Read<f64> {
-    let expression = names.compile(tree, &Scope { place: &format!("`{key}`"), units, ..Scope::NUMBER })?;
-    Ok(expression.as_constant().expect("an expression of constants is folded"))
-}
-
 /// A whole number from 0 to `most`.
 pub fn count(value: &Value<'_>, key: &str, most: usize) -> Read<usize> {
     let whole = value.get_ref().as_integer().and_then(|i| usize::from_str_radix(i.as_str(), i.radix()).ok());
@@ -114,7 +108,7 @@ pub fn numbers(value: &Value<'_>, key: &str, units: &str, names: &Names, source:
     if list.len() > limits::POINTS {
         return Err(Diagnostic::new(value.span(), format!("{} values are too many", list.len())));
     }
-    list.iter().map(|item| constant(&tree(item, key, source)?, key, units, names)).collect()
+    list.iter().map(|item| names.evaluate(&tree(item, key, source)?, key, units)).collect()
 }
 
 /// A list of `N` expressions, from two to four.

@@ -21,22 +21,13 @@ mod tree;
 mod urdf;
 mod xml;
 
+pub use tree::Base;
+pub use xml::LIMIT;
+
 use super::attached::read_within;
 use crate::storage::read_file;
 use crate::{Error, Result};
 use std::path::Path;
-
-/// Largest size of the file of a robot in bytes, with all files that it includes.
-pub const LIMIT: usize = 8 << 20;
-
-/// Support of the first link of a robot in a URDF file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Base {
-    /// It is part of the ground.
-    Fixed,
-    /// It is a body that moves freely.
-    Free,
-}
 
 /// A model file that was made from a robot, and what it lacks.
 #[derive(Clone, Debug)]

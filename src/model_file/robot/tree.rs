@@ -1,10 +1,18 @@
 //! The tree of links: rigid parts, their masses, and poses at the start.
 
-use super::Base;
 use super::inertia::MassData;
 use super::parts::{JointType, Robot};
 use crate::{Error, Result};
 use nalgebra::Isometry3;
+
+/// Support of the first link of a robot in a URDF file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Base {
+    /// It is part of the ground.
+    Fixed,
+    /// It is a body that moves freely.
+    Free,
+}
 
 /// Links that do not move relative to each other.
 pub struct Part {

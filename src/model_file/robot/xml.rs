@@ -1,10 +1,12 @@
 //! Elements of an XML file with their places, and their attributes as numbers.
 
-use super::LIMIT;
 use crate::{Error, Result};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+/// Largest size of the file of a robot in bytes, with all files that it includes.
+pub const LIMIT: usize = 8 << 20;
 
 /// Largest depth of elements in each other.
 const DEPTH: usize = 200;

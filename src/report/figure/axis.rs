@@ -1,7 +1,8 @@
 //! Axes: quantity, scale and limits.
 
+use super::grid::range;
+use super::markup::literal;
 use super::ticks::Ticks;
-use super::{literal, range};
 
 /// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

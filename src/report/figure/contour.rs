@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::Grid;
+use super::grid::Grid;
 
 /// The curves `value = level`, with larger values on their left. The last point of a closed curve equals the first.
 ///

@@ -1,9 +1,12 @@
 //! Drawing of a panel: marks, frame, legend.
 
-use super::mark::{Anchor, MarkKind};
+use super::colour::ColourMap;
+use super::grid::Grid;
+use super::mark::{Anchor, Mark, MarkKind};
+use super::panel::{Legend, Panel};
 use super::svg::{Area, Lettering, Svg};
 use super::view::View;
-use super::{ColourMap, Grid, Legend, Mark, Panel, frame, label_placement, legend, markup, shapes, style};
+use super::{frame, label_placement, legend, markup, shapes, style};
 
 /// Numbers of markers from which those at nearly the same place are drawn once, and the fineness of these places.
 const FEW_MARKERS: usize = 300;

@@ -1,10 +1,12 @@
 //! The frame of a panel with ticks, numbers and labels, and the colour bar.
 
+use super::colour::Colour;
 use super::mark::{Anchor, Stroke};
+use super::panel::{ColourBar, Panel};
+use super::style;
 use super::svg::{Area, Lettering, Svg};
 use super::ticks::Ticks;
 use super::view::View;
-use super::{Colour, ColourBar, Panel, style};
 
 /// Draws frame, ticks, numbers and labels.
 pub(crate) fn draw(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {

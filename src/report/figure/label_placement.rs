@@ -1,9 +1,11 @@
 //! Placement of notes and contour labels.
 
+use super::colour::Colour;
 use super::mark::{Anchor, MarkKind};
+use super::panel::Panel;
 use super::svg::{Area, Lettering, Svg};
 use super::view::View;
-use super::{Colour, Panel, markup, style};
+use super::{markup, style};
 
 /// Points on paper that a label should not cover: markers, texts, symbols, hatched bounds.
 pub(crate) fn obstacles(panel: &Panel, view: &View) -> Vec<[f64; 2]> {

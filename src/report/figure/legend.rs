@@ -1,9 +1,11 @@
 //! Legends: a sample and a name for every named mark.
 
-use super::mark::{Anchor, MarkKind, Stroke};
+use super::colour::Colour;
+use super::mark::{Anchor, Mark, MarkKind, Stroke};
+use super::panel::Panel;
 use super::svg::{Area, Lettering, Svg};
 use super::view::View;
-use super::{Colour, Mark, Panel, label_placement, markup, shapes, style};
+use super::{label_placement, markup, shapes, style};
 
 const SIZE: f64 = style::TICK_SIZE;
 

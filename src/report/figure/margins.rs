@@ -1,8 +1,9 @@
 //! Margins of a panel: space for numbers, labels, title and legend.
 
+use super::panel::{Legend, Panel};
 use super::svg::Area;
 use super::view::View;
-use super::{Legend, Panel, legend, style};
+use super::{legend, style};
 
 /// Margins around a frame, in points.
 #[derive(Clone, Copy, Debug, Default)]

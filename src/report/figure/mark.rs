@@ -1,6 +1,7 @@
 //! Marks: everything drawn inside a panel, in data coordinates; sizes and widths are in points (1/72 inch) on paper.
 
-use super::{Colour, ColourMap, Grid};
+use super::colour::{Colour, ColourMap};
+use super::grid::Grid;
 
 /// Dash pattern of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,8 @@
 //! Panels: a pair of axes with marks.
 
-use super::{Axis, ColourMap, Mark, QuantityLabel};
+use super::axis::{Axis, QuantityLabel};
+use super::colour::ColourMap;
+use super::mark::Mark;
 
 /// Position of the legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

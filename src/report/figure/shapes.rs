@@ -1,6 +1,6 @@
 //! Markers, symbols of a mechanism, and hatching.
 
-use super::Colour;
+use super::colour::Colour;
 use super::mark::{MarkSymbol, MarkerShape, Stroke};
 use super::svg::Svg;
 

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
+use super::colour::Colour;
 use super::mark::{Anchor, Dash, Stroke};
-use super::{Colour, markup};
+use super::markup;
 
 /// Fonts of all text: the font of the PNG files, then fallbacks.
 const FONT: &str = "'DejaVu Sans Condensed','DejaVu Sans',Helvetica,Arial,sans-serif";

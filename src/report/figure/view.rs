@@ -1,7 +1,8 @@
 //! Transformation from data to paper.
 
-use super::Panel;
+use super::axis::Scale;
 use super::mark::MarkKind;
+use super::panel::Panel;
 use super::svg::Area;
 use super::ticks::Ticks;
 
@@ -12,7 +13,7 @@ pub(crate) struct View {
     pub y: [f64; 2],
     pub x_ticks: Ticks,
     pub y_ticks: Ticks,
-    scales: [super::Scale; 2],
+    scales: [Scale; 2],
 }
 
 impl View {

@@ -1,6 +1,6 @@
-//! Drawing of a planar mechanism in one position.
+//! Drawing of a planar mechanism in one position, or of the view of one in space.
 
-use super::SpatialLinkage;
+use super::spatial_linkage::{SpatialLinkage, View};
 use crate::Result;
 use crate::report::figure::{
     Axis, Colour, Dash, Figure, Legend, Mark, MarkSymbol, MarkerShape, Panel, QuantityLabel, Stroke, check, range,
@@ -117,6 +117,33 @@ impl Linkage {
             .copied()
             .chain(self.sliders.iter().map(|slider| slider.0))
             .collect()
+    }
+}
+
+impl SpatialLinkage {
+    /// The mechanism as it is seen, which keeps the mechanism in space.
+    pub fn seen(self, view: &View) -> Linkage {
+        let at = |p: &[f64; 3]| view.project(*p);
+        let points = |all: &[[f64; 3]]| all.iter().map(at).collect();
+        let lines = |all: &[Vec<[f64; 3]>]| all.iter().map(|line| line.iter().map(at).collect()).collect();
+        let pairs = |all: &[[[f64; 3]; 2]]| all.iter().map(|pair| pair.each_ref().map(at)).collect();
+        let slider = |[place, along]: &[[f64; 3]; 2]| {
+            let [x, y] = at(along);
+            (at(place), y.atan2(x))
+        };
+        Linkage {
+            bars: lines(&self.bars),
+            plates: lines(&self.plates),
+            joints: points(&self.joints),
+            ground_joints: points(&self.ground_joints),
+            sliders: self.sliders.iter().map(slider).collect(),
+            guides: pairs(&self.guides),
+            springs: pairs(&self.springs),
+            masses: points(&self.masses),
+            arrows: self.arrows.iter().map(|arrow| arrow.iter().map(at).collect()).collect(),
+            space: Some(Box::new(self)),
+            ..Linkage::default()
+        }
     }
 }
 

@@ -1,6 +1,4 @@
-//! A mechanism in space in one position, and its view from a direction.
-
-use crate::report::plots::Linkage;
+//! A mechanism in space in one position, and the direction from which it is seen.
 
 /// A mechanism in space in one position; coordinates in the unit of the axes.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -51,31 +49,6 @@ impl View {
 }
 
 impl SpatialLinkage {
-    /// The mechanism as it is seen, which keeps the mechanism in space.
-    pub fn seen(self, view: &View) -> Linkage {
-        let at = |p: &[f64; 3]| view.project(*p);
-        let points = |all: &[[f64; 3]]| all.iter().map(at).collect();
-        let lines = |all: &[Vec<[f64; 3]>]| all.iter().map(|line| line.iter().map(at).collect()).collect();
-        let pairs = |all: &[[[f64; 3]; 2]]| all.iter().map(|pair| pair.each_ref().map(at)).collect();
-        let slider = |[place, along]: &[[f64; 3]; 2]| {
-            let [x, y] = at(along);
-            (at(place), y.atan2(x))
-        };
-        Linkage {
-            bars: lines(&self.bars),
-            plates: lines(&self.plates),
-            joints: points(&self.joints),
-            ground_joints: points(&self.ground_joints),
-            sliders: self.sliders.iter().map(slider).collect(),
-            guides: pairs(&self.guides),
-            springs: pairs(&self.springs),
-            masses: points(&self.masses),
-            arrows: self.arrows.iter().map(|arrow| arrow.iter().map(at).collect()).collect(),
-            space: Some(Box::new(self)),
-            ..Linkage::default()
-        }
-    }
-
     /// All points.
     pub fn points(&self) -> impl Iterator<Item = &[f64; 3]> {
         let lines = self.bars.iter().chain(&self.plates).flatten();

@@ -1,19 +1,9 @@
 //! Numbers and curves of the cycle that a reader of the page chooses.
 
-use super::{OptimizationReport, number};
-use crate::problem::{Evaluation, Responses};
+use super::{OptimizationReport, ShownCycle, number};
 use crate::report::outcome;
 use crate::report::page::PageChoice;
-use crate::sao::Cycle;
 use serde_json::json;
-
-/// The analysed design of a cycle.
-pub(super) struct ShownCycle<'a> {
-    pub step: &'a Cycle,
-    pub objective: f64,
-    pub responses: Responses,
-    pub evaluation: Evaluation,
-}
 
 /// The curves of a figure, one for each shown cycle.
 pub(super) struct CycleCurves {

@@ -2,7 +2,7 @@
 //!
 //! | file | section |
 //! |---|---|
-//! | `overview` | the head of the page; design variables, objective, constraints |
+//! | `overview` | the page and its head; design variables, objective, constraints |
 //! | `convergence` | objective, errors, violation, design variables and move limits over the cycles |
 //! | `histories` | responses and constraints over time with their bounds, retained and active points |
 //! | `constrained_histories` | constrained quantities in their own units, from normalized constraints |
@@ -25,11 +25,9 @@ pub use design_space_slice::Slice;
 
 use super::number::{DIGITS, readable};
 use super::outcome;
-use super::page::{Page, PageSection};
 use crate::Result;
 use crate::problem::{Evaluation, Problem, Responses};
 use crate::sao::{Cycle, State};
-use chosen_cycle::ShownCycle;
 use rayon::prelude::*;
 
 /// Report of an optimization, finished or not.
@@ -55,6 +53,14 @@ pub struct OptimizationReport<'a> {
     objectives: Vec<f64>,
     /// Analysed designs of cycles that the page can show.
     cycles: Vec<ShownCycle<'a>>,
+}
+
+/// The analysed design of a cycle.
+struct ShownCycle<'a> {
+    step: &'a Cycle,
+    objective: f64,
+    responses: Responses,
+    evaluation: Evaluation,
 }
 
 impl<'a> OptimizationReport<'a> {
@@ -90,23 +96,6 @@ impl<'a> OptimizationReport<'a> {
     /// Numbers and designs of the cycles that the page can show.
     pub fn shown_cycles(&self) -> impl Iterator<Item = (usize, &[f64])> {
         self.cycles.iter().map(|shown| (shown.step.cycle, &shown.step.design[..]))
-    }
-
-    /// The page. `slice` gives the section of the design space; the sections `more`, such as an animation of the mechanism,
-    /// follow the table of the design variables.
-    ///
-    /// # Errors
-    /// Those of the figures, if a number is not finite.
-    pub fn page(&self, slice: Option<&Slice>, more: Vec<PageSection>) -> Result<Page> {
-        let mut sections = vec![self.design()?];
-        sections.extend(more);
-        let mut curves = vec![];
-        let histories = self.histories(&mut curves)?;
-        sections.extend([self.constraints()?, self.convergence()?, histories, self.prediction_accuracy()?]);
-        sections.push(self.design_space(slice)?);
-        sections.push(self.optimality()?);
-        let page = self.head().choices(self.choices(&curves));
-        Ok(sections.into_iter().filter(|section| !section.is_empty()).fold(page, Page::with))
     }
 
     /// The first design.

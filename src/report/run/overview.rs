@@ -1,5 +1,6 @@
-//! The head of the page; design variables, objective and constraints as tables.
+//! The page and its head; design variables, objective and constraints as tables.
 
+use super::design_space_slice::Slice;
 use super::{OptimizationReport, change, number};
 use crate::Result;
 use crate::report::outcome::{self, ConstraintValue};
@@ -8,6 +9,23 @@ use crate::report::table::{Cell, Table};
 use crate::sao::Status;
 
 impl OptimizationReport<'_> {
+    /// The page. `slice` gives the section of the design space; the sections `more`, such as an animation of the mechanism,
+    /// follow the table of the design variables.
+    ///
+    /// # Errors
+    /// Those of the figures, if a number is not finite.
+    pub fn page(&self, slice: Option<&Slice>, more: Vec<PageSection>) -> Result<Page> {
+        let mut sections = vec![self.design()?];
+        sections.extend(more);
+        let mut curves = vec![];
+        let histories = self.histories(&mut curves)?;
+        sections.extend([self.constraints()?, self.convergence()?, histories, self.prediction_accuracy()?]);
+        sections.push(self.design_space(slice)?);
+        sections.push(self.optimality()?);
+        let page = self.head().choices(self.choices(&curves));
+        Ok(sections.into_iter().filter(|section| !section.is_empty()).fold(page, Page::with))
+    }
+
     /// The head of the page: title, status and main results.
     pub(super) fn head(&self) -> Page {
         let (problem, state) = (self.problem, self.state);

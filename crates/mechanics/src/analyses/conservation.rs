@@ -1,9 +1,9 @@
 //! Energy of motions that conserve it: recognizes conservative mechanisms and records what a scheme loses.
 
-use crate::analyses::sampling::energy_in;
 use crate::mechanism::element::{ElementState, ElementWorkspace, Family, Role};
 use crate::mechanism::scalars::{Dual8, ElementScalar, StateScalar};
 use crate::mechanism::{ElementInstance, Mechanism};
+use crate::system::outputs::energy_in;
 use crate::system::state::{State, gather};
 
 /// Change of the energy of a mechanism that conserves it, over the output times of a simulation.

@@ -1,11 +1,11 @@
 //! Outputs that redundant constraints leave indeterminate.
 
-use super::sampling::Sampler;
 use crate::Result;
 use crate::constraint_rank::self_stresses;
 use crate::initial_conditions::{Assembly, assemble};
 use crate::mechanism::Mechanism;
 use crate::system::System;
+use crate::system::outputs::Sampler;
 use crate::system::state::State;
 
 /// Relative change of an output by reactions without effect on the motion, above which it is indeterminate.

@@ -1,12 +1,12 @@
 //! Amplitudes of outputs in natural modes, with derivatives with respect to the design.
 
 use crate::analyses::modal::modes;
-use crate::analyses::sampling::Sampler;
 use crate::derivatives::modal::{About, Vibration, clusters, modal_multipliers, mode_rows, states_at_rest};
 use crate::derivatives::seeding::{build_chunks, build_seeded};
 use crate::mechanism::scalars::{Dual8, HyperDual4};
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::linearization::Linearization;
+use crate::system::outputs::Sampler;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result};

@@ -1,6 +1,6 @@
 //! Elements by their declarations: adding any of them to a mechanism from values of its inputs.
 
-use crate::elements::forces::feedback_force::StateFunction;
+use crate::elements::state_function::StateFunction;
 use crate::mechanism::element::{AnyElement, ElementDescriptor, Role};
 use crate::mechanism::{Coordinate, ElementIndex, Marker, Marker3, Mechanism};
 use crate::motion::Motion;

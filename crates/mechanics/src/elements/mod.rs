@@ -17,6 +17,7 @@ pub mod kind;
 pub(crate) mod line;
 pub mod sensors;
 pub mod spatial;
+mod state_function;
 
 pub use crate::mechanism::element;
 pub use beams::*;

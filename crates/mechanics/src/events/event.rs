@@ -2,7 +2,7 @@
 
 use crate::elements::contacts::rigid;
 use crate::mechanism::element::{AnyElement, Element, ElementState};
-use crate::mechanism::{Coordinate, ElementIndex, Marker, Mechanism};
+use crate::mechanism::{Coordinate, ElementIndex, ElementInstance, EventElement, Marker, Mechanism};
 use crate::{Error, Result};
 use autodiff::Scalar;
 use std::sync::Arc;
@@ -94,6 +94,23 @@ impl<S: Scalar> Mechanism<S> {
     /// Adds a switch at the time `t` (s).
     pub fn switch_at(&mut self, name: &str, t: S) {
         self.add_event(name.into(), time_switch(), &[], &[t], None);
+    }
+
+    /// Adds a rigid contact with the coefficient of `restitution`, or a switch without one; `gap` has one constraint. Returns
+    /// the joint that holds the contact closed.
+    pub(crate) fn add_event(
+        &mut self,
+        name: String,
+        gap: Arc<dyn AnyElement>,
+        coordinates: &[Coordinate],
+        parameters: &[S],
+        restitution: Option<S>,
+    ) -> Option<ElementIndex> {
+        let joint = restitution.map(|_| self.add_object(name.clone(), gap.clone(), coordinates, parameters));
+        let unilateral = joint.map(|joint| self.closed_contact(joint));
+        let gap = ElementInstance::new(name, gap, coordinates, parameters, 0);
+        self.events.push(EventElement { gap, restitution, when: None, unilateral });
+        joint
     }
 }
 

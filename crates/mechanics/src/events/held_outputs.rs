@@ -1,8 +1,8 @@
 //! Outputs that keep their value from an event on.
 
-use crate::analyses::sampling::Sampler;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::StateScalar;
+use crate::system::outputs::Sampler;
 use crate::system::state::State;
 
 /// Values of outputs at their events, with the derivatives of the state there.

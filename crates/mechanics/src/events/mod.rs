@@ -7,7 +7,6 @@
 //! | `when` | events by a condition: joints that let go, forces that are switched, the end of a motion |
 //! | `unilateral` | rigid contacts that last, dry friction that sticks |
 //! | `settling` | their modes after an event and at the start |
-//! | `modes` | elements that are active, events that have happened |
 //! | `held_outputs` | outputs that keep their value from an event on |
 //!
 //! [`Dynamics`](crate::integrators::settings::Dynamics) handles events, with derivatives by all methods; only switches have no
@@ -16,11 +15,10 @@
 pub(crate) mod event;
 pub(crate) mod held_outputs;
 pub(crate) mod impact;
-pub(crate) mod modes;
 pub(crate) mod settling;
 pub(crate) mod unilateral;
 pub(crate) mod when;
 
+pub use crate::system::modes::Modes;
 pub use event::Event;
-pub use modes::Modes;
 pub use when::{Action, EventIndex};

@@ -9,12 +9,11 @@
 
 use crate::constraint_rank::ConstraintRank;
 use crate::events::impact::{apply_impact, gap_rounding, make_consistent};
-use crate::events::modes::Modes;
-use crate::events::unilateral::{AT_REST, TOUCHING, Unilateral, sign, sliding};
+use crate::events::unilateral::{AT_REST, TOUCHING, sign, sliding};
 use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
-use crate::integrators::settings::StepSize;
-use crate::mechanism::{EventElement, Mechanism};
+use crate::mechanism::{EventElement, Mechanism, Unilateral};
 use crate::system::System;
+use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::{Error, Result};
 
@@ -40,7 +39,7 @@ const STOPPED: f64 = 1e-12;
 /// Largest excess of a force that is rounding.
 const EXCESS: f64 = 1e-9;
 
-/// Finds the modes in which the motion goes on from an event in the state `end`, by steps of the size `step`.
+/// Finds the modes in which the motion goes on from an event in the state `end`, by steps of the nominal length `step` in s.
 ///
 /// * `contact`: the event that ends the step; `at_event`: this event and those at the same time.
 ///
@@ -52,7 +51,7 @@ pub(crate) fn passage(
     mechanism: &Mechanism<f64>,
     (contact, at_event): (usize, &[usize]),
     end: &State<f64>,
-    step: StepSize,
+    step: f64,
 ) -> Result<Passage> {
     let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
     let mut after = end.modes.clone();
@@ -75,7 +74,7 @@ pub(crate) fn passage(
         let event = &mechanism.events[contact];
         let jet = event.gap_jet(&state, &state.v);
         let (flight, height) = (2.0 * jet.v1 / -jet.v2, jet.v1 * jet.v1 / (-2.0 * jet.v2));
-        let is_last = flight <= SHORTEST_FLIGHT * step.nominal() || height <= gap_rounding(event, &state, 0.0);
+        let is_last = flight <= SHORTEST_FLIGHT * step || height <= gap_rounding(event, &state, 0.0);
         let stays = event.restitution == Some(0.0) || jet.v1 <= TOUCHING || (jet.v2 < 0.0 && is_last);
         if let Some(Unilateral::Contact { closed, .. }) = event.unilateral.filter(|_| stays) {
             after.set(closed, true);
@@ -96,7 +95,7 @@ fn after_event(
     ((contact, at_event), stays): ((usize, &[usize]), bool),
     held: &State<f64>,
     [mut jump, mut after]: [Modes; 2],
-    step: StepSize,
+    step: f64,
 ) -> Result<(State<f64>, Modes)> {
     let is_impact = mechanism.events[contact].is_open_contact(&held.modes);
     let mut state = State { modes: jump.clone(), ..held.clone() };
@@ -182,7 +181,7 @@ fn settle(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
-    (mut released, step): (Vec<(usize, f64)>, StepSize),
+    (mut released, step): (Vec<(usize, f64)>, f64),
 ) -> Result<()> {
     let broken = released.clone();
     let at_rest = |k: &usize| is_friction(mechanism, *k) && mechanism.events[*k].is_held(&state.modes);
@@ -202,7 +201,7 @@ fn settle(
             continue;
         }
         // What drives move at once does not rest.
-        let least = AT_REST / (SHORTEST_FLIGHT * step.nominal());
+        let least = AT_REST / (SHORTEST_FLIGHT * step);
         let moves = |k: &usize| {
             mechanism.events[*k].is_resting(&state.modes) && sliding(&mechanism.events[*k], &state.a).abs() > least
         };
@@ -322,7 +321,7 @@ pub(crate) fn settle_start(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
-    step: StepSize,
+    step: f64,
 ) -> Result<bool> {
     if mechanism.events.iter().all(|event| event.unilateral.is_none()) {
         return Ok(false);

@@ -16,11 +16,11 @@
 //! Bifurcations of Non-Smooth Mechanical Systems* (2004), Chapter 5.
 
 use crate::events::impact::make_consistent;
-use crate::events::modes::Modes;
 use crate::initial_conditions::AccelerationSolver;
 use crate::mechanism::scalars::StateScalar;
-use crate::mechanism::{ElementIndex, EventElement, Mechanism};
+use crate::mechanism::{ElementIndex, EventElement, Mechanism, Unilateral};
 use crate::system::System;
+use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::{Error, Result};
 use autodiff::Scalar;
@@ -30,15 +30,6 @@ pub(crate) const TOUCHING: f64 = 1e-9;
 
 /// Sliding velocity in m/s or rad/s up to which friction is at rest at an event.
 pub(crate) const AT_REST: f64 = 1e-9;
-
-/// A part whose mode follows from the motion, by numbers of switches and multipliers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Unilateral {
-    /// A rigid contact; `closed` is the switch of the joint that holds it closed.
-    Contact { joint: usize, multiplier: usize, closed: usize },
-    /// Dry friction with the multiplier of its force and the switches of its modes. While it rests, `forward` or `backward` may be on.
-    Friction { joint: usize, multiplier: usize, forward: usize, backward: usize, sticking: usize, resting: usize },
-}
 
 /// Parameters of dry friction in the order of its event.
 pub(crate) const STATIC_LIMIT: usize = 0;

@@ -4,7 +4,7 @@ use crate::elements::element::ElementWorkspace;
 use crate::mechanism::element::{Element, ElementState};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{
-    AnyFormula, ElementIndex, ElementInstance, EventElement, Formula, MeasuredQuantity, Mechanism, Term,
+    AnyFormula, ElementIndex, ElementInstance, EventElement, Formula, MeasuredQuantity, Mechanism, Term, When,
 };
 use crate::system::state::{State, measure};
 use crate::{Error, Result};
@@ -25,20 +25,6 @@ pub enum Action {
     Deactivate(ElementIndex),
     /// Ends the motion. Outputs keep the values that they have at the event.
     Terminate,
-}
-
-/// Condition and effects of an event.
-pub(crate) struct When<S> {
-    /// Quantities of the function g whose rise through zero is the event.
-    terms: Vec<Term<S>>,
-    /// The function g of these quantities and of the time.
-    formula: Arc<dyn AnyFormula>,
-    /// Elements of the quantities, by their number in the mechanism.
-    measured: Vec<(usize, ElementInstance<S>)>,
-    /// Switches of elements, and whether the element is active after the event.
-    pub changes: Vec<(usize, bool)>,
-    /// True if the event ends the motion.
-    pub is_terminal: bool,
 }
 
 /// # Events by a condition

@@ -3,7 +3,6 @@
 use crate::Result;
 use crate::events::impact::make_consistent;
 use crate::initial_conditions::AccelerationSolver;
-use crate::integrators::generalized_alpha::Step;
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
@@ -38,16 +37,16 @@ impl ConsistentEnds {
         self.is_used.then_some(self.states.each_ref())
     }
 
-    /// Solves at both ends of `step`, if a part is held in it or has friction.
-    pub fn begin(&mut self, mechanism: &Mechanism<f64>, step: &Step<f64>) -> Result<()> {
-        self.is_used = self.has_friction || mechanism.events.iter().any(|event| event.is_held(&step.old.modes));
-        self.solve(mechanism, 0, &step.old)?;
-        self.end(mechanism, step)
+    /// Solves at both ends of a step, if a part is held in it or has friction.
+    pub fn begin(&mut self, mechanism: &Mechanism<f64>, [old, new]: [&State<f64>; 2]) -> Result<()> {
+        self.is_used = self.has_friction || mechanism.events.iter().any(|event| event.is_held(&old.modes));
+        self.solve(mechanism, 0, old)?;
+        self.end(mechanism, new)
     }
 
-    /// Solves at the end of `step` again.
-    pub fn end(&mut self, mechanism: &Mechanism<f64>, step: &Step<f64>) -> Result<()> {
-        self.solve(mechanism, 1, &step.new)
+    /// Solves again at the end of the step, which is now `new`.
+    pub fn end(&mut self, mechanism: &Mechanism<f64>, new: &State<f64>) -> Result<()> {
+        self.solve(mechanism, 1, new)
     }
 
     /// Solves at one end, with the `state` of the step.

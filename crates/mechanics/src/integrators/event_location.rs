@@ -6,10 +6,10 @@ use crate::events::impact::{
     TIME_ROUNDING, apply_impact, apply_switch, gap_rounding, make_consistent, simultaneous_switches, switch_offset,
 };
 use crate::events::settling::{SHORTEST_FLIGHT, passage};
-use crate::events::unilateral::{TOUCHING, Unilateral};
+use crate::events::unilateral::TOUCHING;
 use crate::integrators::generalized_alpha::{Integrator, Step};
 use crate::integrators::settings::StepSize;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{Mechanism, Unilateral};
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
@@ -69,7 +69,7 @@ impl TrialStep for Integrator<'_> {
     }
 
     fn begin(&mut self) -> Result<()> {
-        self.consistent.as_mut().map_or(Ok(()), |ends| ends.begin(self.mechanism, &self.step))
+        self.consistent.as_mut().map_or(Ok(()), |ends| ends.begin(self.mechanism, [&self.step.old, &self.step.new]))
     }
 
     fn ends(&self) -> [&State<f64>; 2] {
@@ -108,7 +108,7 @@ impl TrialStep for Integrator<'_> {
 impl Integrator<'_> {
     /// Computes the forces of held parts at the end of the step.
     fn update_end(&mut self) -> Result<()> {
-        self.consistent.as_mut().map_or(Ok(()), |ends| ends.end(self.mechanism, &self.step))
+        self.consistent.as_mut().map_or(Ok(()), |ends| ends.end(self.mechanism, &self.step.new))
     }
 }
 
@@ -184,7 +184,7 @@ impl EventLocator {
             held.hold(mechanism, &at_event, &state);
         }
         let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
-        let passage = passage(system, mechanism, (contact, &at_event), end, self.step)?;
+        let passage = passage(system, mechanism, (contact, &at_event), end, self.step.nominal())?;
         state.modes = passage.jump;
         self.is_bounce = is_impact && !passage.stays;
         match is_impact {

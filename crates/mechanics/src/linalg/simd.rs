@@ -3,6 +3,9 @@
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::{Add, Mul, Sub};
 
+/// Derivatives of one quantity with respect to `W` design variables.
+pub(crate) type Gradient<const W: usize> = [f64; W];
+
 /// A loop over many columns, compiled for wide registers as well as for any processor.
 pub(crate) trait Kernel {
     /// Executes the loop. Mark it and all functions that it calls `#[inline(always)]`.

@@ -1,24 +1,28 @@
 //! A mechanism: coordinates, elements connected to them, prescribed motions and named outputs.
 
+mod body;
 mod clock;
 pub mod element;
+mod element_instance;
 pub mod frame;
 pub(crate) mod frame3;
+mod output;
 pub mod rotation;
 pub mod scalars;
 mod spatial;
 pub(crate) mod vector;
 
+pub use body::{Body, Body3, Coordinate, Marker, Marker3, Pose, Pose3};
 pub use clock::SimulationClock;
+pub use element_instance::ElementIndex;
+pub(crate) use element_instance::{ElementInstance, EventElement, Unilateral, When};
+pub use output::{AnyFormula, Formula, FormulaIn, Term};
+pub(crate) use output::{MeasuredQuantity, OutputData};
 pub use rotation::{EulerSequence, Rotation};
-pub use spatial::{Body3, Marker3, Pose3};
 
-use crate::events::unilateral::Unilateral;
-use crate::events::when::When;
-use crate::mechanism::element::{AnyElement, Element};
+use crate::mechanism::element::{AnyElement, Element, ElementState};
 use crate::motion::{AnyMotion, Fixed, Motion};
-use autodiff::{Dual4, Dual8, HyperDual4, Scalar};
-use std::ops::Range;
+use autodiff::{Jet2, Scalar};
 use std::sync::Arc;
 
 /// A mechanism as a pure function of the design variables.
@@ -29,64 +33,6 @@ use std::sync::Arc;
 pub trait ParametricMechanism: Send + Sync {
     /// The mechanism for the design variables `b`.
     fn build<S: Scalar>(&self, b: &[S]) -> crate::Result<Mechanism<S>>;
-}
-
-/// One coordinate of a mechanism, by number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Coordinate(pub(crate) usize);
-
-/// One element of a mechanism, by number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct ElementIndex(pub(crate) usize);
-
-/// A rigid body or a beam node: two translations in m and a rotation in rad.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Body {
-    /// Horizontal position of the reference point.
-    pub x: Coordinate,
-    /// Vertical position of the reference point.
-    pub y: Coordinate,
-    /// Rotation, counter-clockwise.
-    pub theta: Coordinate,
-}
-
-impl Body {
-    /// The three coordinates.
-    pub fn coordinates(self) -> [Coordinate; 3] {
-        [self.x, self.y, self.theta]
-    }
-
-    /// The point of the body with the body-fixed coordinates (`x`, `y`) in m.
-    pub fn at<S: Scalar>(self, x: S, y: S) -> Marker<S> {
-        Marker { body: self, x, y }
-    }
-
-    /// The reference point of the body.
-    pub fn origin<S: Scalar>(self) -> Marker<S> {
-        self.at(S::from(0.0), S::from(0.0))
-    }
-}
-
-/// A point fixed to a body.
-#[derive(Clone, Copy, Debug)]
-pub struct Marker<S> {
-    /// The body.
-    pub body: Body,
-    /// Body-fixed x in m.
-    pub x: S,
-    /// Body-fixed y in m.
-    pub y: S,
-}
-
-/// Position (m, m, rad) of a body or node.
-#[derive(Clone, Copy, Debug)]
-pub struct Pose<S> {
-    /// Horizontal position.
-    pub x: S,
-    /// Vertical position.
-    pub y: S,
-    /// Rotation.
-    pub theta: S,
 }
 
 pub(crate) struct CoordinateData<S> {
@@ -100,128 +46,16 @@ pub(crate) struct CoordinateData<S> {
     pub is_follower: bool,
 }
 
-#[derive(Clone)]
-pub(crate) struct ElementInstance<S> {
-    pub name: String,
-    pub element: Arc<dyn AnyElement>,
-    pub coordinates: Vec<usize>,
-    /// The first of its own multipliers, or of those of the joint whose reactions it reads.
-    pub first_multiplier: usize,
-    pub num_constraints: usize,
-    /// Number of multipliers of another element, a joint, on which its forces depend.
-    pub num_reactions: usize,
+/// A coordinate whose initial value follows from those of other coordinates, such as the angle of a joint.
+pub(crate) struct DependentCoordinate<S> {
+    /// The coordinate.
+    pub coordinate: Coordinate,
+    /// Coordinates that it depends on.
+    pub coordinates: Vec<Coordinate>,
+    /// Parameters that it depends on.
     pub parameters: Vec<S>,
-    /// Number of its entry in [`Mechanism::switches`], if events activate or deactivate it.
-    pub switch: Option<usize>,
-}
-
-impl<S> ElementInstance<S> {
-    /// The multipliers in the state of the element: its own, or the reactions that it reads.
-    pub(crate) fn multipliers(&self) -> Range<usize> {
-        self.first_multiplier..self.first_multiplier + self.num_constraints + self.num_reactions
-    }
-
-    /// Coordinates in which the element is linear at all times: none for one that events activate or deactivate.
-    pub(crate) fn linear(&self) -> &'static [usize] {
-        if self.switch.is_some() { &[] } else { self.element.linear() }
-    }
-}
-
-impl<S: Scalar> ElementInstance<S> {
-    pub(crate) fn new(
-        name: String,
-        element: Arc<dyn AnyElement>,
-        coordinates: &[Coordinate],
-        parameters: &[S],
-        first_multiplier: usize,
-    ) -> Self {
-        let (num_constraints, parameters) = (element.num_constraints(), parameters.to_vec());
-        let coordinates = coordinates.iter().map(|c| c.0).collect();
-        let num_reactions = 0;
-        Self { name, element, coordinates, first_multiplier, num_constraints, num_reactions, parameters, switch: None }
-    }
-}
-
-/// An element with events: a rigid contact, open as long as its gap is positive, a switch, or an event by a condition.
-pub(crate) struct EventElement<S> {
-    /// The constraint with one equation, the gap; its multiplier is the impulse.
-    pub gap: ElementInstance<S>,
-    /// Coefficient of restitution; `None` for a switch.
-    pub restitution: Option<S>,
-    /// Condition and effects of an event that happens once; the gap then has only its name.
-    pub when: Option<When<S>>,
-    /// Modes of a rigid contact or of dry friction.
-    pub unilateral: Option<Unilateral>,
-}
-
-impl<S> EventElement<S> {
-    /// Returns whether it is a switch, at which an element itself jumps.
-    pub(crate) fn is_switch(&self) -> bool {
-        self.restitution.is_none() && self.when.is_none() && self.unilateral.is_none()
-    }
-}
-
-/// A named scalar response: a weighted sum of quantities, or a formula of them.
-pub(crate) struct OutputData<S> {
-    pub name: String,
-    pub terms: Vec<Term<S>>,
-    pub formula: Option<Arc<dyn AnyFormula>>,
-    /// Event from which on the output keeps its value.
-    pub held_from: Option<usize>,
-}
-
-/// An output as a function of time and measured quantities, written once over the scalar type.
-pub trait Formula: Send + Sync + 'static {
-    /// Returns the output at time `t` (s) for the quantities `x`, in the order in which they were given.
-    fn value<T: Scalar>(&self, t: T, x: &[T]) -> T;
-
-    /// Explains an output that is not finite although all quantities are, as in `asin(1.2) is not defined`.
-    fn undefined(&self, _t: f64, _x: &[f64]) -> Option<String> {
-        None
-    }
-}
-
-/// [`Formula`] evaluated with one number type.
-pub trait FormulaIn<T: Scalar>: Send + Sync {
-    /// See [`Formula::value`].
-    fn value(&self, t: T, x: &[T]) -> T;
-
-    /// See [`Formula::undefined`].
-    fn undefined(&self, t: f64, x: &[f64]) -> Option<String>;
-}
-
-impl<F: Formula, T: Scalar> FormulaIn<T> for F {
-    fn value(&self, t: T, x: &[T]) -> T {
-        Formula::value(self, t, x)
-    }
-
-    fn undefined(&self, t: f64, x: &[f64]) -> Option<String> {
-        Formula::undefined(self, t, x)
-    }
-}
-
-/// [`Formula`] as a trait object. Implemented for every formula.
-pub trait AnyFormula: FormulaIn<f64> + FormulaIn<Dual4> + FormulaIn<Dual8> + FormulaIn<HyperDual4> {}
-impl<F: Formula> AnyFormula for F {}
-
-/// Source of a quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum MeasuredQuantity {
-    /// The measure of an element.
-    Measure { element: usize, measure: usize },
-    /// The generalized force that makes a prescribed coordinate follow its motion.
-    DrivingForce { coordinate: usize },
-    /// Kinetic energy of the mechanism.
-    KineticEnergy,
-    /// Potential energy of the mechanism.
-    PotentialEnergy,
-}
-
-/// A quantity with its weight in an output.
-#[derive(Clone, Copy, Debug)]
-pub struct Term<S> {
-    pub(crate) source: MeasuredQuantity,
-    pub(crate) weight: S,
+    /// Its value along a motion.
+    pub value: fn(&ElementState<'_, Jet2<S>>) -> Jet2<S>,
 }
 
 /// Coordinates, elements connected to them, prescribed motions and named outputs.
@@ -241,7 +75,7 @@ pub struct Mechanism<S> {
     ground: Body,
     ground3: Option<Body3>,
     /// Coordinates whose initial values follow from those of bodies.
-    dependents: Vec<spatial::DependentCoordinate<S>>,
+    dependents: Vec<DependentCoordinate<S>>,
     /// Receives the time of running simulations.
     clock: Option<SimulationClock>,
 }
@@ -340,6 +174,45 @@ impl<S: Scalar> Mechanism<S> {
         self.update_dependents();
     }
 
+    /// Adds a coordinate with the initial position and velocity that follow from `coordinates` and `parameters` by `value`.
+    ///
+    /// The velocity is computed again when other initial velocities are set.
+    pub(crate) fn dependent_coordinate(
+        &mut self,
+        name: &str,
+        coordinates: &[Coordinate],
+        parameters: &[S],
+        value: fn(&ElementState<'_, Jet2<S>>) -> Jet2<S>,
+    ) -> Coordinate {
+        let coordinate = self.coordinate(name, S::zero(), S::zero());
+        let (coordinates, parameters) = (coordinates.to_vec(), parameters.to_vec());
+        let dependent = DependentCoordinate { coordinate, coordinates, parameters, value };
+        self.coordinates[coordinate.0].position = self.at_start(&dependent).re;
+        self.dependents.push(dependent);
+        self.update_dependents();
+        coordinate
+    }
+
+    /// Computes the initial velocities of dependent coordinates.
+    pub(crate) fn update_dependents(&mut self) {
+        for k in 0..self.dependents.len() {
+            let dependent = &self.dependents[k];
+            let velocity = self.at_start(dependent).v1;
+            self.coordinates[dependent.coordinate.0].velocity = velocity;
+        }
+    }
+
+    /// Initial position and velocity of a dependent coordinate.
+    fn at_start(&self, dependent: &DependentCoordinate<S>) -> Jet2<S> {
+        let zero = S::zero();
+        let jet = |c: &Coordinate| Jet2::new(self.coordinates[c.0].position, self.coordinates[c.0].velocity, zero);
+        let q: Vec<_> = dependent.coordinates.iter().map(jet).collect();
+        let p: Vec<_> = dependent.parameters.iter().map(|&p| Jet2::new(p, zero, zero)).collect();
+        let still = vec![Jet2::new(zero, zero, zero); q.len()];
+        let x = ElementState { t: still[0], p: &p, q: &q, v: &still, a: &still, l: &[] };
+        (dependent.value)(&x)
+    }
+
     /// Names and positions of all coordinates, in the order in which they were added.
     pub fn coordinates(&self) -> impl ExactSizeIterator<Item = (&str, S)> {
         self.coordinates.iter().map(|coordinate| (coordinate.name.as_str(), coordinate.position))
@@ -425,23 +298,6 @@ impl<S: Scalar> Mechanism<S> {
         self.elements.iter().any(|instance| instance.num_reactions > 0)
     }
 
-    /// Adds a rigid contact with the coefficient of `restitution`, or a switch without one; `gap` has one constraint. Returns
-    /// the joint that holds the contact closed.
-    pub(crate) fn add_event(
-        &mut self,
-        name: String,
-        gap: Arc<dyn AnyElement>,
-        coordinates: &[Coordinate],
-        parameters: &[S],
-        restitution: Option<S>,
-    ) -> Option<ElementIndex> {
-        let joint = restitution.map(|_| self.add_object(name.clone(), gap.clone(), coordinates, parameters));
-        let unilateral = joint.map(|joint| self.closed_contact(joint));
-        let gap = ElementInstance::new(name, gap, coordinates, parameters, 0);
-        self.events.push(EventElement { gap, restitution, when: None, unilateral });
-        joint
-    }
-
     /// The measure `name` of an element, with weight one.
     ///
     /// # Errors
@@ -512,12 +368,5 @@ impl<S: Scalar> Mechanism<S> {
     /// Names of the outputs, in the order in which they were added.
     pub fn output_names(&self) -> Vec<String> {
         self.outputs.iter().map(|o| o.name.clone()).collect()
-    }
-}
-
-impl<S: Scalar> Term<S> {
-    /// The quantity with its weight multiplied by `weight`.
-    pub fn times(self, weight: S) -> Self {
-        Self { weight: self.weight * weight, ..self }
     }
 }

@@ -1,7 +1,7 @@
 //! Evaluation of elements, motions and formulas as trait objects, in a closed set of number types.
 
 use crate::mechanism::element::{AnyElement, ElementState, ElementWorkspace, Energy, Observe};
-use crate::mechanism::{AnyFormula, FormulaIn};
+use crate::mechanism::output::{AnyFormula, FormulaIn};
 use crate::motion::{AnyMotion, MotionIn};
 use autodiff::Scalar;
 

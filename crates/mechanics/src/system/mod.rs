@@ -3,6 +3,8 @@
 //! | file | contents |
 //! |---|---|
 //! | `state` | positions, velocities, accelerations and multipliers at one time; residual of one element |
+//! | `modes` | elements that are active, events that have happened |
+//! | `outputs` | named outputs of a state, energy |
 //! | `dof_map` | rows and columns of each element, and its constant derivatives |
 //! | `linearization` | weights of the derivatives of the residual in the matrix of an analysis |
 //! | `assembly` | residual in any number type, matrix |
@@ -10,6 +12,8 @@
 pub(crate) mod assembly;
 pub(crate) mod dof_map;
 pub(crate) mod linearization;
+pub(crate) mod modes;
+pub(crate) mod outputs;
 pub mod state;
 
 pub(crate) use dof_map::ConstantEntry;

@@ -1,10 +1,10 @@
 //! The state of a mechanism at one time, and the residual of one element at a state.
 
 use crate::elements::element::{ElementState, ElementWorkspace};
-use crate::events::modes::Modes;
 use crate::mechanism::element::AnyElement;
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{ElementInstance, Mechanism};
+use crate::system::modes::Modes;
 
 /// Positions, velocities and accelerations of all coordinates, and all multipliers, at time `t` (s).
 #[derive(Clone, Debug, PartialEq)]

@@ -1,10 +1,11 @@
 //! From the tips to the ground: rows of the joints, wrenches and reactions.
 
 use crate::mechanism::scalars::StateScalar;
+use crate::tree::joint::Node;
 use crate::tree::joint::{Joint, Levers, dot, turned};
 use crate::tree::place::TreeGeometry;
-use crate::tree::plan::{Node, Tree};
-use crate::tree::space::sweep::Twist;
+use crate::tree::plan::Tree;
+use crate::tree::space::placed::Twist;
 
 impl Tree {
     /// Adds the rows of every body to those of its parent, and writes the rows of the joint coordinates to `out`.

@@ -19,19 +19,8 @@ use crate::system::assembly::constraint_jets;
 use crate::system::state::{State, gather};
 use crate::tree::articulated::{Articulated, SolveWorkspace};
 use crate::tree::place::TreeGeometry;
-use crate::tree::plan::Tree;
-use crate::tree::space::sweep::Twist;
-
-/// An equation of a cut joint.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CutRow {
-    /// Number of the element.
-    pub element: usize,
-    /// Number of the equation in the element.
-    pub row: usize,
-    /// Number of the multiplier.
-    pub multiplier: usize,
-}
+use crate::tree::plan::{CutRow, Tree};
+use crate::tree::space::placed::Twist;
 
 /// Workspace for the Jacobian of cut joints.
 #[derive(Clone, Default)]

@@ -11,8 +11,8 @@ use crate::tree::cut::{self, CutWorkspace, ProjectionFactor, TreeFactor};
 use crate::tree::place::{TreeGeometry, TreeParameters};
 use crate::tree::plan::Tree;
 use crate::tree::space::articulated::Inertia3;
+use crate::tree::space::placed::{Placed, Twist};
 use crate::tree::space::rigid::RigidProperties;
-use crate::tree::space::sweep::{Placed, Twist};
 use crate::{Error, Result};
 
 impl Tree {

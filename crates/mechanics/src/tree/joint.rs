@@ -1,8 +1,7 @@
-//! One joint of a tree: its parameters, its levers, and its coordinate in given positions.
+//! One body of a tree with its joint: parameters, levers, and the joint coordinate of given positions.
 
 use crate::mechanism::scalars::StateScalar;
 use crate::system::state::State;
-use crate::tree::plan::Node;
 
 /// Connection of a body to its parent in a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +32,27 @@ impl Joint {
     }
 }
 
+/// A body of a tree, and the joint by which it hangs on its parent.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    /// Coordinates x, y and θ of the body.
+    pub coordinates: [usize; 3],
+    /// Coordinates of the parent: a body of the tree or one whose motion is prescribed. Those of the body itself if it is free.
+    pub parent: [usize; 3],
+    /// Number of the parent in the tree, unless its motion is prescribed.
+    pub parent_node: Option<usize>,
+    /// Kind of the joint.
+    pub joint: Joint,
+    /// Number of the joint's element.
+    pub element: Option<usize>,
+    /// True if the body is that of the first point of the element, and the parent that of the second.
+    pub is_reversed: bool,
+    /// First joint coordinate.
+    pub first: usize,
+    /// First multiplier of the element.
+    pub first_multiplier: usize,
+}
+
 /// Numbers of the parameters of a joint in its element.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ParameterNumbers {
@@ -47,6 +67,12 @@ pub(crate) struct ParameterNumbers {
 }
 
 impl Node {
+    /// The coordinates of a free body that are not prescribed.
+    pub fn free_coordinates(&self) -> impl Iterator<Item = usize> + use<> {
+        let is_free = if let Joint::Free { is_free } = self.joint { is_free } else { [false; 3] };
+        self.coordinates.into_iter().zip(is_free).filter(|(_, free)| *free).map(|(i, _)| i)
+    }
+
     /// Numbers of the joint's parameters, or `None` without a joint.
     pub fn parameter_numbers(&self) -> Option<ParameterNumbers> {
         let (b, line, angle) = match self.joint {

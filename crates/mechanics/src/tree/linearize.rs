@@ -12,15 +12,16 @@
 //! and the rows of the joints change with the wrenches and with the levers of the wrenches F of the motion. Nothing is
 //! evaluated in dual numbers, and no angle has its sine taken again for every design variable.
 
-use crate::derivatives::forward::explicit::entries::Gradient;
+use crate::linalg::simd::Gradient;
 use crate::linalg::simd::rows;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::Dual8;
 use crate::system::state::State;
 use crate::tree::articulated::Inertia;
 use crate::tree::dynamics::{TreeDynamics, TreeResidual};
+use crate::tree::joint::Node;
 use crate::tree::joint::{Joint, JointParameters, Levers, dot, rotated, turned};
-use crate::tree::plan::{Node, Tree};
+use crate::tree::plan::Tree;
 use autodiff::WIDTH;
 use pulp::{Scalar, Simd};
 

@@ -13,7 +13,7 @@
 //! | file | contents |
 //! |---|---|
 //! | `plan` | the tree: bodies in the order from the ground to the tips, and what relative coordinates do not support |
-//! | `joint` | parameters and levers of one joint; joint coordinates of given positions |
+//! | `joint` | one body with its joint: parameters and levers, joint coordinates of given positions |
 //! | `place` | from the ground to the tips: positions, velocities and accelerations of the bodies, any scalar |
 //! | `collect` | from the tips to the ground: rows of the joints, wrenches and reactions, any scalar |
 //! | `articulated` | from the tips to the ground and back: factorization of the mass matrix, and its solutions |
@@ -36,3 +36,8 @@ pub(crate) mod transpose;
 
 pub(crate) use dynamics::TreeDynamics;
 pub(crate) use plan::Tree;
+
+/// The error of a part that relative coordinates do not support.
+pub(crate) fn unsupported(what: &str, why: &str) -> crate::Error {
+    crate::Error::unsupported(what, why, "take absolute coordinates, or leave the choice automatic")
+}

@@ -6,7 +6,7 @@ use crate::system::state::State;
 use crate::tree::joint::{Joint, JointParameters, Levers, joint_coordinate, motion_of, rotated, turned};
 use crate::tree::plan::Tree;
 use crate::tree::space::joint::JointMarkers;
-use crate::tree::space::sweep::{Placed, Twist};
+use crate::tree::space::placed::{Placed, Twist};
 
 /// Parameters of all joints, as seen from the tree.
 #[derive(Clone)]

@@ -1,5 +1,6 @@
 //! The tree of a mechanism: its bodies in the order from the ground to the tips.
 
+use crate::Result;
 use crate::elements::bodies::{inertia, point_mass, rigid_body};
 use crate::elements::element::{ElementDescriptor, ElementState, ElementWorkspace, JacobianWorkspace, TangentWeights};
 use crate::elements::joints::{fixed_joint, prismatic, revolute};
@@ -7,41 +8,22 @@ use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{CoordinateData, ElementInstance, Mechanism};
 use crate::system::state::{State, gather};
 use crate::system::{ConstantEntry, System};
-use crate::tree::cut::CutRow;
-use crate::tree::joint::Joint;
+use crate::tree::joint::{Joint, Node};
 use crate::tree::space::Space;
 use crate::tree::space::plan::Node3;
 use crate::tree::space::rigid::is_body as is_body_in_space;
-use crate::{Error, Result};
+use crate::tree::unsupported;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-/// A body of a tree, and the joint by which it hangs on its parent.
-#[derive(Clone, Debug)]
-pub(crate) struct Node {
-    /// Coordinates x, y and θ of the body.
-    pub coordinates: [usize; 3],
-    /// Coordinates of the parent: a body of the tree or one whose motion is prescribed. Those of the body itself if it is free.
-    pub parent: [usize; 3],
-    /// Number of the parent in the tree, unless its motion is prescribed.
-    pub parent_node: Option<usize>,
-    /// Kind of the joint.
-    pub joint: Joint,
-    /// Number of the joint's element.
-    pub element: Option<usize>,
-    /// True if the body is that of the first point of the element, and the parent that of the second.
-    pub is_reversed: bool,
-    /// First joint coordinate.
-    pub first: usize,
-    /// First multiplier of the element.
-    pub first_multiplier: usize,
-}
-
-impl Node {
-    /// The coordinates of a free body that are not prescribed.
-    pub fn free_coordinates(&self) -> impl Iterator<Item = usize> + use<> {
-        let is_free = if let Joint::Free { is_free } = self.joint { is_free } else { [false; 3] };
-        self.coordinates.into_iter().zip(is_free).filter(|(_, free)| *free).map(|(i, _)| i)
-    }
+/// An equation of a cut joint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CutRow {
+    /// Number of the element.
+    pub element: usize,
+    /// Number of the equation in the element.
+    pub row: usize,
+    /// Number of the multiplier.
+    pub multiplier: usize,
 }
 
 /// The bodies of a mechanism in relative coordinates, the same for all designs.
@@ -70,9 +52,6 @@ pub(crate) struct Tree {
     /// Names of the joint coordinates.
     pub names: Vec<String>,
 }
-
-/// The remedy for everything that relative coordinates do not support.
-const REMEDY: &str = "take absolute coordinates, or leave the choice automatic";
 
 impl Tree {
     /// The tree of `mechanism` with the equations `system`.
@@ -175,11 +154,6 @@ impl Tree {
     pub fn element_parameters<'m, T>(&self, mechanism: &'m Mechanism<T>, node: &Node) -> &'m [T] {
         node.element.map_or(&[], |k| &mechanism.elements[k].parameters)
     }
-}
-
-/// The error of a part that relative coordinates do not support.
-pub(crate) fn unsupported(what: &str, why: &str) -> Error {
-    Error::unsupported(what, why, REMEDY)
 }
 
 /// Returns whether `instance` has this declaration.

@@ -3,11 +3,12 @@
 
 use crate::system::state::State;
 use crate::tree::collect::prismatic_opening;
+use crate::tree::joint::Node;
 use crate::tree::joint::{Joint, Levers, dot, rotated, turned};
 use crate::tree::place::TreeGeometry;
-use crate::tree::plan::{Node, Tree};
-use crate::tree::space::sweep::Twist;
-use crate::tree::space::transpose::{NodeJacobian, SpacePoint};
+use crate::tree::plan::Tree;
+use crate::tree::space::placed::Twist;
+use crate::tree::space::transpose::{BodyAdjoint, NodeJacobian, SpacePoint};
 
 /// A state of a tree in which its sweeps are transposed.
 pub(crate) struct TreePoint<'a> {
@@ -34,14 +35,6 @@ pub(crate) struct VirtualDisplacements<'a> {
     pub bodies: &'a [f64],
     /// Openings of the constraints.
     pub gaps: &'a [f64],
-}
-
-/// Derivatives of one response with respect to positions, velocities and accelerations of all coordinates.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct BodyAdjoint {
-    pub q: Vec<f64>,
-    pub v: Vec<f64>,
-    pub a: Vec<f64>,
 }
 
 impl Tree {

@@ -17,7 +17,6 @@ use crate::derivatives::forward::explicit::dual_steps::propagate_repeated;
 use crate::derivatives::forward::explicit::explicit_steps::LinearizedStages;
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::indeterminate::check_outputs;
-use crate::events::modes::Modes;
 use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
@@ -25,6 +24,7 @@ use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::explicit::tableau::{DenseWeights, Tableau};
 use crate::mechanism::ParametricMechanism;
 use crate::system::Unknown;
+use crate::system::modes::Modes;
 use nalgebra::DMatrix;
 use std::ops::Range;
 

@@ -13,9 +13,9 @@ use crate::derivatives::forward::initial_conditions::{
     ProjectedPart, factorize_accelerations, factorize_initial_equilibrium,
 };
 use crate::derivatives::seeding::Activity;
-use crate::events::modes::Modes;
 use crate::initial_conditions::Projection;
 use crate::mechanism::Mechanism;
+use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use nalgebra::DMatrix;

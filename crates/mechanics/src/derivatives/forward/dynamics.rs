@@ -1,7 +1,7 @@
 //! Direct differentiation of a motion by implicit steps.
 
 use crate::analyses::dynamics::Dynamics;
-use crate::analyses::sampling::{Sampler, interpolate};
+use crate::analyses::sampling::interpolate;
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
@@ -19,6 +19,7 @@ use crate::linalg::factor::{Factor, SolveWorkspace};
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::System;
+use crate::system::outputs::Sampler;
 use crate::system::state::State;
 use crate::{Error, Result};
 

@@ -2,7 +2,7 @@
 
 use crate::analyses::dynamics::Work;
 use crate::analyses::kinematics::KinematicDriver;
-use crate::analyses::sampling::{OutputRecorder, Sampler};
+use crate::analyses::sampling::OutputRecorder;
 use crate::analyses::statics::{Statics, find_equilibrium};
 use crate::derivatives::forward::initial_conditions::{InitialDerivatives, equilibrium};
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
@@ -14,6 +14,7 @@ use crate::mechanism::scalars::{DerivativeScalar, Dual8, ElementScalar, Jet2};
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::System;
 use crate::system::linearization::Linearization;
+use crate::system::outputs::Sampler;
 use crate::system::state::State;
 use crate::{Error, Result, diagnostics};
 

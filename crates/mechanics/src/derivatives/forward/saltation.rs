@@ -74,7 +74,7 @@ where
         held.hold(mechanism, &at_event, state);
     }
     let is_impact = plain.events[contact].is_open_contact(&values.modes);
-    let passage = passage(system, plain, (contact, &at_event), &values, step)?;
+    let passage = passage(system, plain, (contact, &at_event), &values, step.nominal())?;
     (state.modes, values.modes) = (passage.jump.clone(), passage.jump);
     let mut values = match is_impact {
         true => apply_impact(plain, mechanism, system, (contact, passage.stays), &values, state)?,

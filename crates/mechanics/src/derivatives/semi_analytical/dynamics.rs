@@ -1,7 +1,7 @@
 //! Semi-analytical differentiation of a motion by implicit steps.
 
 use crate::analyses::dynamics::Dynamics;
-use crate::analyses::sampling::{Sampler, interpolate, interpolate_inside};
+use crate::analyses::sampling::{interpolate, interpolate_inside};
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::dynamics::separated;
 use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
@@ -18,6 +18,7 @@ use crate::integrators::generalized_alpha::Step;
 use crate::linalg::factor::SolveWorkspace;
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::System;
+use crate::system::outputs::Sampler;
 use crate::system::state::State;
 use crate::{Error, Result};
 
@@ -277,8 +278,13 @@ impl<'m> DifferenceSensitivity<'m> {
         self.hold_outputs(&at_event, &values);
         let Self { difference, sensitivity, plain, settings, time_rates, .. } = self;
         let is_impact = plain.events[contact].is_open_contact(&values.modes);
-        let passage =
-            passage(&mut System::at(plain, settings.start)?, plain, (contact, &at_event), &values, settings.step)?;
+        let passage = passage(
+            &mut System::at(plain, settings.start)?,
+            plain,
+            (contact, &at_event),
+            &values,
+            settings.step.nominal(),
+        )?;
         let mut offset = None;
         let mut apply = |mechanism: &Mechanism<f64>, mut state: State<f64>| -> Result<State<f64>> {
             // The matrix of the equations has the constant masses of its mechanism.

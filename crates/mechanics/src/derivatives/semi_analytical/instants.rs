@@ -2,7 +2,6 @@
 
 use crate::Result;
 use crate::analyses::kinematics::KinematicDriver;
-use crate::analyses::sampling::Sampler;
 use crate::analyses::statics::Statics;
 use crate::derivatives::forward::instants::{for_each_driven_state, for_each_equilibrium, record_instants};
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
@@ -10,6 +9,7 @@ use crate::derivatives::semi_analytical::central_difference::CentralDifference;
 use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
 use crate::initial_conditions::Assembly;
 use crate::mechanism::{Mechanism, ParametricMechanism};
+use crate::system::outputs::Sampler;
 use crate::system::state::State;
 
 /// Solves kinematics and inverse dynamics of `model` at `times` (s) and differentiates all outputs semi-analytically, with

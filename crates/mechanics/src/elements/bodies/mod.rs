@@ -8,8 +8,8 @@ pub use inertia::Inertia;
 pub use point_mass::PointMass;
 pub use rigid_body::RigidBody;
 
-use crate::elements::forces::StateFunction;
 use crate::elements::kind::ElementKind;
+use crate::elements::state_function::StateFunction;
 use crate::motion::Motion;
 
 /// Bodies that model files add to coordinates of other bodies.

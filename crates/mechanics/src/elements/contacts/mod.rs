@@ -14,8 +14,8 @@ pub use profile_contact::ProfileContact;
 pub use profile_face::ProfileFace;
 pub use wall_contact::WallContact;
 
-use crate::elements::forces::StateFunction;
 use crate::elements::kind::ElementKind;
+use crate::elements::state_function::StateFunction;
 use crate::motion::Motion;
 
 /// Contacts that model files can name.

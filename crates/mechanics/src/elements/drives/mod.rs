@@ -6,8 +6,8 @@ pub(crate) mod length_driver;
 pub use driver::Driver;
 pub use length_driver::LengthDriver;
 
-use crate::elements::forces::StateFunction;
 use crate::elements::kind::ElementKind;
+use crate::elements::state_function::StateFunction;
 use crate::motion::Motion;
 use std::sync::Arc;
 

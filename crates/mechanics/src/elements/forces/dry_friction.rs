@@ -1,8 +1,7 @@
 //! Dry friction between two coordinates, which slides or sticks.
 
-use crate::events::unilateral::Unilateral;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
-use crate::mechanism::{Coordinate, ElementIndex, ElementInstance, EventElement, Mechanism};
+use crate::mechanism::{Coordinate, ElementIndex, ElementInstance, EventElement, Mechanism, Unilateral};
 use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 use std::sync::Arc;

@@ -1,19 +1,10 @@
 //! A force that is a function of time and state.
 
 use crate::element_inputs;
+use crate::elements::state_function::StateFunction;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use autodiff::Scalar;
-
-/// A force or torque as a function of time and of the motion of some coordinates, written once over the scalar type: a
-/// controller, a drag, a magnet.
-///
-/// Branch on real parts only.
-pub trait StateFunction: Send + Sync + 'static {
-    /// The generalized force (N or N·m) at time `t` (s) for the parameters `p`, with positions `q` and velocities `v` of the
-    /// observed coordinates.
-    fn generalized_force<T: Scalar>(&self, p: &[T], t: T, q: &[T], v: &[T]) -> T;
-}
 
 /// A force or torque on one coordinate that is a [`StateFunction`] of time and state.
 ///

@@ -1,7 +1,7 @@
 //! A force at a point that is a function of time and state.
 
-use super::feedback_force::StateFunction;
 use crate::element_inputs;
+use crate::elements::state_function::StateFunction;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
 use crate::mechanism::{Coordinate, ElementIndex, Marker, Mechanism};

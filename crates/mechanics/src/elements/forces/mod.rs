@@ -17,11 +17,12 @@ pub(crate) mod spring_damper;
 pub(crate) mod variable_damper;
 pub(crate) mod variable_spring;
 
+pub use crate::elements::state_function::StateFunction;
 pub use actuator::Actuator;
 pub use bushing::Bushing;
 pub use coordinate_spring::CoordinateSpring;
 pub use dry_friction::DryFriction;
-pub use feedback_force::{FeedbackForce, StateFunction};
+pub use feedback_force::FeedbackForce;
 pub use feedback_point_force::FeedbackPointForce;
 pub use follower_force::FollowerForce;
 pub use friction::Friction;

@@ -18,8 +18,8 @@ pub use prismatic::Prismatic;
 pub use rack::Rack;
 pub use revolute::Revolute;
 
-use crate::elements::forces::StateFunction;
 use crate::elements::kind::ElementKind;
+use crate::elements::state_function::StateFunction;
 use crate::motion::Motion;
 
 /// Joints that model files can name.

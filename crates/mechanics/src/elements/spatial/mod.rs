@@ -59,8 +59,8 @@ pub use forces::*;
 pub use joints::*;
 pub use sensors::*;
 
-use crate::elements::forces::StateFunction;
 use crate::elements::kind::ElementKind;
+use crate::elements::state_function::StateFunction;
 use crate::motion::Motion;
 
 /// Elements of spatial mechanisms by their declarations, over the types of functions of time and of functions of state.

@@ -1,17 +1,18 @@
-//! A constrained mechanism as a system of first-order equations.
+//! A constrained mechanism as a system of first-order equations, and its events along the steps.
+
+pub use crate::integrators::explicit::tableau::SAMPLE;
 
 use crate::constraint_rank::singular_position;
 use crate::diagnostics::not_finite;
 use crate::elements::element::{ElementState, ElementWorkspace};
 use crate::events::settling::{assemble_closed, settle_start};
 use crate::initial_conditions::{Projection, assemble, make_velocities_consistent};
-use crate::integrators::event_location::EventLocator;
+use crate::integrators::event_location::{Before, EventLocator, TrialStep};
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
 use crate::integrators::explicit::ode_driver::OdeDriver;
+use crate::integrators::explicit::relative::{RelativeRhs, relative_tree};
 use crate::integrators::explicit::settings::{Coordinates, Explicit, StepControl};
-use crate::integrators::explicit::step_ends::{self, StepEnds};
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
-use crate::integrators::explicit::tableau::SLOTS;
 use crate::integrators::settings::StepSize;
 use crate::linalg::factor::Factor;
 use crate::mechanism::Mechanism;
@@ -19,13 +20,7 @@ use crate::mechanism::scalars::{Jet2, StateScalar};
 use crate::system::linearization::Linearization;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
-use crate::tree::cut::TreeFactor;
-use crate::tree::dynamics::ProjectionRecord;
-use crate::tree::{Tree, TreeDynamics};
 use crate::{Error, Result, reaction_loads};
-
-/// Slot of the evaluations for outputs.
-pub const SAMPLE: usize = SLOTS;
 
 /// A mechanism as a system of first-order equations: all positions, followed by all velocities.
 ///
@@ -68,104 +63,32 @@ pub struct MechanismRhs<'m> {
     workspace: ElementWorkspace<f64>,
 }
 
-/// A mechanism in relative coordinates as a system of first-order equations.
-pub(crate) struct RelativeRhs {
-    pub dynamics: TreeDynamics,
-    /// The projection at the end of the step onto the constraints of cut joints, for its derivatives.
-    pub projection: ProjectionRecord,
-    /// Joint coordinates and velocities at the end of the step before the projection of Euler parameters, for its derivatives.
-    pub unprojected: Vec<f64>,
-    /// Evaluations at each slot of the current step, if they are recorded; the last one is for outputs.
-    pub stages: Option<Vec<RelativeStageRecord>>,
-}
-
-/// One evaluation of accelerations in relative coordinates.
+/// States at both ends of the current explicit step of a mechanism with events.
 #[derive(Clone)]
-pub(crate) struct RelativeStageRecord {
-    /// Time in s.
-    pub t: f64,
-    /// Joint coordinates, followed by their velocities.
-    pub y: Vec<f64>,
-    /// Accelerations of the joint coordinates.
-    pub a: Vec<f64>,
-    /// Multipliers of the cut joints.
-    pub l: Vec<f64>,
-    /// The factorized equations of motion.
-    pub factor: TreeFactor,
+pub(crate) struct StepEnds {
+    /// States with accelerations and multipliers: after an event at the beginning, and before one at the end.
+    pub states: [State<f64>; 2],
+    /// Length of the step in s.
+    pub length: f64,
+    /// Slot of the evaluation at the end.
+    end: usize,
 }
 
-impl RelativeRhs {
-    /// Writes the rates of the components `y` at the time `t` (s) to `k`, and the state of all coordinates to `state`.
-    fn rates(
-        &mut self,
-        mechanism: &Mechanism<f64>,
-        slot: usize,
-        (t, y): (f64, &[f64]),
-        state: &mut State<f64>,
-        k: &mut [f64],
-    ) -> Result<()> {
-        let (velocities, accelerations) = k.split_at_mut(self.dynamics.tree.count);
-        velocities.copy_from_slice(&y[velocities.len()..]);
-        self.dynamics.place(mechanism, t, y, state);
-        self.dynamics.accelerations(mechanism, y, state, accelerations)?;
-        if slot == SAMPLE {
-            self.dynamics.complete(mechanism, (y, accelerations), state);
-        }
-        if let Some(stages) = &mut self.stages {
-            let stage = &mut stages[slot];
-            stage.t = t;
-            stage.y.copy_from_slice(y);
-            stage.a.copy_from_slice(accelerations);
-            stage.l.iter_mut().zip(&self.dynamics.tree.cuts).for_each(|(l, cut)| *l = state.l[cut.multiplier]);
-            std::mem::swap(&mut stage.factor, &mut self.dynamics.factor);
-        }
-        Ok(())
+impl StepEnds {
+    /// The initial `state` of a motion by steps whose ends are evaluated in the slot `end`.
+    pub fn new(state: &State<f64>, end: usize) -> Self {
+        Self { states: [state.clone(), state.clone()], length: 0.0, end }
     }
-}
 
-impl RelativeRhs {
-    /// Projects the joint coordinates onto the constraints of cut joints, and Euler parameters among them onto their length one.
-    fn project(
-        &mut self,
-        mechanism: &Mechanism<f64>,
-        t: f64,
-        y: &mut [f64],
-        state: &mut State<f64>,
-        drift: &mut ConstraintDrift,
-    ) -> Result<()> {
-        let Self { dynamics, projection, unprojected, stages } = self;
-        if !dynamics.tree.cuts.is_empty() {
-            let violations = dynamics.project(mechanism, t, y, state, projection)?;
-            drift.add(t, violations, [&state.q, &state.v]);
-        }
-        if stages.is_some() {
-            unprojected.copy_from_slice(y);
-        }
-        let (q, v) = y.split_at_mut(dynamics.tree.count);
-        dynamics.tree.space.normalize(q, v);
-        Ok(())
-    }
-}
-
-/// The tree of `mechanism` with the equations `system`, if relative coordinates are its unknowns.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`] naming the part that relative coordinates do not support, if they are asked for.
-fn relative_tree(mechanism: &Mechanism<f64>, system: &System, settings: &Explicit) -> Result<Option<Tree>> {
-    match settings.coordinates {
-        Coordinates::Absolute => Ok(None),
-        Coordinates::Relative => Tree::new(mechanism, system).map(Some),
-        Coordinates::Automatic if settings.has_tolerance_vectors() => Ok(None),
-        Coordinates::Automatic => {
-            let is_safe = |tree: &Tree| tree.is_open() && tree.mass_ratio(mechanism, system) < LARGEST_MASS_RATIO;
-            Ok(Tree::new(mechanism, system).ok().filter(is_safe))
+    /// Stores the state that was evaluated in `slot`, if it is one of the ends.
+    pub fn store(&mut self, slot: usize, state: &State<f64>) {
+        match slot {
+            0 => self.states[0].copy_from(state),
+            _ if slot == self.end => self.states[1].copy_from(state),
+            _ => {}
         }
     }
 }
-
-/// Ratio of the masses of two bodies above which the recursion of relative coordinates would lose too many digits.
-const LARGEST_MASS_RATIO: f64 = 1e6;
 
 /// States and factorizations of one step, for its derivatives.
 pub struct StepRecord {
@@ -408,11 +331,11 @@ impl OdeRhs for MechanismRhs<'_> {
     }
 
     fn end_at_event(stepper: &mut Stepper<Self>) -> Result<()> {
-        step_ends::end_at_event(stepper)
+        end_at_event(stepper)
     }
 
     fn begin_after_event(stepper: &mut Stepper<Self>) -> Result<bool> {
-        step_ends::begin_after_event(stepper)
+        begin_after_event(stepper)
     }
 
     fn has_ended(&self) -> bool {
@@ -441,6 +364,87 @@ impl OdeRhs for MechanismRhs<'_> {
     }
 }
 
+/// Fractions of a step at which a contact may be closed, or a condition hold, for less than the step.
+const FRACTIONS: [f64; 3] = [0.25, 0.5, 0.75];
+
+/// A completed explicit step that is repeated with other lengths.
+struct Repeated<'s, 'm> {
+    stepper: &'s mut Stepper<MechanismRhs<'m>>,
+}
+
+impl TrialStep for Repeated<'_, '_> {
+    type Solution = f64;
+
+    fn mechanism(&self) -> &Mechanism<f64> {
+        self.stepper.rhs.mechanism
+    }
+
+    fn ends(&self) -> [&State<f64>; 2] {
+        self.stepper.rhs.step_ends.as_ref().expect("a mechanism with events").states.each_ref()
+    }
+
+    fn solve(&mut self, h: f64) -> Result<()> {
+        self.stepper.attempt(self.stepper.t[0] + h, None).map(|_| ())
+    }
+
+    fn solve_after(&mut self, _earlier: &Before, h: f64) -> Result<()> {
+        self.solve(h)
+    }
+
+    fn solution(&self, h: f64) -> f64 {
+        h
+    }
+
+    fn restore(&mut self, h: f64) -> Result<()> {
+        self.solve(h)
+    }
+}
+
+/// Shortens the completed step so that it ends at the first event in it, if there is one. The step may become a little longer
+/// if a contact is almost closed at its end.
+fn end_at_event(stepper: &mut Stepper<MechanismRhs<'_>>) -> Result<()> {
+    let Some(mut locator) = stepper.rhs.locator.take() else { return Ok(()) };
+    let h = end_near_event(&locator, stepper)?;
+    let length = locator.locate(&mut Repeated { stepper }, h)?;
+    stepper.rhs.locator = Some(locator);
+    stepper.rhs.step_ends.iter_mut().for_each(|ends| ends.length = length);
+    Ok(())
+}
+
+/// Shortens the step if an event happens in it that has no trace at its end. Returns the length of the step in s.
+fn end_near_event(locator: &EventLocator, stepper: &mut Stepper<MechanismRhs<'_>>) -> Result<f64> {
+    let ([begin, end], mut y) = (stepper.t, stepper.new.clone());
+    let states = stepper.rhs.step_ends.as_ref().map(|ends| &ends.states);
+    let Some([old, new]) = states else { return Ok(end - begin) };
+    let mut inside = new.clone();
+    let is_closed = |fraction: &f64| {
+        stepper.interpolate_coarsely(*fraction, &mut y);
+        let (q, v) = y.split_at(inside.q.len());
+        inside.t = begin + fraction * (end - begin);
+        inside.q.copy_from_slice(q);
+        inside.v.copy_from_slice(v);
+        locator.has_closed(stepper.rhs.mechanism, [old, &inside], fraction * (end - begin))
+    };
+    let Some(fraction) = FRACTIONS.into_iter().find(is_closed) else { return Ok(end - begin) };
+    let h = fraction * (end - begin);
+    stepper.attempt(begin + h, None)?;
+    Ok(h)
+}
+
+/// Begins the next step after an event at the end of the last one, if there is one. Returns whether there is.
+fn begin_after_event(stepper: &mut Stepper<MechanismRhs<'_>>) -> Result<bool> {
+    let MechanismRhs { mechanism, system, state, locator, step_ends, .. } = &mut stepper.rhs;
+    let (Some(locator), Some(ends)) = (locator, step_ends) else { return Ok(false) };
+    let [begin, end] = &mut ends.states;
+    let Some(after) = locator.apply(system, mechanism, end, ends.length)? else {
+        begin.copy_from(end);
+        return Ok(false);
+    };
+    state.modes.copy_from(&after.modes);
+    stepper.restart(&MechanismRhs::vector(&after))?;
+    Ok(true)
+}
+
 /// Assembles the mechanism and prepares its integration, with a record of each step if `recorded`.
 pub(crate) fn start<'m>(
     mechanism: &'m Mechanism<f64>,
@@ -454,7 +458,7 @@ pub(crate) fn start<'m>(
     let mut state = State::built(mechanism, settings.start);
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
     projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
-    if settle_start(&mut system, mechanism, &mut state, nominal_step(settings, times))? {
+    if settle_start(&mut system, mechanism, &mut state, nominal_step(settings, times).nominal())? {
         projection = assemble_closed(&mut system, mechanism, &mut state, settings.assembly)?;
     }
     state.l.fill(0.0);
@@ -463,15 +467,9 @@ pub(crate) fn start<'m>(
         if system.allows_redundancy() {
             tree.leave_out_redundant(mechanism, &state);
         }
-        let y = tree.joint_state(mechanism, &state);
-        let dynamics = TreeDynamics::new(tree, mechanism, &system);
-        let a = vec![0.0; dynamics.tree.count];
-        let l = vec![0.0; dynamics.tree.cuts.len()];
-        let stage = || RelativeStageRecord { t: settings.start, y: y.clone(), a, l, factor: dynamics.factor.clone() };
-        let stages = recorded.then(|| vec![stage(); SAMPLE + 1]);
+        let (relative, y) = RelativeRhs::new(tree, mechanism, &system, &state, recorded);
         let mut rhs = MechanismRhs::new(mechanism, system, state.clone());
-        let record = ProjectionRecord::new(&dynamics.tree);
-        rhs.relative = Some(Box::new(RelativeRhs { dynamics, projection: record, unprojected: y.clone(), stages }));
+        rhs.relative = Some(Box::new(relative));
         return Ok((OdeDriver::new(rhs, settings, y, times)?, ConsistentState { state, projection }));
     }
     let y = MechanismRhs::vector(&state);

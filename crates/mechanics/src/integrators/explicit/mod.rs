@@ -8,10 +8,10 @@
 //! | `stepper` | one step, its error, dense output |
 //! | `constraint_drift` | violation of the constraints along the steps |
 //! | `switching` | adaptive steps that end where contacts close or open |
-//! | `step_ends` | steps that end at impacts and events of a mechanism |
 //! | `ode_driver` | step control |
 //! | `ode` | systems of ordinary differential equations |
-//! | `mechanism` | constrained mechanisms as such a system: accelerations and projections |
+//! | `mechanism` | constrained mechanisms as such a system: accelerations and projections, steps that end at events |
+//! | `relative` | mechanisms in relative coordinates as such a system |
 //!
 //! [`simulate_explicitly`](crate::analyses::dynamics::simulate_explicitly) simulates a mechanism with these methods. For
 //! stiff systems, beams and contacts use the implicit steps of [`Dynamics`](crate::integrators::settings::Dynamics).
@@ -21,8 +21,8 @@ pub(crate) mod dop853;
 pub mod mechanism;
 pub mod ode;
 pub mod ode_driver;
+pub(crate) mod relative;
 pub mod settings;
-pub(crate) mod step_ends;
 pub mod stepper;
 pub(crate) mod switching;
 pub mod tableau;

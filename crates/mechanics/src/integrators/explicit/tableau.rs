@@ -8,6 +8,9 @@ pub type TableauRow = &'static [(usize, f64)];
 /// Largest number of slots of a method. A slot stores one derivative of a step.
 pub const SLOTS: usize = 16;
 
+/// Slot of the evaluations for outputs.
+pub const SAMPLE: usize = SLOTS;
+
 /// Number of components combined at a time.
 const PIECE: usize = 8;
 

@@ -251,23 +251,6 @@ impl Measure {
     }
 }
 
-/// Defines `object()` for an element without fields: the element as a trait object.
-///
-/// The function is not generic: the element is compiled for all number types in this crate, and not again in every crate that
-/// adds it to a mechanism.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! as_object {
-    ($element:ident) => {
-        impl $element {
-            #[inline(never)]
-            pub(crate) fn object() -> std::sync::Arc<dyn $crate::mechanism::element::AnyElement> {
-                std::sync::Arc::new(Self)
-            }
-        }
-    };
-}
-
 /// Declares the inputs of an element once: the constant `INPUTS` for its descriptor, and a view of its parameters by name.
 ///
 /// Each line names an input and a constructor of [`Input`](crate::mechanism::element::Input) with its remaining arguments.

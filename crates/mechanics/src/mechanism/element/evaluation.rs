@@ -154,6 +154,23 @@ impl<E: Element> AnyElement for E {
     }
 }
 
+/// Defines `object()` for an element without fields: the element as a trait object.
+///
+/// The function is not generic: the element is compiled for all number types in this crate, and not again in every crate that
+/// adds it to a mechanism.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! as_object {
+    ($element:ident) => {
+        impl $element {
+            #[inline(never)]
+            pub(crate) fn object() -> std::sync::Arc<dyn $crate::mechanism::element::AnyElement> {
+                std::sync::Arc::new(Self)
+            }
+        }
+    };
+}
+
 /// Workspaces for Jacobians of elements in dual numbers of every width, without allocations after the first use.
 #[derive(Clone, Debug, Default)]
 pub struct JacobianWorkspace {

@@ -10,9 +10,9 @@
 use crate::mechanism::rotation::{e_times, e_transposed_times, square};
 use crate::mechanism::vector::{cross, product};
 use crate::tree::space::joint::Joint3;
+use crate::tree::space::placed::{Placed, Twist};
 use crate::tree::space::plan::{Node3, Slot, Space};
 use crate::tree::space::rigid::RigidProperties;
-use crate::tree::space::sweep::{Placed, Twist};
 
 /// Inertia of a body about its reference point, in world axes: moment = rotation·α + coupling·a, force = couplingᵀ·α + mass·a.
 #[derive(Clone, Copy, Debug, Default)]

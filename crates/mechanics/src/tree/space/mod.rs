@@ -13,12 +13,14 @@
 //! | `plan` | bodies in the order from the ground to the tips |
 //! | `joint` | coordinates of one joint, and the motion of its markers |
 //! | `rigid` | rigid bodies and point masses |
+//! | `placed` | one body at an instant; motions and wrenches |
 //! | `sweep` | positions, velocities and accelerations outwards, rows and reactions inwards, any scalar |
 //! | `articulated` | factorization of the mass matrix, and its solutions |
 //! | `transpose` | derivatives with respect to bodies become those of joints |
 
 pub(crate) mod articulated;
 pub(crate) mod joint;
+pub(crate) mod placed;
 pub(crate) mod plan;
 pub(crate) mod rigid;
 pub(crate) mod sweep;

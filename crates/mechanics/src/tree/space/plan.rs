@@ -7,10 +7,10 @@ use crate::elements::spatial::joints::rows::Row;
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::State;
-use crate::tree::plan::unsupported;
 use crate::tree::space::joint::{Axis, BodyMotion, Joint3, JointMarkers, joint_of, markers};
+use crate::tree::space::placed::of_body;
 use crate::tree::space::rigid::is_body;
-use crate::tree::space::sweep::of_body;
+use crate::tree::unsupported;
 use std::collections::{BTreeMap, VecDeque};
 
 /// Source of a joint coordinate.

@@ -4,7 +4,7 @@ use crate::elements::spatial::bodies::{point_mass3, rigid_body3};
 use crate::mechanism::ElementInstance;
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::vector::{add, cross, product, scaled, subtract, transposed_product};
-use crate::tree::space::sweep::Placed;
+use crate::tree::space::placed::Placed;
 
 /// Mass properties of a body in its own axes.
 #[derive(Clone, Copy, Debug)]

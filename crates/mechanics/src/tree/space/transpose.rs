@@ -9,12 +9,9 @@ use crate::mechanism::scalars::{Dual8, StateScalar};
 use crate::mechanism::vector::cross;
 use crate::system::state::State;
 use crate::tree::space::joint::{BodyMotion, Joint3, angular_velocity, markers};
+use crate::tree::space::placed::{Placed, Twist, halves, joined, of_body, rates, rows_of_moment};
 use crate::tree::space::plan::{Node3, Slot, Space};
-use crate::tree::space::sweep::{
-    Placed, Twist, accelerate_joint, halves, joined, normalized, of_body, place_joint, rates, reaction_column,
-    rows_of_moment,
-};
-use crate::tree::transpose::BodyAdjoint;
+use crate::tree::space::sweep::{accelerate_joint, normalized, place_joint, reaction_column};
 use autodiff::WIDTH;
 
 /// A variable on which a body depends through its joint.
@@ -50,6 +47,14 @@ pub(crate) struct SpacePoint<'a> {
     /// Wrenches of the parts of the trees, and those of the elements on each body alone.
     pub wrenches: &'a [Twist<f64>],
     pub own: &'a [Twist<f64>],
+}
+
+/// Derivatives of one response with respect to positions, velocities and accelerations of all coordinates.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BodyAdjoint {
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    pub a: Vec<f64>,
 }
 
 /// The seven coordinates of a body in numbers that are seeded.

@@ -5,7 +5,7 @@
 //! order. A step that ends at an event has a length h(b) with g(x₁(h, b), b) = 0, and the step after it ends at a given time:
 //! both lengths carry derivatives, see [`saltation`].
 
-use crate::analyses::sampling::{OutputRecorder, Sampler};
+use crate::analyses::sampling::OutputRecorder;
 use crate::derivatives::forward::dynamics::separated;
 use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, StepEvent};
 use crate::derivatives::forward::explicit::relative_steps::propagate_relative;
@@ -29,6 +29,7 @@ use crate::integrators::settings::{StepSize, Work};
 use crate::linalg::factor::{Factor, SolveWorkspace};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
+use crate::system::outputs::Sampler;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
 use crate::{Error, Result};

@@ -1,9 +1,6 @@
 //! Sparse derivatives of the equations, and their products with the derivatives of states.
 
-use crate::linalg::simd::{Kernel, dispatch, subtract};
-
-/// Derivatives of one quantity with respect to `W` design variables.
-pub(crate) type Gradient<const W: usize> = [f64; W];
+use crate::linalg::simd::{Gradient, Kernel, dispatch, subtract};
 
 /// A derivative of one row of the equations with respect to one source.
 ///

@@ -4,12 +4,12 @@ use crate::derivatives::forward::explicit::constraint::{ConstraintDerivative, Co
 use crate::derivatives::forward::explicit::entries::Entries;
 use crate::derivatives::seeding::Activity;
 use crate::elements::element::{ElementWorkspace, Variable};
-use crate::events::modes::Modes;
 use crate::integrators::explicit::mechanism::Projected;
 use crate::mechanism::scalars::{Dual4, Dual8, ElementScalar};
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::System;
 use crate::system::dof_map::ConstantEntry;
+use crate::system::modes::Modes;
 use crate::system::state::State;
 use autodiff::{DualVec, WIDTH};
 use std::collections::BTreeSet;

@@ -13,12 +13,12 @@ use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepSource, propagate};
 use crate::derivatives::seeding::{Activity, build_chunks};
-use crate::events::modes::Modes;
 use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs, SAMPLE, sample, start};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
 use crate::mechanism::scalars::Dual8;
 use crate::mechanism::{Mechanism, ParametricMechanism};
+use crate::system::modes::Modes;
 use crate::system::state::State;
 use autodiff::WIDTH;
 

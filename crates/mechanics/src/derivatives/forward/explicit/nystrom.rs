@@ -1,7 +1,7 @@
 //! Derivatives of positions and velocities along an explicit step.
 
-use crate::derivatives::forward::explicit::entries::Gradient;
 use crate::integrators::explicit::tableau::{DenseWeights, SLOTS, Tableau};
+use crate::linalg::simd::Gradient;
 use crate::linalg::simd::{Kernel, dispatch};
 
 /// Weights of positions and velocities in terms of those at the ends of a step and of its accelerations.

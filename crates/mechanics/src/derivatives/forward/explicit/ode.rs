@@ -1,7 +1,6 @@
 //! Derivatives of the solution of a differential equation.
 
 use crate::Result;
-use crate::derivatives::forward::explicit::entries::Gradient;
 use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, StepEvent};
 use crate::derivatives::history::OutputGradients;
 use crate::derivatives::propagation::{Schedule, StepConsumer, StepSource, propagate};
@@ -10,6 +9,7 @@ use crate::integrators::explicit::ode::{Ode, OdeHistory, OdeModelRhs};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
 use crate::integrators::explicit::tableau::Tableau;
+use crate::linalg::simd::Gradient;
 use crate::mechanism::scalars::Dual8;
 use autodiff::WIDTH;
 

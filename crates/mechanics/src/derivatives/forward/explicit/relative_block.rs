@@ -6,7 +6,7 @@
 
 use crate::Result;
 use crate::analyses::sampling::OutputRecorder;
-use crate::derivatives::forward::explicit::entries::{Entries, Gradient};
+use crate::derivatives::forward::explicit::entries::Entries;
 use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, StepEvent};
 use crate::derivatives::forward::explicit::linearize::{ElementWorkspaces, Linearizer};
 use crate::derivatives::forward::explicit::nystrom::{NystromWeights, StepDerivatives};
@@ -15,15 +15,17 @@ use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::history::OutputGradients;
 use crate::derivatives::propagation::{Schedule, StepConsumer, StepSource, propagate};
 use crate::derivatives::seeding::Activity;
-use crate::events::modes::Modes;
-use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs, RelativeStageRecord, SAMPLE, sample};
+use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs, SAMPLE, sample};
 use crate::integrators::explicit::ode_driver::OdeDriver;
+use crate::integrators::explicit::relative::RelativeStageRecord;
 use crate::integrators::explicit::tableau::Tableau;
 use crate::integrators::settings::Work;
+use crate::linalg::simd::Gradient;
 use crate::linalg::simd::{Kernel, WideKernel, dispatch, dispatch_wide};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::Dual8;
 use crate::system::Unknown;
+use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::tree::articulated::SolveWorkspace;
 use crate::tree::linearize::{Directions, TreeGradients, TreeLinearization};

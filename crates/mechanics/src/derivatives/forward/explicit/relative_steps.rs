@@ -5,20 +5,22 @@
 //! v̇ ← v̇ − A⁻¹ r for each order: the recursion itself is not differentiated.
 
 use crate::Result;
-use crate::analyses::sampling::{OutputRecorder, Sampler};
+use crate::analyses::sampling::OutputRecorder;
 use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, StepEvent};
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::history::OutputGradients;
 use crate::derivatives::propagation::{Schedule, StepConsumer, StepSource, propagate};
 use crate::diagnostics::check_finite;
-use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs, RelativeStageRecord, SAMPLE, sample};
+use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs, SAMPLE, sample};
 use crate::integrators::explicit::ode_driver::OdeDriver;
+use crate::integrators::explicit::relative::RelativeStageRecord;
 use crate::integrators::explicit::tableau::Tableau;
 use crate::integrators::settings::Work;
 use crate::linalg::simd::{Kernel, dispatch};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::System;
+use crate::system::outputs::Sampler;
 use crate::system::state::State;
 use crate::tree::Tree;
 use crate::tree::articulated::SolveWorkspace;

@@ -1,8 +1,6 @@
 //! Sensitivities of a mechanism's motion by explicit steps, for a few design variables at a time.
 
 use crate::Result;
-use crate::analyses::sampling::Sampler;
-use crate::derivatives::forward::explicit::entries::Gradient;
 use crate::derivatives::forward::explicit::explicit_steps::{LinearizedStages, StepEvent};
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::forward::explicit::nystrom::{NystromWeights, StepDerivatives};
@@ -10,8 +8,10 @@ use crate::derivatives::propagation::StepConsumer;
 use crate::integrators::explicit::mechanism::SAMPLE;
 use crate::integrators::explicit::tableau::Tableau;
 use crate::linalg::factor::SolveWorkspace;
+use crate::linalg::simd::Gradient;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{Dual8, StateScalar};
+use crate::system::outputs::Sampler;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use autodiff::WIDTH;

@@ -6,8 +6,8 @@ pub(crate) mod section3;
 pub use beam3::Beam3;
 pub use section3::BeamSection3;
 
-use crate::elements::forces::StateFunction;
 use crate::elements::kind::ElementKind;
+use crate::elements::state_function::StateFunction;
 use crate::motion::Motion;
 
 /// Beams in space by their declarations.

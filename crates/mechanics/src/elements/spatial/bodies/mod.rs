@@ -8,8 +8,8 @@ pub use normalization::Normalization;
 pub use point_mass3::PointMass3;
 pub use rigid_body3::{MassProperties3, RigidBody3};
 
-use crate::elements::forces::StateFunction;
 use crate::elements::kind::ElementKind;
+use crate::elements::state_function::StateFunction;
 use crate::motion::Motion;
 
 /// Bodies in space by their declarations.

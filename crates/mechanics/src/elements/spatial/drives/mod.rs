@@ -4,8 +4,8 @@ pub(crate) mod joint_coordinate;
 
 pub use joint_coordinate::{JointAngle, JointDisplacement, PointDistance};
 
-use crate::elements::forces::StateFunction;
 use crate::elements::kind::ElementKind;
+use crate::elements::state_function::StateFunction;
 use crate::motion::Motion;
 
 /// Coordinates of joints by their declarations.

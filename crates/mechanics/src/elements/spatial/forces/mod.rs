@@ -8,8 +8,8 @@ pub use bushing3::Bushing3;
 pub use load3::{Load3, LoadKind3};
 pub use spring_damper3::SpringDamper3;
 
-use crate::elements::forces::StateFunction;
 use crate::elements::kind::ElementKind;
+use crate::elements::state_function::StateFunction;
 use crate::motion::Motion;
 use std::sync::Arc;
 

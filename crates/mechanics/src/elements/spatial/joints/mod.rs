@@ -9,8 +9,8 @@ pub use distance3::DistanceConstraint3;
 pub use lower_pairs::{Cylindrical, FixedJoint3, Planar, Prismatic3, Revolute3};
 pub use point_joints::{PointOnLine3, PointOnPlane, Spherical, Universal};
 
-use crate::elements::forces::StateFunction;
 use crate::elements::kind::ElementKind;
+use crate::elements::state_function::StateFunction;
 use crate::motion::Motion;
 
 /// Joints in space by their declarations.

@@ -6,8 +6,8 @@ pub(crate) mod marker_sensor3;
 pub use euler_angle_sensor::EulerAngleSensor;
 pub use marker_sensor3::MarkerSensor3;
 
-use crate::elements::forces::StateFunction;
 use crate::elements::kind::ElementKind;
+use crate::elements::state_function::StateFunction;
 use crate::motion::Motion;
 
 /// Sensors in space by their declarations.
