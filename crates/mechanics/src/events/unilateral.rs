@@ -31,6 +31,15 @@ pub(crate) const TOUCHING: f64 = 1e-9;
 /// Sliding velocity in m/s or rad/s up to which friction is at rest at an event.
 pub(crate) const AT_REST: f64 = 1e-9;
 
+/// Pull in N or N·m with which a contact without a load opens, and as a fraction of the largest force. Less is rounding.
+const LEAST_PULL: [f64; 2] = [1e-9, 1e-12];
+
+/// The pull with which a contact opens in a state with the multipliers `l`.
+fn least_pull<T: StateScalar>(l: &[T]) -> f64 {
+    let [least, share] = LEAST_PULL;
+    l.iter().fold(least, |pull, l| pull.max(share * l.value().abs()))
+}
+
 /// Parameters of dry friction in the order of its event.
 pub(crate) const STATIC_LIMIT: usize = 0;
 
@@ -39,7 +48,7 @@ impl Unilateral {
     pub fn value<T: StateScalar>(&self, event: &EventElement<T>, state: &State<T>) -> Option<T> {
         match *self {
             Self::Contact { multiplier, closed, .. } => {
-                state.modes.is_on(closed).then(|| T::from(0.0) - state.l[multiplier])
+                state.modes.is_on(closed).then(|| -state.l[multiplier] + least_pull(&state.l))
             }
             Self::Friction { .. } if self.is_resting(&state.modes) => {
                 let velocity = sliding(event, &state.v);
@@ -106,6 +115,19 @@ impl Unilateral {
         }
     }
 
+    /// The modes of the part, by the numbers of their switches.
+    pub fn modes(&self) -> Vec<usize> {
+        match *self {
+            Self::Contact { closed, .. } => vec![closed],
+            Self::Friction { forward, backward, sticking, resting, .. } => vec![forward, backward, sticking, resting],
+        }
+    }
+
+    /// Returns whether an event has ended friction: it has none of its modes, and no force.
+    pub fn has_ended(&self, modes: &Modes) -> bool {
+        matches!(self, Self::Friction { .. }) && self.modes().into_iter().all(|mode| !modes.is_on(mode))
+    }
+
     /// Returns whether friction rests: something else holds its place.
     pub fn is_resting(&self, modes: &Modes) -> bool {
         matches!(*self, Self::Friction { resting, .. } if modes.is_on(resting))
@@ -122,6 +144,7 @@ impl Unilateral {
     /// Excess of the force of a part that is held over its limit, as a fraction of the limit or of the `largest` multiplier.
     pub fn excess(&self, event: &EventElement<f64>, state: &State<f64>, largest: f64) -> f64 {
         match *self {
+            Self::Contact { multiplier, .. } if state.l[multiplier] <= least_pull(&state.l) => 0.0,
             Self::Contact { multiplier, .. } => state.l[multiplier] / largest.max(f64::MIN_POSITIVE),
             Self::Friction { multiplier, .. } => {
                 let limit = event.gap.parameters[STATIC_LIMIT];
@@ -224,12 +247,17 @@ impl<S: Scalar> Mechanism<S> {
         self.switches.len() - 1
     }
 
-    /// Returns whether the modes of an element follow from the motion.
-    pub(crate) fn is_unilateral(&self, element: ElementIndex) -> bool {
-        let is_joint = |law: Unilateral| match law {
+    /// The modes of an element, if they follow from the motion.
+    pub(crate) fn unilateral(&self, element: ElementIndex) -> Option<Unilateral> {
+        let is_joint = |law: &Unilateral| match *law {
             Unilateral::Contact { joint, .. } | Unilateral::Friction { joint, .. } => joint == element.0,
         };
-        self.events.iter().filter_map(|event| event.unilateral).any(is_joint)
+        self.events.iter().filter_map(|event| event.unilateral).find(is_joint)
+    }
+
+    /// Returns whether an element is dry friction that sticks.
+    pub(crate) fn is_dry_friction(&self, element: ElementIndex) -> bool {
+        matches!(self.unilateral(element), Some(Unilateral::Friction { .. }))
     }
 }
 
