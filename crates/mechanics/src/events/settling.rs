@@ -345,8 +345,11 @@ pub(crate) fn settle_start(
     follow_velocities(mechanism, &state.clone(), state, |_| false);
     let mut settled = state.clone();
     // More contacts than can carry independent forces: those of least norm decide.
-    let is_dependent =
-        !system.allows_redundancy() && !ConstraintRank::of(system, mechanism, &settled).redundant.is_empty();
+    let is_touching =
+        mechanism.events.iter().filter_map(|event| event.unilateral).any(|law| is_closed(law, &state.modes));
+    let is_dependent = is_touching
+        && !system.allows_redundancy()
+        && !ConstraintRank::of(system, mechanism, &settled).redundant.is_empty();
     if is_dependent {
         system.allow_redundancy(true);
     }
