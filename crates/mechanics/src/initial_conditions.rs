@@ -300,7 +300,7 @@ impl AccelerationSolver {
             return Err(diagnostics::not_finite(mechanism, state).unwrap_or_else(singular));
         }
         system.set_accelerations(&self.rows, state);
-        if mechanism.has_reaction_loads() {
+        if mechanism.has_reactions_as_loads() {
             reaction_loads::iterate(system, mechanism, state, (&mut self.rows, load), &mut self.jets)?;
         }
         Ok(())

@@ -197,8 +197,7 @@ fn settle(
         let held = mechanism.events.iter().enumerate().filter_map(|(k, event)| Some((k, event, event.unilateral?)));
         let held = held.filter(|(.., law)| law.is_held(&state.modes));
         let excesses = held.map(|(k, event, law)| (k, law, law.excess(event, state, largest)));
-        let is_over = |excess: f64, law: Unilateral| excess > if is_contact(law) { 0.0 } else { EXCESS };
-        let worst = excesses.filter(|(_, law, excess)| is_over(*excess, *law)).max_by(|a, b| a.2.total_cmp(&b.2));
+        let worst = excesses.filter(|(.., excess)| *excess > EXCESS).max_by(|a, b| a.2.total_cmp(&b.2));
         if let Some((k, law, _)) = worst {
             law.open(&mut state.modes);
             let force = if let Unilateral::Friction { multiplier, .. } = law { state.l[multiplier] } else { 1.0 };

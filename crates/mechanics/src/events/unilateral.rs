@@ -31,15 +31,6 @@ pub(crate) const TOUCHING: f64 = 1e-9;
 /// Sliding velocity in m/s or rad/s up to which friction is at rest at an event.
 pub(crate) const AT_REST: f64 = 1e-9;
 
-/// Pull in N or N·m with which a contact without a load opens, and as a fraction of the largest force. Less is rounding.
-const LEAST_PULL: [f64; 2] = [1e-9, 1e-12];
-
-/// The pull with which a contact opens in a state with the multipliers `l`.
-fn least_pull<T: StateScalar>(l: &[T]) -> f64 {
-    let [least, share] = LEAST_PULL;
-    l.iter().fold(least, |pull, l| pull.max(share * l.value().abs()))
-}
-
 /// Parameters of dry friction in the order of its event.
 pub(crate) const STATIC_LIMIT: usize = 0;
 
@@ -48,7 +39,7 @@ impl Unilateral {
     pub fn value<T: StateScalar>(&self, event: &EventElement<T>, state: &State<T>) -> Option<T> {
         match *self {
             Self::Contact { multiplier, closed, .. } => {
-                state.modes.is_on(closed).then(|| -state.l[multiplier] + least_pull(&state.l))
+                state.modes.is_on(closed).then(|| T::from(0.0) - state.l[multiplier])
             }
             Self::Friction { .. } if self.is_resting(&state.modes) => {
                 let velocity = sliding(event, &state.v);
@@ -144,7 +135,6 @@ impl Unilateral {
     /// Excess of the force of a part that is held over its limit, as a fraction of the limit or of the `largest` multiplier.
     pub fn excess(&self, event: &EventElement<f64>, state: &State<f64>, largest: f64) -> f64 {
         match *self {
-            Self::Contact { multiplier, .. } if state.l[multiplier] <= least_pull(&state.l) => 0.0,
             Self::Contact { multiplier, .. } => state.l[multiplier] / largest.max(f64::MIN_POSITIVE),
             Self::Friction { multiplier, .. } => {
                 let limit = event.gap.parameters[STATIC_LIMIT];

@@ -26,9 +26,6 @@ const SHORTEST_TIME: f64 = 0.1 * SHORTEST_FLIGHT;
 /// Fraction of the gap at which a contact counts as closed: the step to close the rest has the size of rounding errors.
 const CLOSED_GAP: f64 = 1e-6;
 
-/// Overlap in m or rad at which a contact closes that is at rest with an overlap of rounding size, more than twice of that.
-const OVERLAP: f64 = 1e-12;
-
 /// Opening at the beginning of a mode, which takes the place of rounding errors.
 const BEGUN: f64 = f64::MIN_POSITIVE;
 
@@ -278,16 +275,6 @@ impl EventLocator {
         let has_bounced = self.opened == Some(contact) && self.is_bounce;
         let is_touching = impact.is_open_contact(&old.modes) && before.abs() <= TOUCHING;
         let is_opening = is_touching && impact.rate(old, &old.v) > TOUCHING;
-        let is_at_rest = |state: &State<f64>| impact.rate(state, &state.v).abs() <= TOUCHING;
-        if is_touching && !has_begun && is_at_rest(old) {
-            if after.abs() <= TOUCHING && is_at_rest(new) {
-                return [BEGUN; 2];
-            }
-            if before <= 0.0 {
-                let overlap = 2.0 * before.abs() + OVERLAP;
-                return [before + overlap, after + overlap];
-            }
-        }
         if !has_bounced && !is_opening && impact.is_unilateral_at_rest(&old.modes, before, has_begun) {
             let rate = impact.rate(old, &old.v);
             let is_leaving = has_begun || after > before;

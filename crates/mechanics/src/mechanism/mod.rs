@@ -295,7 +295,7 @@ impl<S: Scalar> Mechanism<S> {
 
     /// Forces that depend on reactions of joints, in general not linearly.
     ///
-    /// The row of dry friction that sticks is not among them: it is linear in its own force.
+    /// The row of dry friction that sticks is not among them: it is linear in its own force, and an implicit step need not wait for it.
     pub(crate) fn reaction_loads(&self) -> impl Iterator<Item = &ElementInstance<S>> {
         let is_sticking = |instance: &ElementInstance<S>| {
             let laws = || self.events.iter().filter_map(|event| event.unilateral);
@@ -307,6 +307,11 @@ impl<S: Scalar> Mechanism<S> {
     /// Returns whether there are such forces.
     pub(crate) fn has_reaction_loads(&self) -> bool {
         self.reaction_loads().next().is_some()
+    }
+
+    /// Returns whether there are such forces, or dry friction that sticks: the limit of sticking is compared with iterated forces.
+    pub(crate) fn has_reactions_as_loads(&self) -> bool {
+        self.elements.iter().any(|instance| instance.num_reactions > 0)
     }
 
     /// The measure `name` of an element, with weight one.

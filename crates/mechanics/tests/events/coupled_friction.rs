@@ -194,52 +194,6 @@ fn a_pendulum_with_dry_friction_comes_to_rest_on_a_stop() {
     }
 }
 
-/// A block stops by friction exactly where a stop is, or a little before it or after it.
-#[test]
-fn a_block_that_stops_at_a_stop_rests_there() {
-    for (speed, end) in [(2.0, 1.0), (2.0 - 1e-9, 1.0), (2.0 + 1e-9, 1.0), (4.0, 1.0), (1.9, 0.9025)] {
-        let mut m = Mechanism::new();
-        let block = m.point_mass("block", 1.0, 0.0, 0.0);
-        m.set_velocity(block.x, speed);
-        m.fix(block.y);
-        let ground = m.ground();
-        m.dry_friction("friction", ground.x, block.x, [2.0, 1.2, 0.0]);
-        let stop = m.rigid_stop("stop", block.x, ground.x, -1.0, 0.5);
-        outputs(&mut m, block.x).unwrap();
-        let force = m.measure(stop, "contact_force").unwrap();
-        m.output("force", &[force]);
-        // It returns with half of √(16 − 4) m/s from the stop, and stops after another 0.75 m.
-        let end = if speed == 4.0 { 0.25 } else { end };
-        for (history, _) in by_all_schemes(&m, 0.01, &[3.0, 4.0]) {
-            let [place, velocity, force] = [0, 1, 2].map(|k| &history.values[k]);
-            assert!(place.iter().all(|x| (x - end).abs() < 1e-8), "{speed}: {place:?}");
-            assert!(velocity.iter().chain(force).all(|x| x.abs() < 1e-8), "{speed}: {velocity:?} {force:?}");
-        }
-    }
-}
-
-/// The stop of the upper one of two bars bounces, closes, opens and closes again while the lower one swings.
-#[test]
-fn a_double_pendulum_with_dry_friction_bounces_on_a_stop() {
-    let mut m = Mechanism::with_gravity(0.0, -9.81);
-    let upper = m.body("upper", 1.0, 0.02, Pose { x: 0.25, y: 0.0, theta: 0.0 });
-    let lower = m.body("lower", 1.5, 0.03, Pose { x: 0.5, y: -0.25, theta: 0.0 });
-    let ground = m.ground();
-    m.revolute("first", ground.origin(), upper.at(-0.25, 0.0));
-    m.revolute("second", upper.at(0.25, 0.0), lower.at(0.0, 0.25));
-    m.rigid_stop("stop", ground.x, upper.theta, -1.2, 0.3);
-    m.dry_friction("friction", ground.x, upper.theta, [0.3, 1.2, 0.0]);
-    outputs(&mut m, upper.theta).unwrap();
-    let times: Vec<f64> = (1..=30).map(|k| 0.1 * f64::from(k)).collect();
-    let histories = by_all_schemes(&m, 5e-4, &times);
-    for (history, _) in &histories {
-        let errors = history.values[0].iter().zip(&histories[0].0.values[0]).map(|(a, b)| (a - b).abs());
-        let error = errors.fold(0.0, f64::max);
-        println!("{error:.1e}");
-        assert!(error < 1e-3, "{error:.1e} {:?}", history.values[0]);
-    }
-}
-
 /// A block of the mass b₀ that begins with the velocity b₁ against the friction b₂, pushed by the force b₃; friction ends at the time b₄.
 struct Freed;
 

@@ -294,7 +294,7 @@ impl<'m> MechanismRhs<'m> {
         self.system.factorize(self.mechanism, self.state.t)?;
         self.system.factor().solve(&mut self.rows);
         self.system.set_accelerations(&self.rows, &mut self.state);
-        if self.mechanism.has_reaction_loads() {
+        if self.mechanism.has_reactions_as_loads() {
             let (system, rows) = (&mut self.system, (&mut self.rows[..], load));
             reaction_loads::iterate(system, self.mechanism, &mut self.state, rows, &mut self.jets)?;
         }
