@@ -21,12 +21,13 @@ pub(crate) struct ConstraintRank {
 }
 
 impl ConstraintRank {
-    /// The rank in the given state.
+    /// The rank of the active constraints in the given state.
     pub fn of(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Self {
-        let mut rank = Self::none();
-        for (m, row) in system.constraint_jacobian(mechanism, state).into_iter().enumerate() {
+        let (mut rank, is_active) = (Self::none(), active_constraints(mechanism, state));
+        let rows = system.constraint_jacobian(mechanism, state).into_iter().enumerate();
+        rows.filter(|(m, _)| is_active[*m]).for_each(|(m, row)| {
             rank.add(m, row);
-        }
+        });
         rank
     }
 
@@ -75,6 +76,15 @@ impl ConstraintRank {
     }
 }
 
+/// For each multiplier, true if its joint is active. The gradient of an inactive one, such as an open contact, is zero.
+fn active_constraints(mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<bool> {
+    let mut is_active = vec![true; mechanism.multipliers];
+    for instance in mechanism.elements.iter().filter(|instance| !state.modes.is_active(instance)) {
+        is_active[instance.first_multiplier..][..instance.num_constraints].fill(false);
+    }
+    is_active
+}
+
 /// Independent part of a gradient below which a position counts as singular.
 const SINGULAR: f64 = 1e-3;
 
@@ -111,13 +121,15 @@ pub fn redundant_constraints(system: &System, mechanism: &Mechanism<f64>, state:
 /// Orthonormal basis of the multipliers without effect, Φ_qᵀ n = 0: one vector per redundant constraint.
 pub fn self_stresses(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<Vec<f64>> {
     let jacobian = system.constraint_jacobian(mechanism, state);
-    let gram = DMatrix::from_fn(jacobian.len(), jacobian.len(), |i, j| {
+    let mut gram = DMatrix::from_fn(jacobian.len(), jacobian.len(), |i, j| {
         jacobian[i].iter().zip(&jacobian[j]).map(|(a, b)| a * b).sum::<f64>()
     });
     if gram.is_empty() {
         return Vec::new();
     }
     let largest = gram.amax().max(f64::MIN_POSITIVE);
+    let inactive = active_constraints(mechanism, state).into_iter().enumerate().filter(|(_, is_active)| !is_active);
+    inactive.for_each(|(m, _)| gram[(m, m)] = largest);
     let eigen = gram.symmetric_eigen();
     let null = (0..jacobian.len()).filter(|&k| eigen.eigenvalues[k].abs() <= 1e-14 * largest);
     null.map(|k| eigen.eigenvectors.column(k).iter().copied().collect()).collect()

@@ -10,11 +10,11 @@ pub(crate) use crate::equilibrium::equilibrium_reactions;
 
 use crate::constraint_rank::ConstraintRank;
 use crate::elements::element::ElementWorkspace;
-use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
+use crate::mechanism::{Mechanism, Unilateral};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
-use crate::system::{System, Unknown};
+use crate::system::{System, Unknown, name_of};
 use crate::{Error, Result, diagnostics, reaction_loads};
 
 /// Settings of the assembly of a mechanism.
@@ -222,8 +222,7 @@ fn check_independence(
     if rows.iter().all(|row| row[0].abs() < INDEPENDENT) {
         return Ok(());
     }
-    let redundant = redundant_constraints(system, mechanism, state);
-    if redundant.is_empty() { Ok(()) } else { Err(dependent(&redundant, state.t)) }
+    dependent(system, mechanism, state).map_or(Ok(()), Err)
 }
 
 /// Subtracts a Newton step from positions and multipliers; returns the largest change of a position.
@@ -293,6 +292,7 @@ impl AccelerationSolver {
         }
         system.assemble(mechanism, state, Linearization::accelerations(), &mut self.rows);
         system.constraint_rates(mechanism, state, 2, &mut self.jets, self.rows.as_flattened_mut());
+        let load = system.largest_coordinate_row(&self.rows);
         system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
         system.factor().solve(&mut self.rows);
         if self.rows.iter().any(|row| !row[0].is_finite()) {
@@ -300,8 +300,8 @@ impl AccelerationSolver {
             return Err(diagnostics::not_finite(mechanism, state).unwrap_or_else(singular));
         }
         system.set_accelerations(&self.rows, state);
-        if mechanism.has_reaction_loads() {
-            reaction_loads::iterate(system, mechanism, state, &mut self.rows, &mut self.jets)?;
+        if mechanism.has_reactions_as_loads() {
+            reaction_loads::iterate(system, mechanism, state, (&mut self.rows, load), &mut self.jets)?;
         }
         Ok(())
     }
@@ -333,14 +333,25 @@ fn explained(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, er
     if let Some(error) = diagnostics::not_finite(mechanism, state) {
         return error;
     }
-    let redundant = redundant_constraints(system, mechanism, state);
-    if redundant.is_empty() { error } else { dependent(&redundant, state.t) }
+    dependent(system, mechanism, state).unwrap_or(error)
 }
 
-/// The error of `redundant` constraints.
-fn dependent(redundant: &[String], t: f64) -> Error {
-    let why = format!("redundant or contradictory at t = {t:.6e} s");
-    let remedy = "remove these constraints, or free the directions that other joints hold already; \
-                  a dead centre makes constraints dependent for an instant";
-    Error::analysis(redundant.join(", "), why, remedy)
+/// The error of constraints that depend on others, if there are any.
+fn dependent(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Error> {
+    let redundant = ConstraintRank::of(system, mechanism, state).redundant;
+    let names: Vec<String> = redundant.iter().map(|&m| name_of(mechanism, Unknown::Multiplier(m))).collect();
+    let mut laws = mechanism.events.iter().filter_map(|event| event.unilateral);
+    let is_contact = |law| matches!(law, Unilateral::Contact { multiplier, .. } if redundant.contains(&multiplier));
+    let remedy = match laws.any(is_contact) {
+        true => {
+            "other rigid contacts or joints hold this place already: leave out the contact, or model it with stiffness and damping (a \
+             wall contact, a bump stop)"
+        }
+        false => {
+            "remove these constraints, or free the directions that other joints hold already; \
+             a dead centre makes constraints dependent for an instant"
+        }
+    };
+    let why = format!("redundant or contradictory at t = {:.6e} s", state.t);
+    (!names.is_empty()).then(|| Error::analysis(names.join(", "), why, remedy))
 }

@@ -196,3 +196,18 @@ fn mechanisms_that_lock_or_do_not_close_are_named() {
     is_named(kinematics(&never, Assembly::default(), &[0.0, 1.0]).unwrap_err(), 0.0, 0.0);
     is_named(simulate(&never, &Dynamics::fixed(1e-3), &[1.0]).unwrap_err(), 0.0, 0.0);
 }
+
+/// A mass falls on a rope that is slack at the start.
+#[test]
+fn a_damped_rope_does_not_conserve_energy_and_an_elastic_one_does() {
+    let drift = |damping: f64| {
+        let mut m = Mechanism::with_gravity(0.0, -9.81);
+        let mass = m.point_mass("mass", 1.0, 0.0, 0.8);
+        m.fix(mass.x);
+        let from = m.ground().at(0.0, 1.0);
+        m.rope("rope", from, mass.origin(), [1000.0, damping, 0.5]);
+        simulate_explicitly(&m, &Explicit::eighth_order(1e-10), &times(2.0, 100)).unwrap().energy_drift
+    };
+    assert!(drift(0.02).is_none());
+    assert!(drift(0.0).is_some_and(|drift| drift.warning().is_none()));
+}

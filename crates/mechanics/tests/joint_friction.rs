@@ -236,3 +236,39 @@ fn bad_input_is_rejected_with_its_name() {
     let error = simulate(&m, &settings(0.01), &[0.1]).unwrap_err().to_string();
     assert!(error.contains("rub") && error.contains("coefficient of friction is -0.1"), "{error}");
 }
+
+/// Reactions of a falling linkage and accelerations of a balanced lever are zero but for rounding errors of its weight, which is not
+/// friction that locks.
+#[test]
+fn friction_without_reactions_and_at_rest_has_a_solution() {
+    let friction = [0.3, 0.02, 0.1, 1e-3];
+    let mut falling = Mechanism::with_gravity(1.3, -G);
+    let upper = falling.body("upper", 1.1, 0.02, Pose { x: 0.11, y: 0.07, theta: 0.3 });
+    let place = |length: f64, angle: f64| [length * angle.cos(), length * angle.sin()];
+    let ([x, y], [dx, dy]) = (place(0.2, 0.3), place(0.15, 1.1));
+    let lower = falling.body("lower", 1.7, 0.03, Pose { x: 0.11 + x + dx, y: 0.07 + y + dy, theta: 1.1 });
+    let pin = falling.revolute("pin", upper.at(0.2, 0.0), lower.at(-0.15, 0.0));
+    falling.revolute_friction("friction", pin, friction).unwrap();
+    let mut lever = Mechanism::with_gravity(0.0, -G);
+    let [bar, left, right] = [("bar", 1.1, 0.0), ("left", 0.7, 0.3), ("right", 2.1, -0.1)].map(|(name, mass, arm)| {
+        let [x, y] = place(arm, 0.3);
+        lever.body(name, mass, 0.01, Pose { x, y, theta: 0.3 })
+    });
+    let bearing = lever.revolute("bearing", lever.ground().origin(), bar.origin());
+    lever.fixed_joint("left weld", bar.at(0.3, 0.0), left.origin(), 0.0);
+    lever.fixed_joint("right weld", bar.at(-0.1, 0.0), right.origin(), 0.0);
+    lever.revolute_friction("friction", bearing, friction).unwrap();
+    for (m, coordinate, exact) in [(&mut falling, upper.y, 0.07 - 0.5 * G), (&mut lever, bar.theta, 0.3)] {
+        let ground = m.ground().x;
+        let sensor = m.coordinate_sensor("motion", ground, coordinate);
+        let position = m.measure(sensor, "position").unwrap();
+        m.output("position", &[position]);
+        for history in [
+            simulate(m, &settings(1e-2), &[1.0]).unwrap(),
+            simulate_explicitly(m, &Explicit::adaptive(1e-10), &[1.0]).unwrap(),
+            simulate_explicitly(m, &Explicit::eighth_order(1e-10), &[1.0]).unwrap(),
+        ] {
+            assert!((history.values[0][0] - exact).abs() < 1e-9, "{:?} {exact}", history.values);
+        }
+    }
+}

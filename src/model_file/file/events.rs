@@ -120,7 +120,8 @@ fn changed(word: &Word, change: Change, parts: &Parts, elements: &[ElementSpec])
     let can = |element: &ElementSpec| match (change, element.kind.descriptor.family) {
         (Change::Release, Family::Joint) => JointCoordinate::of_element(element.kind.descriptor).is_none(),
         (Change::Release, Family::Drive) => !element.kind.is_prescribed(),
-        (Change::SwitchOn | Change::SwitchOff, Family::Force | Family::Contact) => !element.kind.has_modes(),
+        (Change::SwitchOn, Family::Force | Family::Contact) => !element.kind.has_modes(),
+        (Change::SwitchOff, Family::Force | Family::Contact) => !element.kind.is_rigid_contact(),
         _ => false,
     };
     let number = |name: &str| match parts.get(name) {
@@ -143,6 +144,9 @@ fn changed(word: &Word, change: Change, parts: &Parts, elements: &[ElementSpec])
                 }
                 (Change::Release, _) => "forces have `switch_on` and `switch_off`",
                 (_, Family::Joint | Family::Drive) => "a joint lets go by `release`; it cannot close again",
+                (_, Family::Force) => {
+                    "take friction of kind `friction`, which is smooth; dry friction can only be switched off"
+                }
                 _ => "take a compliant contact, with stiffness and damping",
             };
             Err(Diagnostic::new(word.span.clone(), message).help(help))

@@ -24,6 +24,9 @@ pub struct EnergyDrift {
 /// Fraction of the largest kinetic energy above which a change of the energy is worth a warning.
 pub const NOTABLE: f64 = 0.01;
 
+/// Distances in m or rad at which elements that switch are compared with their energy: a slack rope is taut far away.
+const FAR: [f64; 4] = [0.0, 1.0, 1e2, 1e4];
+
 /// Rounding of the energy, as a fraction of its size.
 const ROUNDING: f64 = 1e-9;
 
@@ -93,8 +96,9 @@ impl EnergyWatch {
 ///
 /// This is so if for any positions, velocities v, accelerations and multipliers λ each element has v·r = dE/dt + λ·dΦ/dt,
 /// where r are its rows of the equations of motion and E is its energy: forces are gradients of the energy, and constraints
-/// do not depend on time. The identity is evaluated in dual numbers along two motions through the state `start`. Elements with
-/// functions of time or state, contacts and events can do work elsewhere; mechanisms with them are not conservative.
+/// do not depend on time. The identity is evaluated in dual numbers along two motions through the state `start`, and far away from it
+/// for elements that switch, such as ropes. Elements with functions of time or state, contacts and events can do work elsewhere;
+/// mechanisms with them are not conservative.
 pub fn is_conservative(mechanism: &Mechanism<f64>, start: &State<f64>) -> bool {
     let stands_still = |i: usize| {
         mechanism.coordinates[i].motion.as_ref().is_none_or(|(motion, parameters)| {
@@ -117,12 +121,16 @@ fn conserves(instance: &ElementInstance<f64>, start: &State<f64>) -> bool {
     }
     let moving = |value: f64, rate: f64| Dual8 { re: value, eps: [rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0] };
     let parameters: Vec<_> = instance.parameters.iter().map(|&p| moving(p, 0.0)).collect();
-    (0..2).all(|motion| {
-        let number = |i: usize, k: usize| (1.0 + 2.3 * i as f64 + 1.7 * k as f64 + 0.9 * motion as f64).sin();
-        let (mut plain, mut workspace) = (ElementWorkspace::default(), ElementWorkspace::<Dual8>::default());
-        gather(instance, start, &mut plain);
-        let n = plain.q.len();
-        workspace.q = (0..n).map(|i| moving(plain.q[i], number(i, 0))).collect();
+    let (mut plain, mut switching) = (ElementWorkspace::default(), Vec::new());
+    gather(instance, start, &mut plain);
+    let local = ElementState { p: &instance.parameters, ..plain.local(start.t) };
+    f64::switching_functions(instance.element.as_ref(), &local, &mut switching);
+    let places: &[f64] = if switching.is_empty() { &[0.0] } else { &FAR };
+    let cases = places.iter().flat_map(|away| (0..2).map(move |motion| (*away, motion)));
+    cases.into_iter().all(|(away, motion)| {
+        let number = |i: usize, k: usize| (1.0 + 2.3 * i as f64 + 1.7 * k as f64 + 0.9 * f64::from(motion)).sin();
+        let (n, mut workspace) = (plain.q.len(), ElementWorkspace::<Dual8>::default());
+        workspace.q = (0..n).map(|i| moving(plain.q[i] + away * number(i, 3), number(i, 0))).collect();
         workspace.v = (0..n).map(|i| moving(number(i, 0), number(i, 1))).collect();
         workspace.a = (0..n).map(|i| moving(number(i, 1), 0.0)).collect();
         workspace.l = (0..plain.l.len()).map(|m| moving(number(m, 2), 0.0)).collect();

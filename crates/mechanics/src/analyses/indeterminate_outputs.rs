@@ -2,7 +2,8 @@
 
 use crate::Result;
 use crate::constraint_rank::self_stresses;
-use crate::initial_conditions::{Assembly, assemble};
+use crate::events::settling::{assemble_closed, settle_start};
+use crate::initial_conditions::{Assembly, assemble, make_velocities_consistent};
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::outputs::Sampler;
@@ -10,6 +11,9 @@ use crate::system::state::State;
 
 /// Relative change of an output by reactions without effect on the motion, above which it is indeterminate.
 const CHANGED: f64 = 1e-8;
+
+/// Nominal step in s of a motion that is not simulated: what drives move faster than 1e-9 m/s or rad/s in a millionth of it slides.
+const NOMINAL_STEP: f64 = 1e-3;
 
 /// Names of the outputs that change by reactions without effect on the motion, in an assembled state.
 ///
@@ -42,10 +46,14 @@ pub fn indeterminate_outputs(system: &System, mechanism: &Mechanism<f64>, state:
 pub fn warn_of_indeterminate_outputs(mechanism: &Mechanism<f64>, assembly: Assembly, t: f64) -> Result<Vec<String>> {
     let (mut system, mut state) = (System::new(mechanism)?, State::built(mechanism, t));
     assemble(&mut system, mechanism, &mut state, assembly)?;
+    make_velocities_consistent(&mut system, mechanism, &mut state)?;
+    if settle_start(&mut system, mechanism, &mut state, NOMINAL_STEP)? {
+        assemble_closed(&mut system, mechanism, &mut state, assembly)?;
+    }
     let warning = |name: String| {
         format!(
             "{name}: redundant constraints leave this reaction indeterminate, and the value is that of least norm; leave out the \
-             constraints that follow from others, or replace a joint by a bushing"
+             constraints that follow from others, or replace a joint by a bushing, a rigid contact by a compliant one"
         )
     };
     Ok(indeterminate_outputs(&system, mechanism, &state).into_iter().map(warning).collect())

@@ -127,6 +127,7 @@ fn after_event(
     }
     let resting = |k: usize| {
         let law = mechanism.events[k].unilateral.filter(|law| law.is_resting(&held.modes) && !at_event.contains(&k))?;
+        let law = Some(law).filter(|law| !law.has_ended(&state.modes))?;
         Some((k, law.direction(&held.modes)?))
     };
     let resting: Vec<_> = (0..mechanism.events.len()).filter_map(resting).collect();
@@ -158,7 +159,7 @@ fn pulling_contact<'m>(
 }
 
 /// Sets the modes of dry friction to the velocities of `state`: where they are zero, compared with those `before` an event, it sticks;
-/// `starts` tells that it begins to slide.
+/// `starts` tells that it begins to slide. Friction that an event has ended keeps no mode.
 fn follow_velocities(
     mechanism: &Mechanism<f64>,
     before: &State<f64>,
@@ -168,6 +169,9 @@ fn follow_velocities(
     let largest = before.v.iter().chain(&state.v).fold(0.0f64, |a, v| a.max(v.abs()));
     for (k, event) in mechanism.events.iter().enumerate() {
         let Some(law @ Unilateral::Friction { .. }) = event.unilateral else { continue };
+        if law.has_ended(&state.modes) {
+            continue;
+        }
         let velocity = sliding(event, &state.v);
         let is_moving = starts(k) || velocity.abs() > AT_REST.max(STOPPED * largest);
         law.slide(&mut state.modes, is_moving.then(|| sign(velocity)));
@@ -262,6 +266,10 @@ fn hold(
     }
 }
 
+fn is_contact(law: Unilateral) -> bool {
+    matches!(law, Unilateral::Contact { .. })
+}
+
 fn is_friction(mechanism: &Mechanism<f64>, event: usize) -> bool {
     matches!(mechanism.events[event].unilateral, Some(Unilateral::Friction { .. }))
 }
@@ -326,7 +334,7 @@ pub(crate) fn settle_start(
     if mechanism.events.iter().all(|event| event.unilateral.is_none()) {
         return Ok(false);
     }
-    let is_closed = |law: Unilateral, modes: &Modes| matches!(law, Unilateral::Contact { .. }) && law.is_held(modes);
+    let is_closed = |law: Unilateral, modes: &Modes| is_contact(law) && law.is_held(modes);
     for event in &mechanism.events {
         if let Some(Unilateral::Contact { closed, .. }) = event.unilateral {
             let jet = event.gap_jet(state, &state.v);
@@ -335,7 +343,20 @@ pub(crate) fn settle_start(
     }
     follow_velocities(mechanism, &state.clone(), state, |_| false);
     let mut settled = state.clone();
-    settle(system, mechanism, &mut settled, (Vec::new(), step))?;
+    // More contacts than can carry independent forces: those of least norm decide.
+    let is_touching =
+        mechanism.events.iter().filter_map(|event| event.unilateral).any(|law| is_closed(law, &state.modes));
+    let is_dependent = is_touching
+        && !system.allows_redundancy()
+        && !ConstraintRank::of(system, mechanism, &settled).redundant.is_empty();
+    if is_dependent {
+        system.allow_redundancy(true);
+    }
+    let outcome = settle(system, mechanism, &mut settled, (Vec::new(), step));
+    if is_dependent {
+        system.allow_redundancy(false); // the assembly with closed contacts allows it, if they stay so
+    }
+    outcome?;
     state.modes = settled.modes;
     Ok(mechanism.events.iter().filter_map(|event| event.unilateral).any(|law| is_closed(law, &state.modes)))
 }

@@ -106,6 +106,19 @@ impl Unilateral {
         }
     }
 
+    /// The modes of the part, by the numbers of their switches.
+    pub fn modes(&self) -> Vec<usize> {
+        match *self {
+            Self::Contact { closed, .. } => vec![closed],
+            Self::Friction { forward, backward, sticking, resting, .. } => vec![forward, backward, sticking, resting],
+        }
+    }
+
+    /// Returns whether an event has ended friction: it has none of its modes, and no force.
+    pub fn has_ended(&self, modes: &Modes) -> bool {
+        matches!(self, Self::Friction { .. }) && self.modes().into_iter().all(|mode| !modes.is_on(mode))
+    }
+
     /// Returns whether friction rests: something else holds its place.
     pub fn is_resting(&self, modes: &Modes) -> bool {
         matches!(*self, Self::Friction { resting, .. } if modes.is_on(resting))
@@ -224,12 +237,17 @@ impl<S: Scalar> Mechanism<S> {
         self.switches.len() - 1
     }
 
-    /// Returns whether the modes of an element follow from the motion.
-    pub(crate) fn is_unilateral(&self, element: ElementIndex) -> bool {
-        let is_joint = |law: Unilateral| match law {
+    /// The modes of an element, if they follow from the motion.
+    pub(crate) fn unilateral(&self, element: ElementIndex) -> Option<Unilateral> {
+        let is_joint = |law: &Unilateral| match *law {
             Unilateral::Contact { joint, .. } | Unilateral::Friction { joint, .. } => joint == element.0,
         };
-        self.events.iter().filter_map(|event| event.unilateral).any(is_joint)
+        self.events.iter().filter_map(|event| event.unilateral).find(is_joint)
+    }
+
+    /// Returns whether an element is dry friction that sticks.
+    pub(crate) fn is_dry_friction(&self, element: ElementIndex) -> bool {
+        matches!(self.unilateral(element), Some(Unilateral::Friction { .. }))
     }
 }
 

@@ -45,7 +45,7 @@ impl<S: Scalar> Mechanism<S> {
     /// # Errors
     ///
     /// [`Error::Definition`] if the formula uses an energy or a driving force, or if an action activates a joint: a joint
-    /// that closes is an impact.
+    /// that closes is an impact. Dry friction can be deactivated only, a rigid contact can be neither.
     pub fn when(
         &mut self,
         name: impl Into<String>,
@@ -64,10 +64,18 @@ impl<S: Scalar> Mechanism<S> {
         let mut changes = Vec::new();
         for action in actions {
             match *action {
-                Action::Activate(element) | Action::Deactivate(element) if self.is_unilateral(element) => {
+                Action::Deactivate(element) if self.is_dry_friction(element) => {
+                    let law = self.unilateral(element);
+                    changes.extend(law.into_iter().flat_map(|law| law.modes()).map(|mode| (mode, false)));
+                }
+                Action::Activate(element) | Action::Deactivate(element) if self.unilateral(element).is_some() => {
                     let why =
                         format!("it changes `{}`, whose modes follow from the motion", self.elements[element.0].name);
-                    return Err(Error::definition(name, why, "take a smooth friction or a compliant contact"));
+                    let remedy = match self.is_dry_friction(element) {
+                        true => "take a smooth friction, which can begin; dry friction can only end",
+                        false => "take a compliant contact",
+                    };
+                    return Err(Error::definition(name, why, remedy));
                 }
                 Action::Activate(element) if self.elements[element.0].num_constraints > 0 => {
                     let why = format!("it activates the joint `{}`", self.elements[element.0].name);

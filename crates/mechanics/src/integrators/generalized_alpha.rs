@@ -472,7 +472,10 @@ impl<'m> Integrator<'m> {
         }
         self.step.integrate(self.mechanism, &self.scheme, self.prescribed, h);
         let mut previous: Option<Correction> = None;
-        let mut reactions = self.mechanism.has_reaction_loads().then(ReactionChange::default);
+        let mut reactions = self.mechanism.has_reaction_loads().then(|| {
+            let (workspace, rows) = (&mut self.workspace, &mut self.rows);
+            ReactionChange::new(&self.system, self.mechanism, &self.step.new, workspace, rows)
+        });
         for _ in 0..self.newton.iterations {
             let is_reused = reactions.is_none() && previous.is_some_and(|previous| previous.rate <= SLOW);
             if is_reused {

@@ -293,8 +293,24 @@ impl<S: Scalar> Mechanism<S> {
         Ok(ElementIndex(self.elements.len() - 1))
     }
 
-    /// Returns whether forces depend on reactions of joints.
+    /// Forces that depend on reactions of joints, in general not linearly.
+    ///
+    /// The row of dry friction that sticks is not among them: it is linear in its own force, and an implicit step need not wait for it.
+    pub(crate) fn reaction_loads(&self) -> impl Iterator<Item = &ElementInstance<S>> {
+        let is_sticking = |instance: &ElementInstance<S>| {
+            let laws = || self.events.iter().filter_map(|event| event.unilateral);
+            laws().any(|law| matches!(law, Unilateral::Friction { sticking, .. } if instance.switch == Some(sticking)))
+        };
+        self.elements.iter().filter(move |instance| instance.num_reactions > 0 && !is_sticking(instance))
+    }
+
+    /// Returns whether there are such forces.
     pub(crate) fn has_reaction_loads(&self) -> bool {
+        self.reaction_loads().next().is_some()
+    }
+
+    /// Returns whether there are such forces, or dry friction that sticks: the limit of sticking is compared with iterated forces.
+    pub(crate) fn has_reactions_as_loads(&self) -> bool {
         self.elements.iter().any(|instance| instance.num_reactions > 0)
     }
 

@@ -5,6 +5,7 @@ use crate::methods::{all_settings, check_adjoint_by, check_semi_analytical_by};
 use crate::models::{Linear, outputs};
 use autodiff::{Scalar, gradient, hessian};
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
+use linkwright_mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
 use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright_mechanics::derivatives::modal::{About, differentiate_modes};
 use linkwright_mechanics::derivatives::mode_shapes::mode_shapes;
@@ -12,7 +13,7 @@ use linkwright_mechanics::events::Action;
 use linkwright_mechanics::integrators::explicit::Explicit;
 use linkwright_mechanics::integrators::settings::InitialConfiguration;
 use linkwright_mechanics::motion::{ConstantSpeed, Fixed, Harmonic};
-use linkwright_mechanics::{Dynamics, Mechanism, ParametricMechanism, Pose, Result, Statics};
+use linkwright_mechanics::{Assembly, Dynamics, Mechanism, ParametricMechanism, Pose, Result, Statics};
 
 /// A mass b₃ on a spring of the stiffness b₀ and on a belt of the speed b₄, with the sliding friction b₁ and the static limit b₂ b₁.
 struct StickSlip;
@@ -555,5 +556,49 @@ fn two_parts_of_friction_on_one_coordinate_add_up() {
     let (one, two) = (history(&[8.0]), history(&[5.0, 3.0]));
     for (one, two) in one.iter().flatten().flatten().zip(two.iter().flatten().flatten()) {
         assert!((one - two).abs() < 1e-8, "{one} {two}");
+    }
+}
+
+/// A box of the mass b₀ that rests on three rigid walls under its corners and its middle, pushed down by the force b₁ at 0.2 m.
+struct OnThreeWalls;
+
+impl ParametricMechanism for OnThreeWalls {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, S::from(-9.81));
+        let block = m.body("box", b[0], S::from(0.1), Pose { x: zero, y: S::from(0.2), theta: zero });
+        let ground = m.ground();
+        let walls = [-0.3, 0.1, 0.3].map(|x| {
+            let corner = block.at(S::from(x), S::from(-0.2));
+            m.rigid_wall(&format!("wall at {x}"), ground.origin(), zero, corner, S::from(0.2))
+        });
+        m.load("push", ground.y, block.y, Fixed, &[-b[1]]);
+        m.load("tilt", ground.theta, block.theta, Fixed, &[b[1] * -0.2]);
+        outputs(&mut m, block.y)?;
+        let forces: Vec<_> = walls.into_iter().map(|wall| m.measure(wall, "contact_force")).collect::<Result<_>>()?;
+        m.output("all walls", &forces);
+        m.output("first wall", &forces[..1]);
+        Ok(m)
+    }
+}
+
+/// The motion is determined, and so is the sum of the contact forces; their distribution is not, and a warning says so.
+#[test]
+fn a_body_rests_on_more_rigid_contacts_than_can_be_told_apart() {
+    for push in [0.0, 5.0] {
+        let b = [2.0, push];
+        let m = OnThreeWalls.build(&b).unwrap();
+        for history in [
+            simulate(&m, &Dynamics::fixed(0.01), &[0.5, 1.0]).unwrap(),
+            simulate_explicitly(&m, &Explicit::eighth_order(1e-9), &[0.5, 1.0]).unwrap(),
+            simulate_explicitly(&m, &Explicit::adaptive(1e-9), &[0.5, 1.0]).unwrap(),
+        ] {
+            let [place, velocity, force, _] = [0, 1, 2, 3].map(|k| &history.values[k]);
+            assert!(place.iter().all(|y| (y - 0.2).abs() < 1e-9), "{place:?}");
+            assert!(velocity.iter().all(|v| v.abs() < 1e-9), "{velocity:?}");
+            assert!(force.iter().all(|force| (force - 2.0 * 9.81 - push).abs() < 1e-9), "{force:?}");
+        }
+        let warnings = warn_of_indeterminate_outputs(&m, Assembly::default(), 0.0).unwrap();
+        assert!(warnings.len() == 1 && warnings[0].starts_with("first wall"), "{warnings:?}");
     }
 }

@@ -1,5 +1,6 @@
 //! Motions with events: orders of convergence, and derivatives by every method.
 
+mod coupled_friction;
 mod explicit;
 mod lasting;
 mod methods;

@@ -10,7 +10,8 @@ pub struct ConstraintDrift {
     pub position: f64,
     /// Largest |Φ̇| in m/s or rad/s.
     pub velocity: f64,
-    /// Time in s at which a violation is first larger than [`NOTABLE`] of the largest position or velocity so far, if it is.
+    /// Time in s at which a violation is first larger than [`NOTABLE`] of the largest position or velocity so far, and than
+    /// [`NEGLIGIBLE`], if it is.
     pub notable_from: Option<f64>,
     /// Largest position and velocity so far.
     sizes: [f64; 2],
@@ -18,6 +19,9 @@ pub struct ConstraintDrift {
 
 /// Fraction of the largest position or velocity above which a violation is worth a warning.
 pub const NOTABLE: f64 = 1e-3;
+
+/// Violation in m, rad, m/s or rad/s that is never worth a warning: rounding errors of a mechanism that stands still, or nearly so.
+pub const NEGLIGIBLE: f64 = 1e-9;
 
 impl ConstraintDrift {
     /// Records the violations Φ and Φ̇ at the time `t` (s), with the positions and velocities there.
@@ -27,7 +31,8 @@ impl ConstraintDrift {
         }
         // `f64::max` ignores NaN; a state that is not finite is an error elsewhere.
         (self.position, self.velocity) = (self.position.max(violations[0]), self.velocity.max(violations[1]));
-        let is_notable = violations.iter().zip(self.sizes).any(|(violation, size)| *violation > NOTABLE * size);
+        let limits = self.sizes.map(|size| NEGLIGIBLE.max(NOTABLE * size));
+        let is_notable = violations.iter().zip(limits).any(|(violation, limit)| *violation > limit);
         if is_notable && self.notable_from.is_none() {
             self.notable_from = Some(t);
         }
@@ -40,5 +45,21 @@ impl ConstraintDrift {
             "the steps leave the constraints from t = {from:.6e} s on: they are violated by up to {position:.3e} m or rad, their \
              rates by up to {velocity:.3e} m/s or rad/s. Take shorter steps, steps with a tolerance, or an implicit scheme."
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_violation_is_compared_with_the_motion_and_with_rounding() {
+        let warns = |violations: [f64; 2], velocity: f64| {
+            let mut drift = ConstraintDrift::default();
+            drift.add(0.3, violations, [&[0.5, -0.2], &[velocity]]);
+            drift.warning().is_some()
+        };
+        assert!(!warns([1e-15, 9.9e-324], 0.0) && !warns([4e-4, 1e-3], 2.0));
+        assert!(warns([6e-4, 0.0], 0.0) && warns([0.0, 3e-3], 2.0) && warns([0.0, 2e-9], 1e-8));
     }
 }

@@ -213,11 +213,13 @@ impl<'m> MechanismRhs<'m> {
         if self.rows.iter().any(|row| !row[0].is_finite()) {
             return Err(self.non_finite_error());
         }
+        let load = self.system.largest_coordinate_row(&self.rows);
         self.system.factorize(self.mechanism, self.state.t)?;
         self.system.factor().solve(&mut self.rows);
         self.system.set_accelerations(&self.rows, &mut self.state);
-        if self.mechanism.has_reaction_loads() {
-            reaction_loads::iterate(&mut self.system, self.mechanism, &mut self.state, &mut self.rows, &mut self.jets)?;
+        if self.mechanism.has_reactions_as_loads() {
+            let (system, rows) = (&mut self.system, (&mut self.rows[..], load));
+            reaction_loads::iterate(system, self.mechanism, &mut self.state, rows, &mut self.jets)?;
         }
         Ok(())
     }
