@@ -5,7 +5,7 @@ use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::initial_conditions::Projection;
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs};
-use crate::integrators::explicit::ode_driver::OdeDriver;
+use crate::integrators::explicit::ode_driver::{GivenStep, OdeDriver};
 use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::generalized_alpha::{Step, WITHOUT_HISTORY};
 use crate::integrators::predictor::Predictor;
@@ -201,6 +201,7 @@ pub struct ExplicitCheckpoint {
     next: f64,
     taken: usize,
     failed_steps: usize,
+    given: GivenStep,
     /// Signs of the switching functions.
     sides: Vec<bool>,
 }
@@ -220,7 +221,7 @@ impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
         let mut end = Vec::with_capacity(self.width());
         self.write(&mut end);
         let (next, taken, failed_steps) = (self.next, self.steps.len(), self.failed_steps);
-        ExplicitCheckpoint { end, next, taken, failed_steps, sides: self.switches.sides.clone() }
+        ExplicitCheckpoint { end, next, taken, failed_steps, given: self.given, sides: self.switches.sides.clone() }
     }
 
     fn checkpoint_bytes(&self) -> usize {
@@ -230,7 +231,7 @@ impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
     fn resume(&mut self, checkpoint: &ExplicitCheckpoint) -> Result<()> {
         self.stepper.put(&checkpoint.end, checkpoint.taken > 0);
         self.steps.resize(checkpoint.taken, 0.0);
-        (self.next, self.failed_steps) = (checkpoint.next, checkpoint.failed_steps);
+        (self.next, self.failed_steps, self.given) = (checkpoint.next, checkpoint.failed_steps, checkpoint.given);
         self.switches.sides.clone_from(&checkpoint.sides);
         Ok(())
     }

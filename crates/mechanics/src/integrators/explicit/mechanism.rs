@@ -491,7 +491,7 @@ const NOMINAL: f64 = 1e-3;
 fn nominal_step(settings: &Explicit, times: &[f64]) -> StepSize {
     StepSize::Fixed(match &settings.step_control {
         StepControl::Fixed(h) => *h,
-        _ => NOMINAL * times.last().map_or(0.0, |end| end - settings.start),
+        _ => NOMINAL * (settings.end_after(times) - settings.start),
     })
 }
 

@@ -22,6 +22,33 @@ pub struct OdeDriver<F> {
     end: f64,
     pub(crate) next: f64,
     pub(crate) switches: SwitchLocator,
+    pub(crate) given: GivenStep,
+}
+
+/// The current one of given steps, which events may split.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GivenStep {
+    /// End in s.
+    end: f64,
+    /// Number of given steps up to this end.
+    count: usize,
+}
+
+impl GivenStep {
+    /// Sets the end of the step that begins at the time `t` (s): that of the given step which an event has split, or of the next one.
+    fn begin_step(&mut self, t: f64, steps: &[f64]) -> Result<()> {
+        let length = |k: usize| {
+            steps.get(k).copied().ok_or_else(|| {
+                let why = format!("{} steps end at t = {t:.6e} s, before the last output", steps.len());
+                Error::definition("given steps", why, "give steps up to the last output time")
+            })
+        };
+        while self.count == 0 || self.end - t <= TINY * length(self.count - 1)? {
+            self.end += length(self.count)?;
+            self.count += 1;
+        }
+        Ok(())
+    }
 }
 
 /// Number of step lengths for which memory is allocated at the start, so that steps do not allocate.
@@ -31,7 +58,7 @@ const EXPECTED_STEPS: usize = 1 << 14;
 const TINY: f64 = 1e-4;
 
 impl<F: OdeRhs> OdeDriver<F> {
-    /// Integration of `rhs` from `settings.start` in the state `y` to the last of `times` (s).
+    /// Integration of `rhs` from `settings.start` in the state `y` to the end of the motion, for outputs at `times` (s).
     ///
     /// # Errors
     ///
@@ -40,7 +67,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         settings.check(times)?;
         settings.check_size(rhs.size())?;
         let mut stepper = Stepper::new(rhs, settings.method, settings.start, y)?;
-        let end = times.last().copied().unwrap_or(settings.start);
+        let end = settings.end_after(times);
         let next = match &settings.step_control {
             StepControl::Fixed(h) => *h,
             StepControl::Given(_) => 0.0,
@@ -52,7 +79,8 @@ impl<F: OdeRhs> OdeDriver<F> {
         let switches = SwitchLocator::new(&mut stepper.rhs, settings.start, &stepper.old);
         let steps = Vec::with_capacity(EXPECTED_STEPS);
         let (start, step_control, scratch) = (settings.start, settings.step_control.clone(), Vec::new());
-        Ok(Self { stepper, steps, failed_steps: 0, scratch, start, step_control, end, next, switches })
+        let given = GivenStep { end: start, count: 0 };
+        Ok(Self { stepper, steps, failed_steps: 0, scratch, start, step_control, end, next, switches, given })
     }
 
     /// Returns whether the motion goes on and the current step ends before `t` (s).
@@ -83,11 +111,8 @@ impl<F: OdeRhs> OdeDriver<F> {
                 self.stepper.attempt(target, None)?;
             }
             StepControl::Given(steps) => {
-                let h = *steps.get(self.steps.len()).ok_or_else(|| {
-                    let why = format!("{} steps end at t = {old:.6e} s, before the last output", steps.len());
-                    Error::definition("given steps", why, "give steps up to the last output time")
-                })?;
-                self.stepper.attempt(old + h, None)?;
+                self.given.begin_step(old, steps)?;
+                self.stepper.attempt(self.given.end, None)?;
             }
             StepControl::Adaptive { .. } => self.advance_adaptive()?,
         }
@@ -146,7 +171,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         Ok(true)
     }
 
-    /// The last output time in s.
+    /// The end of the motion in s.
     pub fn end(&self) -> f64 {
         self.end
     }
