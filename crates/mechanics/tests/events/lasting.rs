@@ -4,12 +4,13 @@ use crate::explicit::check;
 use crate::methods::{all_settings, check_adjoint_by, check_semi_analytical_by};
 use crate::models::{Linear, outputs};
 use autodiff::{Scalar, gradient, hessian};
-use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
+use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly, simulate_with_steps};
 use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright_mechanics::derivatives::modal::{About, differentiate_modes};
 use linkwright_mechanics::derivatives::mode_shapes::mode_shapes;
 use linkwright_mechanics::events::Action;
-use linkwright_mechanics::integrators::explicit::Explicit;
+use linkwright_mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright_mechanics::integrators::settings::InitialConfiguration;
 use linkwright_mechanics::motion::{ConstantSpeed, Fixed, Harmonic};
 use linkwright_mechanics::{Dynamics, Mechanism, ParametricMechanism, Pose, Result, Statics};
@@ -555,5 +556,25 @@ fn two_parts_of_friction_on_one_coordinate_add_up() {
     let (one, two) = (history(&[8.0]), history(&[5.0, 3.0]));
     for (one, two) in one.iter().flatten().flatten().zip(two.iter().flatten().flatten()) {
         assert!((one - two).abs() < 1e-8, "{one} {two}");
+    }
+}
+
+/// Events split given steps: those of a motion with events, whose steps end at them up to rounding, repeat it to its last output.
+#[test]
+fn given_steps_with_events_reach_the_last_output() {
+    let times: Vec<f64> = (1..=40).map(|k| 0.1 * f64::from(k)).collect();
+    for settings in [Explicit::adaptive(1e-8), Explicit::eighth_order(1e-9)] {
+        let mechanism = StickSlip.build(&STICK_SLIP).unwrap();
+        let (whole, steps) = simulate_with_steps(&mechanism, &settings, &times).unwrap();
+        let given = settings.clone().with_step_control(StepControl::Given(steps));
+        let again = simulate_explicitly(&mechanism, &given, &times).unwrap();
+        assert_eq!(again.impacts.len(), whole.impacts.len());
+        for (a, b) in again.values[0].iter().zip(&whole.values[0]) {
+            assert!((a - b).abs() < 1e-11, "{}: {a} {b}", settings.method.name);
+        }
+        // Up to an earlier time, derivatives are those of the same steps and events.
+        let part = differentiate_explicitly(&StickSlip, &STICK_SLIP, &settings.clone().with_end(4.0), &times[..17]);
+        let all = differentiate_explicitly(&StickSlip, &STICK_SLIP, &settings, &times).unwrap();
+        assert_eq!(part.unwrap().gradients[0], all.gradients[0][..17]);
     }
 }

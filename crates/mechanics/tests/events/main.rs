@@ -5,3 +5,4 @@ mod lasting;
 mod methods;
 mod models;
 mod orders;
+mod sides;

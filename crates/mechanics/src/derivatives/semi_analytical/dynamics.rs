@@ -214,7 +214,10 @@ impl<'m> DifferenceSensitivity<'m> {
                 return Ok(());
             }
         }
-        if correction <= UNSETTLED * self.scale() { Ok(()) } else { Err(self.failure(correction)) }
+        if correction <= UNSETTLED * self.scale() || correction <= f64::EPSILON * self.displacement(step) {
+            return Ok(());
+        }
+        Err(self.failure(correction))
     }
 
     /// Differentiates the formulas of a step whose length or time depends on an event: differences of two steps.
@@ -354,6 +357,26 @@ impl<'m> DifferenceSensitivity<'m> {
         let largest =
             |step: &Step<f64>| step.old.q.iter().chain(&step.new.q).fold(0.0, |most: f64, x| most.max(x.abs()));
         largest(&self.sensitivity).max(largest(&self.values) / self.difference.size())
+    }
+
+    /// Largest displacement in a step by the forces of the elements, with nothing that balances them, for a change of the design variable
+    /// by its own size.
+    ///
+    /// Where nothing moves, all derivatives of positions are rounding errors, and have no scale of their own.
+    fn displacement(&mut self, ConvergedStep { h, end, factor, .. }: &ConvergedStep) -> f64 {
+        let (position, _) = self.sensitivity.scheme(&self.settings.scheme).newmark_coefficients(*h);
+        let mut free = end.clone();
+        free.a.fill(0.0);
+        let mut forces = vec![0.0; self.changes.len()];
+        let mut largest = 0.0f64;
+        for l in [vec![0.0; end.l.len()], end.l.clone()] {
+            free.l = l;
+            self.system.residual(self.plain, &free, 1.0 / position, &mut self.workspace, &mut forces);
+            self.changes.iter_mut().zip(&forces).for_each(|(change, force)| *change = [*force]);
+            factor.solve_in(&mut self.changes, &mut self.solve_workspace);
+            largest = largest.max(self.system.largest_coordinate_row(&self.changes).abs());
+        }
+        largest * position / self.difference.size()
     }
 
     /// The error of differences that do not settle: the derivatives would be noise.

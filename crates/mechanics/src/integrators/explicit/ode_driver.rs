@@ -76,7 +76,10 @@ impl<F: OdeRhs> OdeDriver<F> {
             }
             StepControl::Adaptive { longest, .. } => *longest,
         };
-        let switches = SwitchLocator::new(&mut stepper.rhs, settings.start, &stepper.old);
+        let switches = match &settings.step_control {
+            StepControl::Adaptive { .. } => SwitchLocator::new(&mut stepper.rhs, settings.start, &stepper.old),
+            _ => SwitchLocator::default(),
+        };
         let steps = Vec::with_capacity(EXPECTED_STEPS);
         let (start, step_control, scratch) = (settings.start, settings.step_control.clone(), Vec::new());
         let given = GivenStep { end: start, count: 0 };
@@ -96,9 +99,8 @@ impl<F: OdeRhs> OdeDriver<F> {
     pub fn advance(&mut self) -> Result<()> {
         if !self.steps.is_empty() {
             self.stepper.accept();
-            if F::begin_after_event(&mut self.stepper)? {
-                self.switches = SwitchLocator::new(&mut self.stepper.rhs, self.stepper.t[0], &self.stepper.old);
-            }
+            let is_after_event = F::begin_after_event(&mut self.stepper)?;
+            self.switches.begin_step(&mut self.stepper, is_after_event)?;
         }
         let old = self.stepper.t[0];
         if self.steps.len() >= MOST_STEPS {
@@ -119,7 +121,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         let end = self.stepper.t[1];
         F::end_at_event(&mut self.stepper)?;
         if self.stepper.t[1] != end {
-            self.switches.crossed = None;
+            self.switches.end_before();
         }
         self.steps.push(self.stepper.t[1] - old);
         Ok(())
@@ -131,12 +133,16 @@ impl<F: OdeRhs> OdeDriver<F> {
             unreachable!("the steps are adaptive")
         };
         let (old, exponent, mut rejected) = (self.stepper.t[0], self.stepper.exponent(), false);
-        let mut h = self.next;
+        let (mut h, mut is_corrected) = (self.next, false);
         loop {
             let last = old + 1.01 * h >= self.end;
             let outcome = self.stepper.attempt(if last { self.end } else { old + h }, Some(tolerance));
             let error = outcome.as_ref().map_or(f64::INFINITY, |&(error, _)| error);
             let growth = (0.9 * error.powf(-exponent)).clamp(0.2, if rejected { 1.0 } else { 6.0 });
+            if error <= 1.0 && !is_corrected && self.switches.correct_beginning(&mut self.stepper)? {
+                is_corrected = true;
+                continue;
+            }
             if error <= 1.0 {
                 let taken = self.stepper.length();
                 self.next = (taken * growth).min(*longest);
