@@ -74,7 +74,8 @@ fn jets(element: &impl Element, x: &ElementState<'_, f64>, variable: Variable) -
         Variable::Parameter(i) => p[i].re.eps[0] = 1.0,
     }
     let (mut dynamics, mut constraint) = (still.clone(), constants(&vec![0.0; x.l.len()]));
-    let local = ElementState { t: jet(x.t, 1.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &l, sides: Default::default() };
+    let local =
+        ElementState { t: jet(x.t, 1.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &l, sides: Default::default() };
     Element::residual(element, &local, &mut dynamics, &mut constraint);
     let derivatives = |x: &TimeJet| [x.re.eps[0], x.v1.eps[0], x.v2.eps[0]];
     [dynamics.iter().map(|x| x.re.eps[0]).collect(), constraint.iter().flat_map(derivatives).collect()]

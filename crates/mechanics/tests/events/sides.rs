@@ -132,8 +132,7 @@ fn steps_up_to_an_earlier_time_are_those_of_the_whole_motion() {
     for settings in [Explicit::adaptive(1e-7), Explicit::eighth_order(1e-9)] {
         let mechanism = Damped.build(&DAMPED).unwrap();
         let (whole, steps) = simulate_with_steps(&mechanism, &settings, &TIMES).unwrap();
-        let (part, first) =
-            simulate_with_steps(&mechanism, &settings.clone().with_end(TIMES[5]), &TIMES[..3]).unwrap();
+        let (part, first) = simulate_with_steps(&mechanism, &settings.clone().with_end(TIMES[5]), &TIMES[..3]).unwrap();
         assert_eq!(first, steps[..first.len()]);
         (0..whole.values.len()).for_each(|k| assert_eq!(part.values[k], whole.values[k][..3]));
     }

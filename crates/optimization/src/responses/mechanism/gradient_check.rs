@@ -112,6 +112,8 @@ mod tests {
     /// The differences across many changes of the step in which an event falls have the slope of the exact motion.
     #[test]
     fn derivatives_of_fixed_steps_with_dry_friction_are_right() {
-        check_model(Rubbing { rate: 5.0 }, &[60.0], Dynamics::fixed(1e-3), &[1.5, 2.5, 3.5, 5.0]).unwrap().expect_right();
+        check_model(Rubbing { rate: 5.0 }, &[60.0], Dynamics::fixed(1e-3), &[1.5, 2.5, 3.5, 5.0])
+            .unwrap()
+            .expect_right();
     }
 }

@@ -256,9 +256,7 @@ impl<M: ParametricMechanism> Transient<M> {
                 return Ok(recorded_rows(&gradients, b.len(), wanted, places));
             }
             (Integration::Implicit(settings), _) => differentiate(model, b, settings, times)?,
-            (Integration::Explicit(settings), _) => {
-                differentiate_explicitly(model, b, settings, times)?
-            }
+            (Integration::Explicit(settings), _) => differentiate_explicitly(model, b, settings, times)?,
         };
         Ok(super::gradient_rows(&history, b.len(), wanted, places))
     }
