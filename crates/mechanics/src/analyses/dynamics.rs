@@ -235,7 +235,8 @@ pub fn simulate_with_recording(
 fn finished_explicitly(mut history: History, driver: &OdeDriver<MechanismRhs<'_>>) -> Result<History> {
     let rhs = &driver.stepper.rhs;
     if let (Some(locator), Some(ends)) = (&rhs.locator, &rhs.step_ends) {
-        add_events(&mut history, rhs.mechanism, locator, &ends.states[1], (driver.end(), rhs.has_ended()))?;
+        let last = history.times.last().copied().unwrap_or(driver.end());
+        add_events(&mut history, rhs.mechanism, locator, &ends.states[1], (last, rhs.has_ended()))?;
     }
     history.warnings.extend(rhs.drift.warning());
     let coordinates = rhs.coordinates();

@@ -5,8 +5,9 @@ use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::initial_conditions::Projection;
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs};
-use crate::integrators::explicit::ode_driver::OdeDriver;
+use crate::integrators::explicit::ode_driver::{GivenStep, OdeDriver};
 use crate::integrators::explicit::stepper::OdeRhs;
+use crate::integrators::explicit::switching::SwitchLocator;
 use crate::integrators::generalized_alpha::{Step, WITHOUT_HISTORY};
 use crate::integrators::predictor::Predictor;
 use crate::integrators::step_events::StepEvents;
@@ -182,7 +183,7 @@ pub struct ExplicitRecording {
     pub system: System,
     /// The consistent initial state.
     pub start: ConsistentState,
-    /// Ends of steps: time, state and rates.
+    /// Ends of steps: time, state and rates, and the sides of switching functions along the steps, 1 for positive and 0 for negative ones.
     pub store: TrajectoryStore<ExplicitCheckpoint>,
 }
 
@@ -201,8 +202,8 @@ pub struct ExplicitCheckpoint {
     next: f64,
     taken: usize,
     failed_steps: usize,
-    /// Signs of the switching functions.
-    sides: Vec<bool>,
+    given: GivenStep,
+    switches: SwitchLocator,
 }
 
 impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
@@ -220,7 +221,7 @@ impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
         let mut end = Vec::with_capacity(self.width());
         self.write(&mut end);
         let (next, taken, failed_steps) = (self.next, self.steps.len(), self.failed_steps);
-        ExplicitCheckpoint { end, next, taken, failed_steps, sides: self.switches.sides.clone() }
+        ExplicitCheckpoint { end, next, taken, failed_steps, given: self.given, switches: self.switches.clone() }
     }
 
     fn checkpoint_bytes(&self) -> usize {
@@ -230,8 +231,9 @@ impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
     fn resume(&mut self, checkpoint: &ExplicitCheckpoint) -> Result<()> {
         self.stepper.put(&checkpoint.end, checkpoint.taken > 0);
         self.steps.resize(checkpoint.taken, 0.0);
-        (self.next, self.failed_steps) = (checkpoint.next, checkpoint.failed_steps);
-        self.switches.sides.clone_from(&checkpoint.sides);
+        (self.next, self.failed_steps, self.given) = (checkpoint.next, checkpoint.failed_steps, checkpoint.given);
+        self.switches.clone_from(&checkpoint.switches);
+        self.stepper.rhs.hold_sides(&self.switches.held);
         Ok(())
     }
 
@@ -240,9 +242,10 @@ impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
         to.push(stepper.t[1]);
         to.extend_from_slice(&stepper.new);
         to.extend_from_slice(stepper.rates_at_end(!self.steps.is_empty()));
+        to.extend(self.switches.held.iter().map(|&side| f64::from(u8::from(side))));
     }
 
     fn width(&self) -> usize {
-        1 + 2 * self.stepper.new.len()
+        1 + 2 * self.stepper.new.len() + self.switches.held.len()
     }
 }

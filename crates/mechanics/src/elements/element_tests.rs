@@ -30,7 +30,7 @@ pub fn at<'a>(p: &'a [f64], q: &'a [f64], l: &'a [f64]) -> ElementState<'a, f64>
 
 /// A state without accelerations at t = 0.
 pub fn moving<'a>(p: &'a [f64], q: &'a [f64], v: &'a [f64], l: &'a [f64]) -> ElementState<'a, f64> {
-    ElementState { t: 0.0, p, q, v, a: &REST[..q.len()], l }
+    ElementState { t: 0.0, p, q, v, a: &REST[..q.len()], l, sides: Default::default() }
 }
 
 const REST: [f64; 16] = [0.0; 16];
@@ -74,7 +74,8 @@ fn jets(element: &impl Element, x: &ElementState<'_, f64>, variable: Variable) -
         Variable::Parameter(i) => p[i].re.eps[0] = 1.0,
     }
     let (mut dynamics, mut constraint) = (still.clone(), constants(&vec![0.0; x.l.len()]));
-    let local = ElementState { t: jet(x.t, 1.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &l };
+    let local =
+        ElementState { t: jet(x.t, 1.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &l, sides: Default::default() };
     Element::residual(element, &local, &mut dynamics, &mut constraint);
     let derivatives = |x: &TimeJet| [x.re.eps[0], x.v1.eps[0], x.v2.eps[0]];
     [dynamics.iter().map(|x| x.re.eps[0]).collect(), constraint.iter().flat_map(derivatives).collect()]

@@ -24,6 +24,8 @@ pub(crate) struct ElementInstance<S> {
     pub parameters: Vec<S>,
     /// Number of its entry in the switches of the mechanism, if events activate or deactivate it.
     pub switch: Option<usize>,
+    /// Number of its entry in the held sides of the modes, if it has switching functions.
+    pub sides: Option<usize>,
 }
 
 impl<S> ElementInstance<S> {
@@ -48,8 +50,8 @@ impl<S: Scalar> ElementInstance<S> {
     ) -> Self {
         let (num_constraints, parameters) = (element.num_constraints(), parameters.to_vec());
         let coordinates = coordinates.iter().map(|c| c.0).collect();
-        let num_reactions = 0;
-        Self { name, element, coordinates, first_multiplier, num_constraints, num_reactions, parameters, switch: None }
+        let (num_reactions, switch, sides) = (0, None, None);
+        Self { name, element, coordinates, first_multiplier, num_constraints, num_reactions, parameters, switch, sides }
     }
 }
 

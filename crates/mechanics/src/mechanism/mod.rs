@@ -20,7 +20,7 @@ pub use output::{AnyFormula, Formula, FormulaIn, Term};
 pub(crate) use output::{MeasuredQuantity, OutputData};
 pub use rotation::{EulerSequence, Rotation};
 
-use crate::mechanism::element::{AnyElement, Element, ElementState};
+use crate::mechanism::element::{AnyElement, Element, ElementState, Sides};
 use crate::motion::{AnyMotion, Fixed, Motion};
 use autodiff::{Jet2, Scalar};
 use std::sync::Arc;
@@ -71,6 +71,8 @@ pub struct Mechanism<S> {
     pub(crate) events: Vec<EventElement<S>>,
     /// For each element that events activate or deactivate, true if it is active at the start.
     pub(crate) switches: Vec<bool>,
+    /// Number of elements with switching functions.
+    pub(crate) sided: usize,
     pub(crate) gravity: [S; 3],
     ground: Body,
     ground3: Option<Body3>,
@@ -99,6 +101,7 @@ impl<S: Scalar> Mechanism<S> {
             outputs: Vec::new(),
             events: Vec::new(),
             switches: Vec::new(),
+            sided: 0,
             gravity: [zero; 3],
             ground,
             ground3: None,
@@ -209,7 +212,7 @@ impl<S: Scalar> Mechanism<S> {
         let q: Vec<_> = dependent.coordinates.iter().map(jet).collect();
         let p: Vec<_> = dependent.parameters.iter().map(|&p| Jet2::new(p, zero, zero)).collect();
         let still = vec![Jet2::new(zero, zero, zero); q.len()];
-        let x = ElementState { t: still[0], p: &p, q: &q, v: &still, a: &still, l: &[] };
+        let x = ElementState { t: still[0], p: &p, q: &q, v: &still, a: &still, l: &[], sides: Sides::default() };
         (dependent.value)(&x)
     }
 
@@ -255,8 +258,12 @@ impl<S: Scalar> Mechanism<S> {
         coordinates: &[Coordinate],
         parameters: &[S],
     ) -> ElementIndex {
-        let element = ElementInstance::new(name, element, coordinates, parameters, self.multipliers);
+        let mut element = ElementInstance::new(name, element, coordinates, parameters, self.multipliers);
         self.multipliers += element.num_constraints;
+        if element.element.num_switching_functions() > 0 {
+            element.sides = Some(self.sided);
+            self.sided += 1;
+        }
         self.elements.push(element);
         ElementIndex(self.elements.len() - 1)
     }

@@ -1,16 +1,20 @@
-//! Discrete part of a state: which elements are active, and which events have happened.
+//! Discrete part of a state: which elements are active, which events have happened, and which sides of switching functions are held.
 
+use crate::mechanism::element::Sides;
 use crate::mechanism::{ElementInstance, Mechanism};
 use autodiff::Scalar;
 
-/// Elements that are active, and events that have happened. The first list is empty without rigid contacts, dry friction and events
-/// that switch elements, the second one without [`Mechanism::when`].
+/// Elements that are active, events that have happened, and sides of switching functions. The first list is empty without rigid contacts,
+/// dry friction and events that switch elements, the second one without [`Mechanism::when`], the third one without ropes and compliant
+/// contacts.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Modes {
     /// For each element that an event activates or deactivates, true if it is active.
     active: Vec<bool>,
     /// For each event, true if it has happened.
     happened: Vec<bool>,
+    /// For each element with switching functions, their sides if they are held.
+    sides: Vec<Sides>,
 }
 
 impl Modes {
@@ -18,12 +22,25 @@ impl Modes {
     pub(crate) fn initial<T>(mechanism: &Mechanism<T>) -> Self {
         let has_modes = mechanism.events.iter().any(|event| event.when.is_some());
         let events = if has_modes { mechanism.events.len() } else { 0 };
-        Self { active: mechanism.switches.clone(), happened: vec![false; events] }
+        let sides = vec![Sides::default(); mechanism.sided];
+        Self { active: mechanism.switches.clone(), happened: vec![false; events], sides }
     }
 
     /// Returns whether an element is active. The residual of an inactive one is λ = 0, without forces.
     pub(crate) fn is_active<T>(&self, instance: &ElementInstance<T>) -> bool {
         instance.switch.is_none_or(|switch| self.active.get(switch).copied().unwrap_or(true))
+    }
+
+    /// Sides of the switching functions of an element.
+    pub(crate) fn sides_of<T>(&self, instance: &ElementInstance<T>) -> Sides {
+        instance.sides.and_then(|number| self.sides.get(number)).copied().unwrap_or_default()
+    }
+
+    /// Sets the sides of the switching functions of an element.
+    pub(crate) fn set_sides<T>(&mut self, instance: &ElementInstance<T>, sides: Sides) {
+        if let Some(number) = instance.sides {
+            self.sides[number] = sides;
+        }
     }
 
     /// Returns whether the switch with the number `switch` is on.
@@ -70,5 +87,6 @@ impl Modes {
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.active.clone_from(&other.active);
         self.happened.clone_from(&other.happened);
+        self.sides.clone_from(&other.sides);
     }
 }

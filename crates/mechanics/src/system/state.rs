@@ -19,7 +19,7 @@ pub struct State<T> {
     pub a: Vec<T>,
     /// Multipliers: reactions of the joints, one per constraint equation.
     pub l: Vec<T>,
-    /// Elements that are active, and events that have happened.
+    /// Elements that are active, events that have happened, and sides of switching functions that are held.
     pub modes: Modes,
 }
 
@@ -71,6 +71,7 @@ pub(crate) fn gather<T: StateScalar>(
     }
     workspace.l.clear();
     workspace.l.extend_from_slice(&state.l[instance.multipliers()]);
+    workspace.sides = state.modes.sides_of(instance);
 }
 
 /// Evaluates the residual of an element into `workspace`. That of an inactive element is its multipliers.

@@ -4,7 +4,6 @@ use crate::Result;
 use crate::elements::bodies::{inertia, point_mass, rigid_body};
 use crate::elements::element::{ElementDescriptor, ElementState, ElementWorkspace, JacobianWorkspace, TangentWeights};
 use crate::elements::joints::{fixed_joint, prismatic, revolute};
-use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{CoordinateData, ElementInstance, Mechanism};
 use crate::system::state::{State, gather};
 use crate::system::{ConstantEntry, System};
@@ -343,7 +342,6 @@ fn check_forces(
     // A position without special angles; its components have no simple ratios.
     state.q.iter_mut().enumerate().for_each(|(i, q)| *q += 0.1 * (1.0 + 2.3 * i as f64).sin());
     let (mut workspace, mut jacobian_workspace) = (ElementWorkspace::default(), JacobianWorkspace::default());
-    let mut switching = Vec::new();
     let is_unknown = |i: usize| mechanism.coordinates[i].motion.is_none();
     for (k, instance) in mechanism.elements.iter().enumerate() {
         if instance.num_constraints > 0 || instance.element.is_sensor() || is_body_in_space(instance) {
@@ -368,8 +366,7 @@ fn check_forces(
         }
         gather(instance, &state, &mut workspace);
         let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
-        f64::switching_functions(instance.element.as_ref(), &local, &mut switching);
-        if !switching.is_empty() {
+        if instance.sides.is_some() {
             return Err(unsupported(&instance.name, "its force is not smooth where a contact closes or opens"));
         }
         let varying: Vec<usize> =

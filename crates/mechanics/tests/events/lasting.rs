@@ -4,13 +4,15 @@ use crate::explicit::check;
 use crate::methods::{all_settings, check_adjoint_by, check_semi_analytical_by};
 use crate::models::{Linear, outputs};
 use autodiff::{Scalar, gradient, hessian};
-use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
+use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly, simulate_with_steps};
 use linkwright_mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
 use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright_mechanics::derivatives::modal::{About, differentiate_modes};
 use linkwright_mechanics::derivatives::mode_shapes::mode_shapes;
+use linkwright_mechanics::derivatives::semi_analytical::{STEP, differentiate_semi_analytically};
 use linkwright_mechanics::events::Action;
-use linkwright_mechanics::integrators::explicit::Explicit;
+use linkwright_mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright_mechanics::integrators::settings::InitialConfiguration;
 use linkwright_mechanics::motion::{ConstantSpeed, Fixed, Harmonic};
 use linkwright_mechanics::{Assembly, Dynamics, Mechanism, ParametricMechanism, Pose, Result, Statics};
@@ -600,5 +602,78 @@ fn a_body_rests_on_more_rigid_contacts_than_can_be_told_apart() {
         }
         let warnings = warn_of_indeterminate_outputs(&m, Assembly::default(), 0.0).unwrap();
         assert!(warnings.len() == 1 && warnings[0].starts_with("first wall"), "{warnings:?}");
+    }
+}
+
+/// Events split given steps: those of a motion with events, whose steps end at them up to rounding, repeat it to its last output.
+#[test]
+fn given_steps_with_events_reach_the_last_output() {
+    let times: Vec<f64> = (1..=40).map(|k| 0.1 * f64::from(k)).collect();
+    for settings in [Explicit::adaptive(1e-8), Explicit::eighth_order(1e-9)] {
+        let mechanism = StickSlip.build(&STICK_SLIP).unwrap();
+        let (whole, steps) = simulate_with_steps(&mechanism, &settings, &times).unwrap();
+        let given = settings.clone().with_step_control(StepControl::Given(steps));
+        let again = simulate_explicitly(&mechanism, &given, &times).unwrap();
+        assert_eq!(again.impacts.len(), whole.impacts.len());
+        for (a, b) in again.values[0].iter().zip(&whole.values[0]) {
+            assert!((a - b).abs() < 1e-11, "{}: {a} {b}", settings.method.name);
+        }
+        // Up to an earlier time, derivatives are those of the same steps and events.
+        let part = differentiate_explicitly(&StickSlip, &STICK_SLIP, &settings.clone().with_end(4.0), &times[..17]);
+        let all = differentiate_explicitly(&StickSlip, &STICK_SLIP, &settings, &times).unwrap();
+        assert_eq!(part.unwrap().gradients[0], all.gradients[0][..17]);
+    }
+}
+
+/// Four masses in a row on springs of the stiffness b₁, each with dry friction b₀ times its number, at rest; the first one is pushed.
+struct Row;
+
+impl ParametricMechanism for Row {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let ground = m.ground();
+        let slide = |m: &mut Mechanism<S>, k: i32| m.coordinate(format!("m{k}"), zero, zero);
+        let masses = [1, 2, 3, 4].map(|k| slide(&mut m, k));
+        for (k, &mass) in masses.iter().enumerate() {
+            m.inertia("mass", mass, S::from(1.3 + 0.3 * k as f64));
+            m.dry_friction(&format!("f{k}"), ground.x, mass, [b[0] * (1.2 + 0.2 * k as f64), S::from(1.1), zero]);
+        }
+        for pair in masses.windows(2) {
+            m.coordinate_spring("spring", pair[0], pair[1], [b[1], zero, zero, zero]);
+        }
+        m.load("push", ground.x, masses[0], Harmonic, &[zero, S::from(12.0), S::from(3.0), zero]);
+        outputs(&mut m, masses[0])?;
+        Ok(m)
+    }
+}
+
+/// A ball of 1.3 kg that is dropped from the height b₀ on the ground, with restitution 0.6, and comes to rest.
+struct BallAtRest;
+
+impl ParametricMechanism for BallAtRest {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, S::from(-9.81));
+        let ball = m.point_mass("ball", S::from(1.3), zero, b[0]);
+        let ground = m.ground();
+        m.rigid_stop("stop", ground.y, ball.y, zero, S::from(0.6));
+        outputs(&mut m, ball.y)?;
+        Ok(m)
+    }
+}
+
+/// Where nothing moves, all derivatives are rounding errors: the differences of the residual need not settle.
+#[test]
+fn semi_analytical_derivatives_of_masses_at_rest_are_zero_but_for_rounding() {
+    let settings = [0.01, 0.06].map(Dynamics::fixed);
+    check_semi_analytical_by(&settings[..1], ("row", 1e-4), &Row, &[1.0, 60.0], &[0.02, 0.1, 0.4]);
+    for settings in settings {
+        let ours = differentiate_semi_analytically(&BallAtRest, &[1.0], &settings, &[1.2, 1.9, 3.0], STEP).unwrap();
+        let direct = differentiate(&BallAtRest, &[1.0], &settings, &[1.2, 1.9, 3.0]).unwrap();
+        for (a, b) in ours.gradients[0].iter().flatten().zip(direct.gradients[0].iter().flatten()) {
+            assert!((a - b).abs() < 1e-6, "{a} {b}");
+        }
+        assert!(ours.gradients[0][2][0].abs() < 1e-12, "{:?}", ours.gradients[0]);
     }
 }

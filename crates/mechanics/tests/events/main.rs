@@ -6,3 +6,4 @@ mod lasting;
 mod methods;
 mod models;
 mod orders;
+mod sides;

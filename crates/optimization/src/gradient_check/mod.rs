@@ -4,7 +4,9 @@
 //! |---|---|
 //! | `status` | results of a check, and the rules that decide them |
 //! | `samples` | analyses at designs around the checked one |
+//! | `contradictions` | a second look at derivatives that contradict the differences |
 
+mod contradictions;
 mod samples;
 mod status;
 
@@ -83,7 +85,8 @@ pub fn methods(analysis: &dyn Analysis) -> Vec<GradientMethod<'_>> {
 ///
 /// `methods` are those of the analysis ([`methods`]) or any others of the same responses, its own first. `scales` are the
 /// sizes of the design variables in their units. For each variable 22 analyses are made, in parallel; a design near `b` that
-/// cannot be analysed only costs accuracy.
+/// cannot be analysed only costs accuracy. Where derivatives contradict the differences, further designs decide whether the response is
+/// smooth only between closer designs, and whether the derivatives are rounding errors.
 ///
 /// A method that returns [`Error::Unsupported`] is omitted, such as the semi-analytical method where there are switches. One that fails
 /// otherwise is listed in [`GradientCheck::failed`].
@@ -120,6 +123,7 @@ pub fn check(
                 difference,
                 slope_discontinuity: slope_discontinuity(value, &steps),
                 drift,
+                rounding: samples.smallest().map_or(0.0, |h| f64::EPSILON * value.abs() / h),
                 is_constant: !steps.is_empty() && steps.iter().all(|s| s.ahead == s.behind && s.ahead == value),
                 status: GradientStatus::Right,
                 disagreeing: vec![],
@@ -127,8 +131,14 @@ pub fn check(
             });
         }
     }
-    checked.chunk_by_mut(|a, b| a.at.response == b.at.response).for_each(|one| decide(one, scales));
+    decide_all(&mut checked, scales);
+    contradictions::examine(analysis, (methods, &names), (b, &here), scales, &mut checked);
     Ok(GradientCheck { methods: names, derivatives: checked, failed })
+}
+
+/// Decides the status of all derivatives, response by response.
+fn decide_all(checked: &mut [CheckedDerivative], scales: &[f64]) {
+    checked.chunk_by_mut(|a, b| a.at.response == b.at.response).for_each(|one| decide(one, scales));
 }
 
 /// Names of the methods, and derivatives with their estimated errors; methods that do not offer these are omitted, and those that

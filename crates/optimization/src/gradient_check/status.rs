@@ -51,6 +51,8 @@ pub struct CheckedDerivative {
     pub slope_discontinuity: Option<f64>,
     /// Difference of two analyses of the same design.
     pub drift: f64,
+    /// Rounding error of the differences at the smallest distance, or of the computed derivatives where these contradict the differences.
+    pub rounding: f64,
     /// True if the response has the same bits at all designs along the variable.
     pub is_constant: bool,
     /// Result of the check.
@@ -71,6 +73,18 @@ impl CheckedDerivative {
     pub fn disagreement(&self) -> f64 {
         let all = || self.computed.iter().copied().chain(self.difference.map(|slope| slope.value));
         all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min)
+    }
+
+    /// The largest of the derivatives by methods and differences.
+    fn size(&self) -> f64 {
+        let computed = self.computed.iter().fold(0.0f64, |a, x| a.max(x.abs()));
+        computed.max(self.difference.map_or(0.0, |s| s.value.abs()))
+    }
+
+    /// Largest deviation of a method that disagrees from the differences.
+    pub(super) fn deviation(&self) -> f64 {
+        let value = self.difference.map_or(f64::NAN, |slope| slope.value);
+        self.disagreeing.iter().map(|&k| (self.computed[k] - value).abs()).fold(0.0, f64::max)
     }
 
     /// The status in a sentence; `methods` are the names of the methods.
@@ -167,7 +181,7 @@ impl GradientCheck {
 }
 
 /// Allowed deviation of a derivative, in errors of the differences.
-const MARGIN: f64 = 10.0;
+pub(super) const MARGIN: f64 = 10.0;
 
 /// Deviation that is ignored, relative to the largest scaled derivative of the response: rounding of terms that cancel.
 const NEGLIGIBLE: f64 = 1e-9;
@@ -178,7 +192,7 @@ const ALLOWED: f64 = 5e-6;
 
 /// Largest error estimate that counts for the analysis' own method, the first, relative to the largest scaled derivative of
 /// the response. The other methods serve for comparison: their whole error estimate counts.
-const INEXACT: f64 = 1e-3;
+pub(super) const INEXACT: f64 = 1e-3;
 
 /// Relative difference of two exact methods that counts as a contradiction where differences are too noisy.
 const CONTRADICTION: f64 = 1e-4;
@@ -186,16 +200,17 @@ const CONTRADICTION: f64 = 1e-4;
 /// Largest relative error of the differences with which a derivative can be confirmed.
 const CLEAR: f64 = 0.03;
 
+/// The largest derivative of a response at all time points, by methods or differences, times the size of the variable.
+pub(super) fn largest(derivatives: &[CheckedDerivative], scales: &[f64]) -> f64 {
+    derivatives.iter().map(|d| d.size() * scales[d.variable]).fold(0.0, f64::max)
+}
+
 /// Decides the status of the derivatives of one response at all time points; `scales` are the sizes of the variables.
 pub(super) fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
-    let size = |d: &CheckedDerivative| {
-        let computed = d.computed.iter().fold(0.0f64, |a, x| a.max(x.abs()));
-        computed.max(d.difference.map_or(0.0, |s| s.value.abs())) * scales[d.variable]
-    };
-    let largest = derivatives.iter().map(size).fold(0.0, f64::max);
+    let largest = largest(derivatives, scales);
     for d in derivatives {
-        let floor = NEGLIGIBLE * largest / scales[d.variable];
-        let size = size(d) / scales[d.variable];
+        let floor = NEGLIGIBLE * largest / scales[d.variable] + d.rounding;
+        let size = d.size();
         let Some(DifferenceEstimate { value, error, .. }) = d.difference else {
             d.status = GradientStatus::Unclear;
             continue;
@@ -258,6 +273,7 @@ mod tests {
             difference: Some(DifferenceEstimate { value, error, noise: 0.0 }),
             slope_discontinuity: None,
             drift: 0.0,
+            rounding: 0.0,
             is_constant: false,
             status: GradientStatus::Right,
             disagreeing: vec![],

@@ -79,6 +79,7 @@ impl ElementVjp {
 
     fn load(&mut self, instance: &ElementInstance<f64>, state: &State<f64>) {
         self.is_inactive = !state.modes.is_active(instance);
+        self.workspace.sides = state.modes.sides_of(instance);
         let multipliers = &state.l[instance.multipliers()];
         for (to, from) in [(&mut self.workspace.p, &instance.parameters[..]), (&mut self.workspace.l, multipliers)] {
             to.clear();

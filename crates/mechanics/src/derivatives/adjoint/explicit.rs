@@ -137,8 +137,8 @@ struct ReverseExplicitSteps<'m> {
     stages: AdjointStages<'m>,
     /// Time, state and rates at the start of the motion.
     first: Vec<f64>,
-    /// End of the step to load next in s: the beginning of the last one.
-    next_end: Option<f64>,
+    /// End in s and sides of switching functions of the step to load next.
+    next: Option<(f64, Vec<bool>)>,
     /// True after the evaluation of an output inside the step.
     is_dense: bool,
     at: Vec<f64>,
@@ -169,8 +169,8 @@ impl<'m> ReverseExplicitSteps<'m> {
         let adjoints = (0..problem.batches()).map(|_| StageAdjoint::new(&stages)).collect();
         let (mut first, at) = (Vec::new(), driver.stepper.old.clone());
         driver.write(&mut first);
-        let (next_end, is_dense) = (None, false);
-        Ok(Self { adjoints, playback, recording, driver, stages, first, next_end, is_dense, at })
+        let (next, is_dense) = (None, false);
+        Ok(Self { adjoints, playback, recording, driver, stages, first, next, is_dense, at })
     }
 
     /// Propagates from the rates at the start of the motion to the positions and velocities there.
@@ -199,15 +199,23 @@ impl ReverseSteps for ReverseExplicitSteps<'_> {
     }
 
     fn load_step(&mut self, k: usize) -> Result<()> {
-        let end = match self.next_end {
-            Some(end) => end,
-            None => self.playback.row(k)?[0],
+        let stepper = &mut self.driver.stepper;
+        let numbers = 1 + 2 * stepper.old.len();
+        let end_of = |row: &[f64]| (row[0], row[numbers..].iter().map(|side| *side != 0.0).collect::<Vec<_>>());
+        let (end, sides) = match self.next.take() {
+            Some(next) => next,
+            None => end_of(self.playback.row(k)?),
         };
         let begin = if k > 0 { self.playback.row(k - 1)? } else { &self.first };
-        self.next_end = Some(begin[0]);
-        self.driver.stepper.put(begin, false);
-        self.driver.stepper.attempt(end, None)?;
-        (self.stages.h, self.is_dense) = (self.driver.stepper.length(), false);
+        stepper.put(begin, false);
+        let last = end_of(begin);
+        stepper.rhs.hold_sides(&sides);
+        self.stages.linearized.is_restarted = sides != last.1;
+        if self.stages.linearized.is_restarted {
+            stepper.restart_rates()?;
+        }
+        stepper.attempt(end, None)?;
+        (self.stages.h, self.is_dense, self.next) = (stepper.length(), false, Some(last));
         Ok(())
     }
 
@@ -235,7 +243,7 @@ impl ReverseSteps for ReverseExplicitSteps<'_> {
     fn propagate_to_step_start(&mut self) -> Result<()> {
         let is_dense = self.is_dense;
         self.with_record(|adjoints, stages| {
-            stages.linearize(1..stages.method.end + 1);
+            stages.linearize(if stages.linearized.is_restarted { 0 } else { 1 }..stages.method.end + 1);
             if is_dense {
                 stages.linearize(stages.method.end + 1..stages.method.slots());
             }
@@ -247,7 +255,10 @@ impl ReverseSteps for ReverseExplicitSteps<'_> {
     }
 
     fn load_start(&mut self) -> Result<()> {
-        self.driver.stepper.put(&self.first, false);
+        let stepper = &mut self.driver.stepper;
+        stepper.put(&self.first, false);
+        let sides: Vec<bool> = self.first[1 + 2 * stepper.old.len()..].iter().map(|side| *side != 0.0).collect();
+        stepper.rhs.hold_sides(&sides);
         self.stages.h = 0.0;
         Ok(())
     }
@@ -338,6 +349,12 @@ impl StageAdjoint {
         self.differentiate_projection(stages);
         self.differentiate_end(stages);
         (1..end).rev().for_each(|slot| self.differentiate_stage(stages, slot));
+        if stages.linearized.is_restarted {
+            // These rates are not those at the end of the step before.
+            self.differentiate_rates(stages, 0, 0);
+            self.batch.add_state(1.0, &mut self.begin);
+            self.rates[0].fill([0.0; BATCH]);
+        }
         std::mem::swap(&mut self.begin, &mut self.end);
         self.begin.fill([0.0; BATCH]);
         self.rates.swap(0, end);

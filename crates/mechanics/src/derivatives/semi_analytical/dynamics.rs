@@ -89,6 +89,10 @@ const PASSES: usize = 4;
 const SETTLED: f64 = 1e-9;
 const UNSETTLED: f64 = 1e-3;
 
+/// Displacement in m or rad, for a change of the design variable by its own size, that is zero but for rounding: where nothing moves and
+/// all positions are zero, derivatives of positions have no scale of their own.
+const NOWHERE: f64 = 1e-24;
+
 /// Checks that the mechanism has no switch: the force jumps between the states on both sides of the design.
 fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
     let mut switches = mechanism.events.iter().filter(|event| event.is_switch());
@@ -119,6 +123,8 @@ struct DifferenceSensitivity<'m> {
     /// Derivatives of the outputs that keep the value of an event which has happened.
     held: Vec<Option<f64>>,
     started: bool,
+    /// Largest size of the derivatives of positions so far.
+    largest: f64,
     at: State<f64>,
     sensitivity_at: State<f64>,
     workspace: ElementWorkspace<f64>,
@@ -156,6 +162,7 @@ impl<'m> DifferenceSensitivity<'m> {
             sensitivity_at: sensitivity.clone(),
             sensitivity: Step::from(sensitivity),
             started: false,
+            largest: 0.0,
             workspace: ElementWorkspace::default(),
             sampler: Sampler::new(plain),
             derivatives: Vec::with_capacity(times.len() * plain.outputs.len()),
@@ -208,13 +215,15 @@ impl<'m> DifferenceSensitivity<'m> {
             self.sensitivity.integrate_prescribed(self.plain, scheme, *prescribed, step.h);
         }
         let mut correction = f64::INFINITY;
+        self.largest = self.largest.max(self.scale());
         for pass in 0..PASSES {
             correction = self.correct(step);
             if pass > 0 && correction <= SETTLED * self.scale() {
                 return Ok(());
             }
         }
-        if correction <= UNSETTLED * self.scale() { Ok(()) } else { Err(self.failure(correction)) }
+        let zero = f64::EPSILON * self.largest + NOWHERE / self.difference.size();
+        if correction <= zero.max(UNSETTLED * self.scale()) { Ok(()) } else { Err(self.failure(correction)) }
     }
 
     /// Differentiates the formulas of a step whose length or time depends on an event: differences of two steps.

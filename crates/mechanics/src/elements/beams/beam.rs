@@ -278,6 +278,7 @@ mod tests {
             v: &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0],
             a: &[1.0, 0.0, 0.0, 1.0, 0.0, 0.0],
             l: &[],
+            sides: Default::default(),
         };
         let (dynamics, _) = rows(&Beam, &x);
         close(&[dynamics[0] + dynamics[3]], &[6.0]);

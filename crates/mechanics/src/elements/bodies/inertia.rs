@@ -66,7 +66,7 @@ mod tests {
 
     #[test]
     fn three_kilograms_accelerated_at_two() {
-        let x = ElementState { t: 0.0, p: &[3.0], q: &[9.0], v: &[4.0], a: &[2.0], l: &[] };
+        let x = ElementState { t: 0.0, p: &[3.0], q: &[9.0], v: &[4.0], a: &[2.0], l: &[], sides: Default::default() };
         close(&rows(&Inertia, &x).0, &[6.0]);
         close(&energies(&Inertia, &x), &[24.0, 0.0]);
         assert!(Inertia.validate_parameters(&[-1.0]).is_some());

@@ -80,7 +80,15 @@ mod tests {
 
     #[test]
     fn half_a_kilogram_under_gravity() {
-        let x = ElementState { t: 0.0, p: &[0.5, 1.0, -10.0], q: &[2.0, 3.0], v: &[3.0, 4.0], a: &[3.0, 0.0], l: &[] };
+        let x = ElementState {
+            t: 0.0,
+            p: &[0.5, 1.0, -10.0],
+            q: &[2.0, 3.0],
+            v: &[3.0, 4.0],
+            a: &[3.0, 0.0],
+            l: &[],
+            sides: Default::default(),
+        };
         close(&rows(&PointMass, &x).0, &[1.0, 5.0]);
         close(&energies(&PointMass, &x), &[6.25, 14.0]);
         assert!(PointMass.validate_parameters(&[f64::NAN]).is_some());

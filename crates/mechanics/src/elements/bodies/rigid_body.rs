@@ -86,7 +86,15 @@ mod tests {
     #[test]
     fn two_kilograms_under_gravity() {
         let p = [2.0, 0.5, 0.0, -10.0];
-        let x = ElementState { t: 0.0, p: &p, q: &[7.0, 3.0, 1.0], v: &[3.0, 4.0, 2.0], a: &[1.0, -2.0, 6.0], l: &[] };
+        let x = ElementState {
+            t: 0.0,
+            p: &p,
+            q: &[7.0, 3.0, 1.0],
+            v: &[3.0, 4.0, 2.0],
+            a: &[1.0, -2.0, 6.0],
+            l: &[],
+            sides: Default::default(),
+        };
         close(&rows(&RigidBody, &x).0, &[2.0, 16.0, 3.0]);
         close(&energies(&RigidBody, &x), &[26.0, 60.0]);
         assert!(

@@ -38,7 +38,7 @@ impl BumpStop {
     fn contact_force<T: Scalar>(x: &ElementState<'_, T>) -> T {
         let p = BumpStopInputs(x.p);
         let (depth, rate) = Self::depth(x);
-        contact_force(p.stiffness(), p.damping(), depth, rate)
+        contact_force(p.stiffness(), p.damping(), depth, rate, x.sides)
     }
 
     /// Depth of the contact and its rate.
@@ -54,6 +54,10 @@ impl Element for BumpStop {
 
     fn descriptor(&self) -> Option<&'static ElementDescriptor> {
         Some(&DESCRIPTOR)
+    }
+
+    fn num_switching_functions(&self) -> usize {
+        hunt_crossley::SWITCHING_FUNCTIONS
     }
 
     fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {

@@ -1,22 +1,22 @@
 //! Contact force from the depth of penetration and its rate.
 
+use crate::mechanism::element::Sides;
 use autodiff::Scalar;
 
 /// Contact force of Hunt and Crossley: k δ^{3/2} (1 + 1.5 c δ̇) for δ > 0, never negative.
 ///
-/// * `stiffness` k in N/m^{3/2}, `damping` c in s/m, `depth` δ in m, `rate` δ̇ in m/s.
+/// * `stiffness` k in N/m^{3/2}, `damping` c in s/m, `depth` δ in m, `rate` δ̇ in m/s, `sides` of [`switching_functions`].
 ///
 /// For small c the coefficient of restitution is 1 − c v with the impact velocity v. The force and its first derivatives are
 /// continuous at the beginning of contact.
 ///
 /// # Sources
 /// Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
-pub fn contact_force<T: Scalar>(stiffness: T, damping: T, depth: T, rate: T) -> T {
-    if depth.re() <= 0.0 {
-        return T::zero();
-    }
-    let contact_force = stiffness * depth * depth.sqrt() * (damping * rate * 1.5 + 1.0);
-    if contact_force.re() > 0.0 { contact_force } else { T::zero() }
+pub fn contact_force<T: Scalar>(stiffness: T, damping: T, depth: T, rate: T, sides: Sides) -> T {
+    let factor = damping * rate * 1.5 + 1.0;
+    let pushes = sides.is_positive(0, depth.re()) && sides.is_positive(1, factor.re());
+    // On the side of contact the force and its derivative are zero at depth zero, and there is no force beyond it.
+    if pushes && depth.re() > 0.0 { stiffness * depth * depth.sqrt() * factor } else { T::zero() }
 }
 
 /// Describes a negative stiffness or damping.
@@ -33,14 +33,17 @@ pub fn switching_functions<T: Scalar>(damping: T, depth: T, rate: T, out: &mut V
     out.push(if depth.re() > 0.0 { damping * rate * 1.5 + 1.0 } else { T::from(1.0) });
 }
 
+/// Number of [`switching_functions`].
+pub const SWITCHING_FUNCTIONS: usize = 2;
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn the_contact_force_is_zero_without_contact_and_never_negative() {
-        assert_eq!(contact_force(1000.0, 0.2, 0.04, 0.5), 1000.0 * 0.008 * 1.15);
-        assert_eq!(contact_force(1000.0, 0.2, -0.04, 5.0), 0.0);
-        assert_eq!(contact_force(1000.0, 0.2, 0.04, -5.0), 0.0);
+        assert_eq!(contact_force(1000.0, 0.2, 0.04, 0.5, Sides::default()), 1000.0 * 0.008 * 1.15);
+        assert_eq!(contact_force(1000.0, 0.2, -0.04, 5.0, Sides::default()), 0.0);
+        assert_eq!(contact_force(1000.0, 0.2, 0.04, -5.0, Sides::default()), 0.0);
     }
 }

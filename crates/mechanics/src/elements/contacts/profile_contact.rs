@@ -78,7 +78,7 @@ impl<T: Scalar> Contact<T> {
         let normal = frame_a.turned(outward[0], outward[1]);
         let ([ux, uy], [vx, vy]) = (point_velocity(x, 0, lever_a), point_velocity(x, 3, lever_b));
         let (depth, rate) = (p.radius() - distance, dot([ux - vx, uy - vy], normal));
-        let force = contact_force(p.stiffness(), p.damping(), depth, rate);
+        let force = contact_force(p.stiffness(), p.damping(), depth, rate, x.sides);
         Self { depth, rate, force, normal, levers: [lever_a, lever_b] }
     }
 }
@@ -92,6 +92,10 @@ impl Element for ProfileContact {
 
     fn descriptor(&self) -> Option<&'static ElementDescriptor> {
         Some(&DESCRIPTOR)
+    }
+
+    fn num_switching_functions(&self) -> usize {
+        hunt_crossley::SWITCHING_FUNCTIONS
     }
 
     fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {

@@ -76,7 +76,7 @@ impl<T: Scalar> Contact<T> {
         let depth = dot([to_face[0] - lever_b[0], to_face[1] - lever_b[1]], normal);
         let ([ux, uy], [vx, vy]) = (point_velocity(x, 0, lever_a), point_velocity(x, 3, lever_b));
         let rate = dot([vx - ux, vy - uy], normal);
-        let force = contact_force(p.stiffness(), p.damping(), depth, rate);
+        let force = contact_force(p.stiffness(), p.damping(), depth, rate, x.sides);
         Self { depth, rate, force, normal, levers: [lever_a, lever_b] }
     }
 }
@@ -90,6 +90,10 @@ impl Element for ProfileFace {
 
     fn descriptor(&self) -> Option<&'static ElementDescriptor> {
         Some(&DESCRIPTOR)
+    }
+
+    fn num_switching_functions(&self) -> usize {
+        hunt_crossley::SWITCHING_FUNCTIONS
     }
 
     fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {

@@ -38,7 +38,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 impl WallContact {
     fn contact_force<T: Scalar>(x: &ElementState<'_, T>) -> (T, [T; 2], [T; 2]) {
         let (p, (depth, rate, lever, normal)) = (WallContactInputs(x.p), Self::depth(x));
-        (contact_force(p.stiffness(), p.damping(), depth, rate), lever, normal)
+        (contact_force(p.stiffness(), p.damping(), depth, rate, x.sides), lever, normal)
     }
 
     /// Depth of the contact, its rate, the lever of the point, and the outward normal.
@@ -62,6 +62,10 @@ impl Element for WallContact {
 
     fn descriptor(&self) -> Option<&'static ElementDescriptor> {
         Some(&DESCRIPTOR)
+    }
+
+    fn num_switching_functions(&self) -> usize {
+        hunt_crossley::SWITCHING_FUNCTIONS
     }
 
     fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {

@@ -103,7 +103,15 @@ mod tests {
     #[test]
     fn the_driving_force_is_the_negative_multiplier() {
         let drive = Driver(ConstantSpeed);
-        let x = ElementState { t: 2.0, p: &[0.5, 3.0], q: &[1.0, 7.0], v: &[1.0, 4.0], a: &[0.0; 2], l: &[-5.0] };
+        let x = ElementState {
+            t: 2.0,
+            p: &[0.5, 3.0],
+            q: &[1.0, 7.0],
+            v: &[1.0, 4.0],
+            a: &[0.0; 2],
+            l: &[-5.0],
+            sides: Default::default(),
+        };
         let (dynamics, constraint) = rows(&drive, &x);
         close(&dynamics, &[5.0, -5.0]);
         close(&constraint, &[-0.5]);

@@ -88,7 +88,15 @@ mod tests {
     #[test]
     fn half_a_metre_ahead_after_a_second() {
         let (q, v) = three_four_five();
-        let x = ElementState { t: 1.0, p: &[0.0, 0.0, 0.0, 0.0, 4.0, 0.5], q: &q, v: &v, a: &[0.0; 6], l: &[10.0] };
+        let x = ElementState {
+            t: 1.0,
+            p: &[0.0, 0.0, 0.0, 0.0, 4.0, 0.5],
+            q: &q,
+            v: &v,
+            a: &[0.0; 6],
+            l: &[10.0],
+            sides: Default::default(),
+        };
         let (dynamics, constraint) = rows(&LengthDriver(ConstantSpeed), &x);
         close(&constraint, &[0.5]);
         close(&dynamics, &[-6.0, -8.0, 0.0, 6.0, 8.0, 0.0]);

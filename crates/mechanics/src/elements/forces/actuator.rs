@@ -90,7 +90,15 @@ mod tests {
     #[test]
     fn a_tension_of_ten_newtons_after_two_seconds() {
         let ((q, v), pull) = (three_four_five(), Actuator(ConstantSpeed));
-        let x = ElementState { t: 2.0, p: &[0.0, 0.0, 0.0, 0.0, 4.0, 3.0], q: &q, v: &v, a: &[0.0; 6], l: &[] };
+        let x = ElementState {
+            t: 2.0,
+            p: &[0.0, 0.0, 0.0, 0.0, 4.0, 3.0],
+            q: &q,
+            v: &v,
+            a: &[0.0; 6],
+            l: &[],
+            sides: Default::default(),
+        };
         close(&rows(&pull, &x).0, &[-6.0, -8.0, 0.0, 6.0, 8.0, 0.0]);
         close(&measured(&pull, &x), &[10.0, 5.0, 2.2]);
     }

@@ -89,7 +89,15 @@ mod tests {
     #[test]
     fn a_controller_pushes_towards_its_reference() {
         // 10 (2 − 1.5) + 4 (1 − 0.25) = 8 N, at 0.25 m/s.
-        let x = ElementState { t: 2.0, p: &[10.0, 4.0], q: &[1.5, 1.5], v: &[0.25, 0.25], a: &[0.0; 2], l: &[] };
+        let x = ElementState {
+            t: 2.0,
+            p: &[10.0, 4.0],
+            q: &[1.5, 1.5],
+            v: &[0.25, 0.25],
+            a: &[0.0; 2],
+            l: &[],
+            sides: Default::default(),
+        };
         close(&rows(&FeedbackForce(Tracking), &x).0, &[-8.0, 0.0]);
         close(&measured(&FeedbackForce(Tracking), &x), &[8.0, 2.0]);
     }

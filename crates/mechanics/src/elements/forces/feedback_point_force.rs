@@ -100,7 +100,15 @@ mod tests {
         // 2 · 3² = 18 N against x at the lever (0, 0.5): 9 N·m counter-clockwise; the body does not turn.
         let q = [0.0, 0.0, 0.0, 0.0];
         let v = [3.0, 1.0, 0.0, 3.0];
-        let x = ElementState { t: 0.0, p: &[0.0, 0.5, 0.0, 2.0], q: &q, v: &v, a: &[0.0; 4], l: &[] };
+        let x = ElementState {
+            t: 0.0,
+            p: &[0.0, 0.5, 0.0, 2.0],
+            q: &q,
+            v: &v,
+            a: &[0.0; 4],
+            l: &[],
+            sides: Default::default(),
+        };
         close(&rows(&FeedbackPointForce(Drag), &x).0, &[18.0, 0.0, -9.0, 0.0]);
         close(&measured(&FeedbackPointForce(Drag), &x), &[-18.0, -54.0]);
     }

@@ -85,7 +85,15 @@ mod tests {
     #[test]
     fn a_torque_that_grows_with_time_and_its_power() {
         let motor = Load(ConstantSpeed);
-        let x = ElementState { t: 3.0, p: &[1.0, 2.0], q: &[0.0; 2], v: &[1.0, 5.0], a: &[0.0; 2], l: &[] };
+        let x = ElementState {
+            t: 3.0,
+            p: &[1.0, 2.0],
+            q: &[0.0; 2],
+            v: &[1.0, 5.0],
+            a: &[0.0; 2],
+            l: &[],
+            sides: Default::default(),
+        };
         close(&rows(&motor, &x).0, &[7.0, -7.0]);
         close(&measured(&motor, &x), &[7.0, 28.0]);
     }

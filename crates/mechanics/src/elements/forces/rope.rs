@@ -41,6 +41,10 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     symbol: Symbol::Rope,
 };
 
+/// Switching functions: the elongation e, and the factor 1 + c ė of a tension that would push.
+const ELONGATION: usize = 0;
+const FACTOR: usize = 1;
+
 impl Rope {
     /// The tension k e (1 + c ė) as if it were taut, and the factor 1 + c ė.
     fn taut<T: Scalar>(x: &ElementState<'_, T>, line: &Line<T>) -> [T; 2] {
@@ -49,17 +53,19 @@ impl Rope {
         [p.stiffness() * (line.length - p.length()) * factor, factor]
     }
 
-    fn tension<T: Scalar>(x: &ElementState<'_, T>, line: &Line<T>) -> T {
+    /// The tension, or `None` if the rope does not pull.
+    fn tension<T: Scalar>(x: &ElementState<'_, T>, line: &Line<T>) -> Option<T> {
         let [tension, factor] = Self::taut(x, line);
-        if tension.re() > 0.0 && factor.re() > 0.0 { tension } else { T::zero() }
+        let elongation = line.length - RopeInputs(x.p).length();
+        let pulls = x.sides.is_positive(ELONGATION, elongation.re()) && x.sides.is_positive(FACTOR, factor.re());
+        pulls.then_some(tension)
     }
 }
 
 impl Element for Rope {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
         let line = Line::of(x);
-        let tension = Self::tension(x, &line);
-        if tension.re() > 0.0 {
+        if let Some(tension) = Self::tension(x, &line) {
             line.add_axial_force(tension, dynamics);
         }
     }
@@ -73,6 +79,10 @@ impl Element for Rope {
         let elongation = line.length - RopeInputs(x.p).length();
         out.push(elongation);
         out.push(if elongation.re() > 0.0 { Self::taut(x, &line)[1] } else { T::from(1.0) });
+    }
+
+    fn num_switching_functions(&self) -> usize {
+        2
     }
 
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
@@ -93,13 +103,13 @@ impl Element for Rope {
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let line = Line::of(x);
-        (out[0], out[1], out[2]) = (Self::tension(x, &line), line.length, line.rate);
+        (out[0], out[1], out[2]) = (Self::tension(x, &line).unwrap_or(T::zero()), line.length, line.rate);
     }
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
         let p = RopeInputs(x.p);
         let elongation = Line::of(x).length - p.length();
-        let is_taut = elongation.re() > 0.0;
+        let is_taut = x.sides.is_positive(ELONGATION, elongation.re());
         let potential = if is_taut { p.stiffness() * elongation * elongation * 0.5 } else { T::zero() };
         Energy { kinetic: T::zero(), potential }
     }

@@ -134,7 +134,8 @@ mod tests {
         let p = parameters(0.0).map(|p| seeded(p, 0.0));
         let q = [0.0, 0.0, 0.0, 1.0, 2.0, 0.0].map(|derivative| seeded(0.0, derivative));
         let still = [seeded(0.0, 0.0); 6];
-        let x = ElementState { t: seeded(0.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &[] };
+        let x =
+            ElementState { t: seeded(0.0, 0.0), p: &p, q: &q, v: &still, a: &still, l: &[], sides: Default::default() };
         let mut dynamics = still;
         Element::residual(&SpringDamper, &x, &mut dynamics, &mut []);
         close(&dynamics.map(|row| row.eps[0]), &[-7.0, -14.0, 0.0, 7.0, 14.0, 0.0]);

@@ -131,7 +131,15 @@ mod tests {
             let zero = Jet2::new(0.0, 0.0, 0.0);
             let q = [zero, zero, Jet2::new(theta, omega, 0.0), zero, Jet2::new(height, speed, acceleration), zero];
             let p = P.map(|p| Jet2::new(p, 0.0, 0.0));
-            let x = ElementState { t: zero, p: &p, q: &q, v: &[zero; 6], a: &[zero; 6], l: &[zero] };
+            let x = ElementState {
+                t: zero,
+                p: &p,
+                q: &q,
+                v: &[zero; 6],
+                a: &[zero; 6],
+                l: &[zero],
+                sides: Default::default(),
+            };
             let (mut dynamics, mut constraint) = ([zero; 6], [zero]);
             Element::residual(&CamFollower, &x, &mut dynamics, &mut constraint);
             close(&[constraint[0].re, constraint[0].v1, constraint[0].v2], &[0.0, 0.0, 0.0]);

@@ -128,7 +128,15 @@ mod tests {
         let (q, v) = ([0.0, 0.1, 0.3, 1.1, 0.2, -0.7], [0.3, 0.1, 2.0, -1.0, 0.5, -3.0]);
         has_its_constraint_derivatives(
             &Revolute,
-            &ElementState { t: 0.0, p: &p, q: &q, v: &v, a: &[0.2, -1.0, 5.0, 0.1, 0.7, 8.0], l: &l },
+            &ElementState {
+                t: 0.0,
+                p: &p,
+                q: &q,
+                v: &v,
+                a: &[0.2, -1.0, 5.0, 0.1, 0.7, 8.0],
+                l: &l,
+                sides: Default::default(),
+            },
         );
     }
 }

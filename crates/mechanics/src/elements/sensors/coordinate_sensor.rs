@@ -56,7 +56,15 @@ mod tests {
 
     #[test]
     fn differences_and_their_rates() {
-        let x = ElementState { t: 0.0, p: &[], q: &[1.0, 4.0], v: &[2.0, 7.0], a: &[3.0, 9.0], l: &[] };
+        let x = ElementState {
+            t: 0.0,
+            p: &[],
+            q: &[1.0, 4.0],
+            v: &[2.0, 7.0],
+            a: &[3.0, 9.0],
+            l: &[],
+            sides: Default::default(),
+        };
         close(&measured(&CoordinateSensor, &x), &[3.0, 5.0, 6.0]);
     }
 }

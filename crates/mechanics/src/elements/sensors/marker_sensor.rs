@@ -76,6 +76,7 @@ mod tests {
             v: &[0.1, 0.2, 3.0],
             a: &[0.3, 0.4, 5.0],
             l: &[],
+            sides: Default::default(),
         };
         close(&measured(&MarkerSensor, &x), &[3.0, 0.0, 0.0, 0.1, 6.2, 3.0, -17.7, 10.4, 5.0]);
     }

@@ -4,7 +4,7 @@ pub use crate::integrators::explicit::tableau::SAMPLE;
 
 use crate::constraint_rank::singular_position;
 use crate::diagnostics::not_finite;
-use crate::elements::element::{ElementState, ElementWorkspace};
+use crate::elements::element::{ElementState, ElementWorkspace, Sides};
 use crate::events::settling::{assemble_closed, settle_start};
 use crate::initial_conditions::{Projection, assemble, make_velocities_consistent};
 use crate::integrators::event_location::{Before, EventLocator, TrialStep};
@@ -148,14 +148,7 @@ impl<'m> MechanismRhs<'m> {
             switching,
             workspace,
         };
-        let mut values = Vec::new();
-        rhs.switching = (0..mechanism.elements.len())
-            .filter(|&k| {
-                values.clear();
-                rhs.add_switching_functions(k, &mut values);
-                !values.is_empty()
-            })
-            .collect();
+        rhs.switching = (0..mechanism.elements.len()).filter(|&k| mechanism.elements[k].sides.is_some()).collect();
         rhs
     }
 
@@ -163,7 +156,8 @@ impl<'m> MechanismRhs<'m> {
     fn add_switching_functions(&mut self, k: usize, out: &mut Vec<f64>) {
         let instance = &self.mechanism.elements[k];
         gather(instance, &self.state, &mut self.workspace);
-        let local = ElementState { p: &instance.parameters, ..self.workspace.local(self.state.t) };
+        let local = self.workspace.local(self.state.t);
+        let local = ElementState { p: &instance.parameters, sides: Sides::default(), ..local };
         f64::switching_functions(instance.element.as_ref(), &local, out);
     }
 
@@ -332,6 +326,16 @@ impl OdeRhs for MechanismRhs<'_> {
         }
     }
 
+    fn hold_sides(&mut self, mut sides: &[bool]) {
+        for &k in &self.switching {
+            let instance = &self.mechanism.elements[k];
+            let count = instance.element.num_switching_functions();
+            let Some((these, others)) = sides.split_at_checked(count) else { return };
+            self.state.modes.set_sides(instance, Sides::held(these));
+            sides = others;
+        }
+    }
+
     fn end_at_event(stepper: &mut Stepper<Self>) -> Result<()> {
         end_at_event(stepper)
     }
@@ -491,7 +495,7 @@ const NOMINAL: f64 = 1e-3;
 fn nominal_step(settings: &Explicit, times: &[f64]) -> StepSize {
     StepSize::Fixed(match &settings.step_control {
         StepControl::Fixed(h) => *h,
-        _ => NOMINAL * times.last().map_or(0.0, |end| end - settings.start),
+        _ => NOMINAL * (settings.end_after(times) - settings.start),
     })
 }
 
@@ -511,14 +515,7 @@ fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
 
 /// Returns whether elements have switching functions, at whose zeros adaptive steps end.
 pub(crate) fn has_switching_functions(mechanism: &Mechanism<f64>) -> bool {
-    let (state, mut workspace, mut values) =
-        (State::built(mechanism, 0.0), ElementWorkspace::default(), Vec::<f64>::new());
-    mechanism.elements.iter().any(|instance| {
-        gather(instance, &state, &mut workspace);
-        let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
-        f64::switching_functions(instance.element.as_ref(), &local, &mut values);
-        !values.is_empty()
-    })
+    mechanism.sided > 0
 }
 
 /// Consistent initial state and the multipliers of its projections.

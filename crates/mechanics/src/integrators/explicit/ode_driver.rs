@@ -22,6 +22,33 @@ pub struct OdeDriver<F> {
     end: f64,
     pub(crate) next: f64,
     pub(crate) switches: SwitchLocator,
+    pub(crate) given: GivenStep,
+}
+
+/// The current one of given steps, which events may split.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GivenStep {
+    /// End in s.
+    end: f64,
+    /// Number of given steps up to this end.
+    count: usize,
+}
+
+impl GivenStep {
+    /// Sets the end of the step that begins at the time `t` (s): that of the given step which an event has split, or of the next one.
+    fn begin_step(&mut self, t: f64, steps: &[f64]) -> Result<()> {
+        let length = |k: usize| {
+            steps.get(k).copied().ok_or_else(|| {
+                let why = format!("{} steps end at t = {t:.6e} s, before the last output", steps.len());
+                Error::definition("given steps", why, "give steps up to the last output time")
+            })
+        };
+        while self.count == 0 || self.end - t <= TINY * length(self.count - 1)? {
+            self.end += length(self.count)?;
+            self.count += 1;
+        }
+        Ok(())
+    }
 }
 
 /// Number of step lengths for which memory is allocated at the start, so that steps do not allocate.
@@ -31,7 +58,7 @@ const EXPECTED_STEPS: usize = 1 << 14;
 const TINY: f64 = 1e-4;
 
 impl<F: OdeRhs> OdeDriver<F> {
-    /// Integration of `rhs` from `settings.start` in the state `y` to the last of `times` (s).
+    /// Integration of `rhs` from `settings.start` in the state `y` to the end of the motion, for outputs at `times` (s).
     ///
     /// # Errors
     ///
@@ -40,7 +67,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         settings.check(times)?;
         settings.check_size(rhs.size())?;
         let mut stepper = Stepper::new(rhs, settings.method, settings.start, y)?;
-        let end = times.last().copied().unwrap_or(settings.start);
+        let end = settings.end_after(times);
         let next = match &settings.step_control {
             StepControl::Fixed(h) => *h,
             StepControl::Given(_) => 0.0,
@@ -49,10 +76,14 @@ impl<F: OdeRhs> OdeDriver<F> {
             }
             StepControl::Adaptive { longest, .. } => *longest,
         };
-        let switches = SwitchLocator::new(&mut stepper.rhs, settings.start, &stepper.old);
+        let switches = match &settings.step_control {
+            StepControl::Adaptive { .. } => SwitchLocator::new(&mut stepper.rhs, settings.start, &stepper.old),
+            _ => SwitchLocator::default(),
+        };
         let steps = Vec::with_capacity(EXPECTED_STEPS);
         let (start, step_control, scratch) = (settings.start, settings.step_control.clone(), Vec::new());
-        Ok(Self { stepper, steps, failed_steps: 0, scratch, start, step_control, end, next, switches })
+        let given = GivenStep { end: start, count: 0 };
+        Ok(Self { stepper, steps, failed_steps: 0, scratch, start, step_control, end, next, switches, given })
     }
 
     /// Returns whether the motion goes on and the current step ends before `t` (s).
@@ -68,9 +99,8 @@ impl<F: OdeRhs> OdeDriver<F> {
     pub fn advance(&mut self) -> Result<()> {
         if !self.steps.is_empty() {
             self.stepper.accept();
-            if F::begin_after_event(&mut self.stepper)? {
-                self.switches = SwitchLocator::new(&mut self.stepper.rhs, self.stepper.t[0], &self.stepper.old);
-            }
+            let is_after_event = F::begin_after_event(&mut self.stepper)?;
+            self.switches.begin_step(&mut self.stepper, is_after_event)?;
         }
         let old = self.stepper.t[0];
         if self.steps.len() >= MOST_STEPS {
@@ -83,18 +113,15 @@ impl<F: OdeRhs> OdeDriver<F> {
                 self.stepper.attempt(target, None)?;
             }
             StepControl::Given(steps) => {
-                let h = *steps.get(self.steps.len()).ok_or_else(|| {
-                    let why = format!("{} steps end at t = {old:.6e} s, before the last output", steps.len());
-                    Error::definition("given steps", why, "give steps up to the last output time")
-                })?;
-                self.stepper.attempt(old + h, None)?;
+                self.given.begin_step(old, steps)?;
+                self.stepper.attempt(self.given.end, None)?;
             }
             StepControl::Adaptive { .. } => self.advance_adaptive()?,
         }
         let end = self.stepper.t[1];
         F::end_at_event(&mut self.stepper)?;
         if self.stepper.t[1] != end {
-            self.switches.crossed = None;
+            self.switches.end_before();
         }
         self.steps.push(self.stepper.t[1] - old);
         Ok(())
@@ -106,12 +133,16 @@ impl<F: OdeRhs> OdeDriver<F> {
             unreachable!("the steps are adaptive")
         };
         let (old, exponent, mut rejected) = (self.stepper.t[0], self.stepper.exponent(), false);
-        let mut h = self.next;
+        let (mut h, mut is_corrected) = (self.next, false);
         loop {
             let last = old + 1.01 * h >= self.end;
             let outcome = self.stepper.attempt(if last { self.end } else { old + h }, Some(tolerance));
             let error = outcome.as_ref().map_or(f64::INFINITY, |&(error, _)| error);
             let growth = (0.9 * error.powf(-exponent)).clamp(0.2, if rejected { 1.0 } else { 6.0 });
+            if error <= 1.0 && !is_corrected && self.switches.correct_beginning(&mut self.stepper)? {
+                is_corrected = true;
+                continue;
+            }
             if error <= 1.0 {
                 let taken = self.stepper.length();
                 self.next = (taken * growth).min(*longest);
@@ -146,7 +177,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         Ok(true)
     }
 
-    /// The last output time in s.
+    /// The end of the motion in s.
     pub fn end(&self) -> f64 {
         self.end
     }

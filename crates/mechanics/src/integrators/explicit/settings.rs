@@ -85,7 +85,7 @@ pub enum StepControl {
         /// Longest step in s.
         longest: f64,
     },
-    /// Given steps in s, for example those of an earlier simulation.
+    /// Given steps in s, for example those of an earlier simulation. An event in a step splits it.
     Given(Vec<f64>),
 }
 
@@ -102,6 +102,8 @@ pub struct Explicit {
     pub assembly: Assembly,
     /// Choice of a mechanism's unknowns.
     pub coordinates: Coordinates,
+    /// End of the motion in s, which adaptive steps end at; by default the last output time.
+    pub end: Option<f64>,
 }
 
 impl Explicit {
@@ -114,6 +116,7 @@ impl Explicit {
             step_control,
             assembly: Assembly::default(),
             coordinates: Coordinates::Automatic,
+            end: None,
         }
     }
 
@@ -125,6 +128,18 @@ impl Explicit {
     /// Replaces the choice of the unknowns.
     pub fn with_coordinates(self, coordinates: Coordinates) -> Self {
         Self { coordinates, ..self }
+    }
+
+    /// Replaces the end of the motion. Up to earlier output times, the steps are then those of the whole motion to the time `end` (s),
+    /// with the same events.
+    pub fn with_end(self, end: f64) -> Self {
+        Self { end: Some(end), ..self }
+    }
+
+    /// End of the motion in s, at the last of the output `times` (s) or after it.
+    pub fn end_after(&self, times: &[f64]) -> f64 {
+        let last = times.last().copied().unwrap_or(self.start);
+        self.end.map_or(last, |end| end.max(last))
     }
 
     /// Returns whether each component has a tolerance of its own.

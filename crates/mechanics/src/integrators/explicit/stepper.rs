@@ -24,6 +24,9 @@ pub trait OdeRhs {
         out.clear();
     }
 
+    /// Makes the rates those on one side of each switching function, positive if `sides` is true, whatever the signs of the functions are.
+    fn hold_sides(&mut self, _sides: &[bool]) {}
+
     /// Shortens the completed step so that it ends at the first event in it, if there is one.
     fn end_at_event(_stepper: &mut Stepper<Self>) -> Result<()>
     where
@@ -119,8 +122,13 @@ impl<F: OdeRhs> Stepper<F> {
     /// Begins the next step in another state `y` than that at the end of the last one, after an event.
     pub(crate) fn restart(&mut self, y: &[f64]) -> Result<()> {
         self.old.copy_from_slice(y);
+        self.restart_rates()
+    }
+
+    /// Evaluates the rates at the beginning of the step again, which jump there or have derivatives that jump.
+    pub(crate) fn restart_rates(&mut self) -> Result<()> {
         self.evaluations += 1;
-        self.rhs.rates(0, self.t[0], y, &mut self.slots[0])
+        self.rhs.rates(0, self.t[0], &self.old, &mut self.slots[0])
     }
 
     /// Makes the end of the step the beginning of the next one.
@@ -139,7 +147,7 @@ impl<F: OdeRhs> Stepper<F> {
 
     /// Sets time, state and rates to those in `row`: the end of a step, or the beginning of one.
     pub(crate) fn put(&mut self, row: &[f64], is_end: bool) {
-        let (state, rates) = row[1..].split_at(self.old.len());
+        let (state, rates) = row[1..=2 * self.old.len()].split_at(self.old.len());
         self.t = [row[0]; 2];
         self.new.copy_from_slice(state);
         self.old.copy_from_slice(state);

@@ -8,18 +8,35 @@ use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
 /// A step across a point where the rates are not smooth loses the order of the method, in values and still more in their
 /// derivatives, which have one smooth derivative less. A step that ends there loses nothing: in the designs around, the
 /// part of the step on the other side is infinitely short, and the rates themselves are continuous.
+///
+/// Along a step the rates are those of the sides on which it begins. They are smooth beyond the end of the step, where trial steps and
+/// stages may lie. At its end only their derivatives jump: the next step begins with rates of the other side.
+///
+/// # Sources
+/// Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd ed. (1993), Section II.6; Shampine & Thompson, *Comput.
+/// Math. Appl.* 39 (2000) 43–54.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SwitchLocator {
-    /// For each function, true if it is positive at the end of the current step.
+    /// For each function, true if it is positive along the current step. Empty without functions, and for steps that are not adaptive.
+    pub held: Vec<bool>,
+    /// For each function, true if it is positive after the current step.
     pub sides: Vec<bool>,
     /// The function that changes its sign at the end of the current step.
     pub crossed: Option<usize>,
+    /// True if the current step begins with rates of other sides than the last one ends with.
+    pub is_restarted: bool,
     values: Vec<f64>,
     y: Vec<f64>,
 }
 
 /// Fractions of a step at which signs are compared.
 const SAMPLES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+
+/// Least of the values of a function in a step, as a fraction of its largest one, below which signs are compared at more places.
+const NEAR: f64 = 0.1;
+
+/// Number of these places.
+const CLOSE_SAMPLES: usize = 16;
 
 /// Fraction of a step next to its ends at which a change of sign belongs to the end.
 const AT_END: f64 = 1e-9;
@@ -32,37 +49,86 @@ impl SwitchLocator {
     pub fn new<F: OdeRhs>(rhs: &mut F, t: f64, y: &[f64]) -> Self {
         let mut locator = Self { y: y.to_vec(), ..Self::default() };
         rhs.switching_functions(t, y, &mut locator.values);
-        locator.sides = locator.values.iter().map(|value| *value > 0.0).collect();
+        locator.held = locator.values.iter().map(|value| *value > 0.0).collect();
+        locator.sides.clone_from(&locator.held);
+        rhs.hold_sides(&locator.held);
         locator
+    }
+
+    /// Begins a step: after an event in another state than that at the end of the last step, or else on the sides at its end.
+    pub fn begin_step<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>, is_after_event: bool) -> Result<()> {
+        (self.is_restarted, self.crossed) = (false, None);
+        if is_after_event && !self.held.is_empty() {
+            stepper.rhs.switching_functions(stepper.t[0], &stepper.old, &mut self.values);
+            self.store_sides();
+        }
+        if self.sides == self.held { Ok(()) } else { self.hold(stepper) }
+    }
+
+    /// Continues on the present sides from the beginning of the step.
+    fn hold<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>) -> Result<()> {
+        self.held.clone_from(&self.sides);
+        self.is_restarted = true;
+        stepper.rhs.hold_sides(&self.held);
+        stepper.restart_rates()
+    }
+
+    /// Changes the sides of functions that leave zero at the beginning of the completed step for the other side. Returns whether there are
+    /// any: the step then has to be repeated.
+    pub fn correct_beginning<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>) -> Result<bool> {
+        if self.held.is_empty() || !self.is_crossed(stepper, AT_END, false) {
+            return Ok(false);
+        }
+        self.store_sides();
+        self.hold(stepper)?;
+        Ok(true)
     }
 
     /// Shortens the completed step so that it ends at the first zero of a switching function, if there is one in it.
     pub fn end_step<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>) -> Result<()> {
-        self.crossed = None;
-        if self.sides.is_empty() {
+        if self.held.is_empty() {
             return Ok(());
         }
-        if self.is_crossed(stepper, AT_END, false) {
-            self.store_sides(); // the zero at the beginning of the step, with the sign of rounding errors
-        }
-        let mut low = AT_END;
-        for high in SAMPLES {
-            if !self.is_crossed(stepper, high, false) {
-                low = high;
-                continue;
-            }
-            stepper.make_dense()?;
-            let root = self.first_zero(stepper, low, high);
-            self.is_crossed(stepper, (root + AT_END).min(1.0), true);
-            self.crossed = self.values.iter().zip(&self.sides).position(|(value, side)| (*value > 0.0) != *side);
-            self.store_sides();
-            if root < 1.0 - AT_END {
-                let [begin, end] = stepper.t;
-                stepper.attempt(begin + root * (end - begin), None)?;
-            }
-            return Ok(());
+        let Some([low, high]) = self.first_change(stepper)? else { return Ok(()) };
+        stepper.make_dense()?;
+        let root = self.first_zero(stepper, low, high);
+        self.is_crossed(stepper, (root + AT_END).min(1.0), true);
+        self.crossed = self.values.iter().zip(&self.held).position(|(value, side)| (*value > 0.0) != *side);
+        self.store_sides();
+        if root < 1.0 - AT_END {
+            let [begin, end] = stepper.t;
+            stepper.attempt(begin + root * (end - begin), None)?;
         }
         Ok(())
+    }
+
+    /// Ends the step at an event before the zero of a switching function.
+    pub fn end_before(&mut self) {
+        self.crossed = None;
+        self.sides.clone_from(&self.held);
+    }
+
+    /// Fractions of the completed step between which the first function changes its sign, if one does.
+    fn first_change<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>) -> Result<Option<[f64; 2]>> {
+        let mut low = AT_END;
+        let mut extremes = vec![[f64::INFINITY, 0.0f64]; self.held.len()];
+        for high in SAMPLES {
+            if self.is_crossed(stepper, high, false) {
+                return Ok(Some([low, high]));
+            }
+            low = high;
+            for ([least, largest], value) in extremes.iter_mut().zip(&self.values) {
+                (*least, *largest) = (least.min(value.abs()), largest.max(value.abs()));
+            }
+        }
+        if extremes.iter().all(|[least, largest]| *least >= NEAR * largest) {
+            return Ok(None);
+        }
+        stepper.make_dense()?;
+        let places = (0..=CLOSE_SAMPLES).map(|k| if k == 0 { AT_END } else { k as f64 / CLOSE_SAMPLES as f64 });
+        let places: Vec<f64> = places.collect();
+        let change = places.windows(2).find(|place| self.is_crossed(stepper, place[1], true));
+        Ok(change.map(|place| [place[0], place[1]]))
     }
 
     /// Fraction of the step at which the first function changes its sign, by bisection of dense output.
@@ -81,7 +147,7 @@ impl SwitchLocator {
         high
     }
 
-    /// Returns whether a function has another sign at the fraction `x` of the step than at its beginning.
+    /// Returns whether a function has another sign at the fraction `x` of the step than along it.
     fn is_crossed<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>, x: f64, is_dense: bool) -> bool {
         let t = if x == 1.0 { stepper.t[1] } else { stepper.t[0] + x * stepper.length() };
         match (x == 1.0, is_dense) {
@@ -90,7 +156,7 @@ impl SwitchLocator {
             (_, false) => stepper.interpolate_coarsely(x, &mut self.y),
         }
         stepper.rhs.switching_functions(t, &self.y, &mut self.values);
-        self.values.iter().zip(&self.sides).any(|(value, side)| (*value > 0.0) != *side)
+        self.values.iter().zip(&self.held).any(|(value, side)| (*value > 0.0) != *side)
     }
 
     /// Stores the signs of the last evaluation.

@@ -2,7 +2,7 @@
 
 use crate::mechanism::element::descriptor::{ElementDescriptor, Measure};
 use crate::mechanism::element::interface::{
-    ConstraintDerivatives, Element, ElementState, Energy, TangentWeights, Variable,
+    ConstraintDerivatives, Element, ElementState, Energy, Sides, TangentWeights, Variable,
 };
 use autodiff::{Dual4, Dual8, DualVec, HyperDual4, Jet2, Scalar};
 
@@ -42,6 +42,8 @@ pub trait AnyElement:
     fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String>;
     /// See [`Element::diagnose_assembly`].
     fn diagnose_assembly(&self, x: &ElementState<'_, f64>) -> Option<String>;
+    /// See [`Element::num_switching_functions`].
+    fn num_switching_functions(&self) -> usize;
     /// See [`Element::is_sensor`].
     fn is_sensor(&self) -> bool;
 
@@ -122,6 +124,9 @@ impl<E: Element> AnyElement for E {
     fn diagnose_assembly(&self, x: &ElementState<'_, f64>) -> Option<String> {
         Element::diagnose_assembly(self, x)
     }
+    fn num_switching_functions(&self) -> usize {
+        Element::num_switching_functions(self)
+    }
     fn is_sensor(&self) -> bool {
         Element::is_sensor(self)
     }
@@ -194,6 +199,8 @@ pub struct ElementWorkspace<T> {
     pub a: Vec<T>,
     /// Multipliers.
     pub l: Vec<T>,
+    /// Signs of switching functions.
+    pub sides: Sides,
     /// Rows of the coordinates.
     pub dynamics: Vec<T>,
     /// Rows of the multipliers.
@@ -202,15 +209,15 @@ pub struct ElementWorkspace<T> {
 
 impl<T> Default for ElementWorkspace<T> {
     fn default() -> Self {
-        let none = Vec::new;
-        Self { p: none(), q: none(), v: none(), a: none(), l: none(), dynamics: none(), constraint: none() }
+        let (none, sides) = (Vec::new, Sides::default());
+        Self { p: none(), q: none(), v: none(), a: none(), l: none(), sides, dynamics: none(), constraint: none() }
     }
 }
 
 impl<T: Scalar> ElementWorkspace<T> {
     /// The state of the element.
     pub fn local(&self, t: T) -> ElementState<'_, T> {
-        ElementState { t, p: &self.p, q: &self.q, v: &self.v, a: &self.a, l: &self.l }
+        ElementState { t, p: &self.p, q: &self.q, v: &self.v, a: &self.a, l: &self.l, sides: self.sides }
     }
 
     /// Evaluates the residual of `element` in this state.
@@ -255,6 +262,7 @@ impl<const N: usize> ElementWorkspace<DualVec<N>> {
             workspace.clear();
             workspace.extend(values.iter().map(|&value| DualVec::constant(value)));
         }
+        self.sides = x.sides;
         let n = x.q.len();
         for (k, &i) in active.iter().enumerate() {
             if i < n {

@@ -20,6 +20,32 @@ pub struct ElementState<'a, T> {
     pub a: &'a [T],
     /// Its multipliers λ (reactions), one per constraint equation; those of the joint whose reactions it reads.
     pub l: &'a [T],
+    /// Signs of its switching functions.
+    pub sides: Sides,
+}
+
+/// Signs of an element's [switching functions](Element::switching_functions), if they are held.
+///
+/// Along an explicit step that ends at a zero of such a function its sign is held: the law of the element is smooth, in values and in
+/// derivatives, also where a stage is beyond the zero by rounding or by the error of the stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sides {
+    is_held: bool,
+    /// Bit k is set if function k is positive.
+    positive: u8,
+}
+
+impl Sides {
+    /// Held sides: for each function, true if it is positive.
+    pub fn held(positive: &[bool]) -> Self {
+        let bits = positive.iter().enumerate().map(|(k, &is_positive)| u8::from(is_positive) << k);
+        Self { is_held: true, positive: bits.sum() }
+    }
+
+    /// Returns whether function `k` counts as positive, with its present `value`.
+    pub fn is_positive(self, k: usize, value: f64) -> bool {
+        if self.is_held { self.positive >> k & 1 == 1 } else { value > 0.0 }
+    }
 }
 
 /// Kinetic and potential energy in J.
@@ -138,8 +164,14 @@ pub trait Element: Send + Sync + 'static {
 
     /// Appends the values of functions whose zeros are the states in which the residual is not smooth: the depth of a contact.
     ///
-    /// Explicit steps end there, so that values and derivatives keep their accuracy. The number of functions is constant.
+    /// Adaptive explicit steps end there, so that values and derivatives keep their accuracy. Along a step the residual must be that of
+    /// the sides on which the step lies, [`ElementState::sides`], whatever the signs of the functions are.
     fn switching_functions<T: Scalar>(&self, _x: &ElementState<'_, T>, _out: &mut Vec<T>) {}
+
+    /// Number of functions that [`Element::switching_functions`] appends, at most 8.
+    fn num_switching_functions(&self) -> usize {
+        0
+    }
 
     /// Returns whether the element only measures and adds nothing to the equations.
     fn is_sensor(&self) -> bool {

@@ -72,3 +72,48 @@ pub fn check_model<M: ParametricMechanism>(
     let scales: Vec<f64> = b.iter().map(|x| if *x == 0.0 { 1.0 } else { x.abs() }).collect();
     check(analysis.as_ref(), &methods(analysis.as_ref()), b, &scales, &wanted)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use autodiff::Scalar;
+    use mechanics::motion::Harmonic;
+    use mechanics::{Mechanism, Result};
+
+    /// A mass of 1.3 kg on a spring of the stiffness b₀ with dry friction, which a force of the angular frequency `rate` moves.
+    struct Rubbing {
+        rate: f64,
+    }
+
+    impl ParametricMechanism for Rubbing {
+        fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+            let zero = S::from(0.0);
+            let mut m = Mechanism::new();
+            let mass = m.point_mass("mass", S::from(1.3), zero, zero);
+            let ground = m.ground();
+            m.coordinate_spring("spring", ground.x, mass.x, [b[0], zero, zero, zero]);
+            m.dry_friction("friction", ground.x, mass.x, [S::from(1.2), S::from(1.1), zero]);
+            m.load("force", ground.x, mass.x, Harmonic, &[zero, S::from(5.0), S::from(self.rate), zero]);
+            let sensor = m.coordinate_sensor("motion", ground.x, mass.x);
+            let position = m.measure(sensor, "position")?;
+            m.output("x", &[position]);
+            Ok(m)
+        }
+    }
+
+    /// Direct derivatives up to an earlier time take the steps of the whole motion, with those that end at events.
+    #[test]
+    fn derivatives_of_adaptive_explicit_steps_with_dry_friction_are_right() {
+        for settings in [Explicit::adaptive(1e-9), Explicit::eighth_order(1e-9)] {
+            check_model(Rubbing { rate: 2.0 }, &[60.0], settings, &[0.5, 1.7, 3.3, 5.0]).unwrap().expect_right();
+        }
+    }
+
+    /// The differences across many changes of the step in which an event falls have the slope of the exact motion.
+    #[test]
+    fn derivatives_of_fixed_steps_with_dry_friction_are_right() {
+        check_model(Rubbing { rate: 5.0 }, &[60.0], Dynamics::fixed(1e-3), &[1.5, 2.5, 3.5, 5.0])
+            .unwrap()
+            .expect_right();
+    }
+}

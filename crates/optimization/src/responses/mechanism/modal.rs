@@ -210,7 +210,9 @@ impl<M: ParametricMechanism> Analysis for ModalResponses<M> {
                     };
                     let (first, last) = (first + 1, last + 1);
                     let warning = format!("natural frequencies {first} to {last} are equal at t = {t} s: {what}");
-                    responses.warnings.push(warning);
+                    if !responses.warnings.contains(&warning) {
+                        responses.warnings.push(warning);
+                    }
                 }
             }
         }

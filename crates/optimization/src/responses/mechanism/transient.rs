@@ -91,10 +91,14 @@ impl<M: ParametricMechanism> Transient<M> {
     ///
     /// [`crate::Error::Option`] or [`crate::Error::Definition`] if a setting or the times are impossible.
     pub fn new(model: M, settings: impl Into<Integration>, times: &[f64]) -> Result<Self> {
-        let settings = settings.into();
-        match &settings {
+        let mut settings = settings.into();
+        match &mut settings {
             Integration::Implicit(settings) => settings.check(times)?,
-            Integration::Explicit(settings) => settings.check(times)?,
+            Integration::Explicit(settings) => {
+                settings.check(times)?;
+                // Derivatives up to an earlier time are those of the steps of the whole motion.
+                settings.end = Some(settings.end_after(times));
+            }
         }
         Ok(Self {
             model,
@@ -252,9 +256,7 @@ impl<M: ParametricMechanism> Transient<M> {
                 return Ok(recorded_rows(&gradients, b.len(), wanted, places));
             }
             (Integration::Implicit(settings), _) => differentiate(model, b, settings, times)?,
-            (Integration::Explicit(settings), _) => {
-                differentiate_explicitly(model, b, &self.with_steps_of_analysis(b, settings)?, times)?
-            }
+            (Integration::Explicit(settings), _) => differentiate_explicitly(model, b, settings, times)?,
         };
         Ok(super::gradient_rows(&history, b.len(), wanted, places))
     }
@@ -312,8 +314,7 @@ impl<M: ParametricMechanism> Transient<M> {
                 differentiate_explicit_recording_backwards(model, b, settings, times, wanted, steps)?
             }
             (Integration::Explicit(settings), _) => {
-                let settings = self.with_steps_of_analysis(b, settings)?;
-                differentiate_explicitly_backwards_within(self.memory, model, b, &settings, times, wanted)?
+                differentiate_explicitly_backwards_within(self.memory, model, b, settings, times, wanted)?
             }
         };
         Ok(rows)
@@ -321,15 +322,6 @@ impl<M: ParametricMechanism> Transient<M> {
 }
 
 impl<M: ParametricMechanism> Transient<M> {
-    /// The settings with the steps of the whole analysis at `b`: adaptive steps up to an earlier time would be others.
-    fn with_steps_of_analysis(&self, b: &[f64], settings: &Explicit) -> Result<Explicit> {
-        if !matches!(settings.step_control, StepControl::Adaptive { .. }) {
-            return Ok(settings.clone());
-        }
-        let (_, steps) = simulate_with_steps(&self.model.build(b)?, settings, &self.times)?;
-        Ok(settings.clone().with_step_control(StepControl::Given(steps)))
-    }
-
     /// Lengths in s of adaptive steps at the design `b`, which derivatives do not vary.
     ///
     /// `None` for fixed steps, and if steps end at events or, explicit ones, at contacts: then the motion determines their lengths.
@@ -445,12 +437,7 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
                 differentiate_recorded_twice(model, b, settings, &times, part, steps)?
             }
             (Integration::Implicit(settings), _) => differentiate_twice(model, b, settings, &times, part)?,
-            (Integration::Explicit(settings), _) => {
-                // Steps that end at contacts have lengths that depend on the design.
-                let moves = has_contacts(&self.model.build(b)?);
-                let settings = if moves { settings.clone() } else { self.with_steps_of_analysis(b, settings)? };
-                differentiate_explicitly_twice(model, b, &settings, &times, part)?
-            }
+            (Integration::Explicit(settings), _) => differentiate_explicitly_twice(model, b, settings, &times, part)?,
         };
         Ok(wanted.iter().zip(at).map(|(wanted, at)| history.hessian(wanted.response, at)).collect())
     }

@@ -16,7 +16,7 @@ use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepConsumer, StepSource, propagate};
 use crate::derivatives::seeding::{set_values, take_values};
 use crate::diagnostics::check_finite;
-use crate::elements::element::{ElementState, ElementWorkspace};
+use crate::elements::element::{ElementState, ElementWorkspace, Sides};
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::simultaneous_switches;
 use crate::initial_conditions::acceleration_rows;
@@ -82,6 +82,8 @@ struct RecordedStep {
     record: Option<StepRecord>,
     /// The reason for a length that depends on the design, and the length in s.
     closed: Option<(StepEnd, f64)>,
+    /// True if the rates at the beginning of the step are on other sides of switching functions than those at the end of the last one.
+    is_restarted: bool,
 }
 
 /// The explicit steps of a mechanism, whose outputs are recorded.
@@ -95,7 +97,7 @@ impl StepSource for RecordedSteps<'_> {
     type Block = RecordedStep;
 
     fn block(&mut self) -> RecordedStep {
-        RecordedStep { action: StepEvent::Start, record: None, closed: None }
+        RecordedStep { action: StepEvent::Start, record: None, closed: None, is_restarted: false }
     }
 
     /// Fills the block with one step, or with the state at one output time.
@@ -113,6 +115,7 @@ impl StepSource for RecordedSteps<'_> {
                 let event = stepper.rhs.locator.as_ref().and_then(|locator| locator.closed).map(StepEnd::Event);
                 let switch = steps.driver.switches.crossed.map(StepEnd::Switch);
                 step.closed = event.or(switch).map(|at| (at, end - begin));
+                step.is_restarted = steps.driver.switches.is_restarted;
                 if step.closed.is_some() {
                     stepper.make_dense()?; // the end is inside the steps of other designs
                 }
@@ -210,13 +213,18 @@ where
         self.end.copy_from(&self.stage);
     }
 
-    /// Propagates the derivatives to the end of the step, which is at `end` (s), and at the zero of the function `closed`.
-    fn advance(&mut self, record: &StepRecord, end: f64, closed: Option<(StepEnd, f64)>) -> Result<()> {
+    /// Propagates the derivatives to the end of the `step`, which is at `end` (s), and at the zero of the function `step.closed`.
+    fn advance(&mut self, record: &StepRecord, end: f64, step: &RecordedStep) -> Result<()> {
         if self.is_started {
             self.accept()?;
         }
+        if step.is_restarted {
+            self.stage.copy_from(&self.begin);
+            self.solve_accelerations(&record.stages[0]);
+            self.store_rates(0);
+        }
         (self.is_started, self.is_dense) = (true, false);
-        match closed {
+        match step.closed {
             Some((at, length)) => self.end_at_zero(record, at, length),
             None => {
                 self.repeat_step(record, -self.begin.t + end);
@@ -260,7 +268,8 @@ where
         let mut values = Vec::new();
         for instance in &self.mechanism.elements {
             gather(instance, &self.end, &mut self.workspace);
-            let local = ElementState { p: &instance.parameters, ..self.workspace.local(self.end.t) };
+            let local = self.workspace.local(self.end.t);
+            let local = ElementState { p: &instance.parameters, sides: Sides::default(), ..local };
             T::switching_functions(instance.element.as_ref(), &local, &mut values);
         }
         values[k]
@@ -343,6 +352,7 @@ where
     /// Solves for the derivatives of accelerations and multipliers at the stage.
     fn solve_accelerations(&mut self, StageRecord { state: values, factor }: &StageRecord) {
         take_values(&mut self.stage, values);
+        self.stage.modes.copy_from(&values.modes);
         for unknown in self.system.unknowns() {
             if let Unknown::Coordinate(i) = *unknown {
                 self.stage.a[i] = T::from(values.a[i]);
@@ -499,7 +509,7 @@ where
                 self.start(record);
                 Ok(())
             }
-            StepEvent::Step([_, end]) => self.advance(record, end, step.closed),
+            StepEvent::Step([_, end]) => self.advance(record, end, step),
             StepEvent::Output { t, is_dense } => self.record_outputs(record, t, is_dense),
         }
     }

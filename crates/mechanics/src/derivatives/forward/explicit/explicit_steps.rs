@@ -67,6 +67,8 @@ pub(crate) struct LinearizedStages {
     pub entries: Vec<Entries>,
     /// Derivatives of both projections, see [`Linearizer::projections`].
     pub projections: [Entries; 3],
+    /// True if the rates at the beginning of the step are on other sides of switching functions than those at the end of the last one.
+    pub is_restarted: bool,
     /// True if there are no constraints to project onto.
     pub is_free: bool,
     /// Positions before the projection, with the correction of the velocities.
@@ -82,6 +84,7 @@ impl LinearizedStages {
             record: None,
             entries: vec![linearizer.entries(); SAMPLE + 1],
             projections: [(); 3].map(|()| linearizer.entries()),
+            is_restarted: false,
             is_free: state.l.is_empty(),
             corrections: state.clone(),
             workspaces: vec![ElementWorkspaces::default(); SAMPLE + 2],

@@ -323,6 +323,7 @@ impl LinearizedElement {
         }
         workspace.l.clear();
         workspace.l.extend(state.l[instance.multipliers()].iter().map(|&l| DualVec::constant(l)));
+        workspace.sides = state.modes.sides_of(instance);
         for (k, variable) in chunk.iter().enumerate() {
             let values = match variable.kind {
                 VariableKind::Position => &mut workspace.q,

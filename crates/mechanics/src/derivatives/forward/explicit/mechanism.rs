@@ -145,13 +145,14 @@ impl StepSource for MechanismSteps<'_> {
         let Self { mechanism, steps, recorder, linearizer, is_parallel, is_dense, .. } = self;
         let (method, rhs) = (steps.driver.stepper.method, &mut steps.driver.stepper.rhs);
         stages.take_record(&mut rhs.record);
-        stages.event = event;
+        (stages.event, stages.is_restarted) = (event, steps.driver.switches.is_restarted);
+        let first = if stages.is_restarted { 0 } else { 1 };
         let mut linearize = |slots| stages.linearize(linearizer, mechanism, slots, *is_parallel);
         match event {
             StepEvent::Start => linearize(0..1),
             StepEvent::Step(_) => {
                 *is_dense = false;
-                linearize(1..method.end + 1);
+                linearize(first..method.end + 1);
                 stages.linearize_projections(linearizer, mechanism);
             }
             StepEvent::Output { is_dense: needs_dense, .. } => {

@@ -95,6 +95,15 @@ struct Ends<const W: usize> {
     v: Vec<Gradient<W>>,
 }
 
+impl<const W: usize> Ends<W> {
+    /// Writes all positions, then all velocities.
+    fn write(&self, y: &mut [Gradient<W>]) {
+        let (positions, velocities) = y.split_at_mut(self.q.len());
+        positions.copy_from_slice(&self.q);
+        velocities.copy_from_slice(&self.v);
+    }
+}
+
 impl<const W: usize> StepDerivatives<W> {
     /// Derivatives at the time `t` (s), where all positions and then all velocities have the derivatives `start`.
     pub fn new(t: f64, start: &[Gradient<W>]) -> Self {
@@ -121,12 +130,14 @@ impl<const W: usize> StepDerivatives<W> {
         v.copy_from_slice(velocities);
     }
 
+    /// Writes the derivatives at the beginning of the step.
+    pub fn begin(&self, y: &mut [Gradient<W>]) {
+        self.ends[0].write(y);
+    }
+
     /// Writes the derivatives at the end of the step.
     pub fn end(&self, y: &mut [Gradient<W>]) {
-        let Ends { q, v } = &self.ends[1];
-        let (positions, velocities) = y.split_at_mut(q.len());
-        positions.copy_from_slice(q);
-        velocities.copy_from_slice(v);
+        self.ends[1].write(y);
     }
 
     /// Writes positions and velocities of the coordinates `which` with the weights of a slot.

@@ -102,6 +102,10 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
         let (method, end) = (plan.method, plan.method.end);
         self.is_dense = false;
         self.step.advance(method, t);
+        if stages.is_restarted {
+            self.step.begin(&mut self.sources[..2 * n]);
+            self.accelerate(stages, 0);
+        }
         (1..end).for_each(|slot| self.evaluate(stages, slot));
         self.step.combine(&plan.weights[end], 0..n, &mut self.sources);
         self.project(stages);
@@ -255,6 +259,7 @@ impl<'m> DualOutputs<'m> {
         c: usize,
     ) {
         let (n, state) = (values.q.len(), &mut self.state);
+        state.modes.copy_from(&values.modes);
         let dual = |re: f64, block: &Gradient<W>| {
             let mut eps = [0.0; WIDTH];
             eps.copy_from_slice(&block[c * WIDTH..(c + 1) * WIDTH]);

@@ -92,7 +92,15 @@ mod tests {
     #[test]
     fn half_a_kilogram_under_gravity() {
         let p = [0.5, 1.0, 0.0, -10.0];
-        let x = ElementState { t: 0.0, p: &p, q: &[2.0, 7.0, 3.0], v: &[3.0, 4.0, 0.0], a: &[3.0, 2.0, 0.0], l: &[] };
+        let x = ElementState {
+            t: 0.0,
+            p: &p,
+            q: &[2.0, 7.0, 3.0],
+            v: &[3.0, 4.0, 0.0],
+            a: &[3.0, 2.0, 0.0],
+            l: &[],
+            sides: Default::default(),
+        };
         close(&rows(&PointMass3, &x).0, &[1.0, 1.0, 5.0]);
         close(&energies(&PointMass3, &x), &[6.25, 14.0]);
         assert!(PointMass3.validate_parameters(&[f64::NAN, 0.0, 0.0, 0.0]).is_some());

@@ -187,7 +187,15 @@ mod tests {
         let v = [0.0, 0.0, 0.0, 0.0, 1.5, 2.0, 0.0];
         // ω̇ = 0 with |e| = 1 on the way: ë = −|ė|² e.
         let a = [0.0, 0.0, 0.0, -6.25, 0.0, 0.0, 0.0];
-        let x = ElementState { t: 0.0, p: &BODY, q: &[0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0], v: &v, a: &a, l: &[] };
+        let x = ElementState {
+            t: 0.0,
+            p: &BODY,
+            q: &[0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0],
+            v: &v,
+            a: &a,
+            l: &[],
+            sides: Default::default(),
+        };
         close(&rows(&RigidBody3, &x).0, &[-3.2, 2.4, 20.0, 0.0, 0.0, -4.0, 24.48]);
         // ½·2·0.16 + ½ (9 + 32) J, and 2·10·0.5 J.
         close(&energies(&RigidBody3, &x), &[20.66, 10.0]);

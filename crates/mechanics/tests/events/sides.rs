@@ -1,0 +1,139 @@
+//! Ropes and compliant contacts along explicit steps, which end where these become taut or slack, close or open.
+
+use crate::methods::deviation;
+use crate::models::{OnRope, ROPE, outputs};
+use autodiff::{Scalar, gradient, hessian};
+use linkwright_mechanics::analyses::dynamics::{simulate_explicitly, simulate_with_steps};
+use linkwright_mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_explicitly_backwards};
+use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright_mechanics::derivatives::second_order::{HessianPart, differentiate_explicitly_twice};
+use linkwright_mechanics::integrators::explicit::Explicit;
+use linkwright_mechanics::{Mechanism, ParametricMechanism, Result};
+
+/// Position and velocity of the mass on a rope at the time `t`, through all phases of the periodic motion.
+fn bouncing_on_rope<S: Scalar>(b: &[S], t: f64) -> [S; 2] {
+    let [gravity, length, stiffness] = [b[0], b[1], b[2]];
+    let start = S::from(1e-2);
+    let fall = ((length - start) * 2.0 / gravity).sqrt();
+    let (speed, rate, lowest) = (gravity * fall, stiffness.sqrt(), gravity / stiffness);
+    let taut = (-(speed * rate / gravity).atan2(S::from(1.0)) + std::f64::consts::PI) * 2.0 / rate;
+    let period = fall * 2.0 + taut;
+    let phase = -period * (t / period.re()).floor() + t;
+    if phase.re() > (fall + taut).re() {
+        // It rises without the rope, and falls again.
+        let before = -phase + period;
+        return [-(start + gravity * before * before * 0.5), gravity * before];
+    }
+    if phase.re() < fall.re() {
+        return [-(start + gravity * phase * phase * 0.5), -gravity * phase];
+    }
+    let (sin, cos) = (rate * (phase - fall)).sin_cos();
+    let depth = length + lowest - lowest * cos + speed / rate * sin;
+    [-depth, -(lowest * rate * sin + speed * cos)]
+}
+
+/// Output times, at the ends of steps and inside them.
+const TIMES: [f64; 6] = [0.3, 0.5, 0.9, 1.3, 2.2, 3.0];
+
+/// The derivatives of the force jump at the events: they must be those of the side on which a step lies.
+#[test]
+fn derivatives_through_a_rope_that_becomes_taut_and_slack_are_exact() {
+    for settings in [Explicit::adaptive(1e-10), Explicit::eighth_order(1e-11)] {
+        let direct = differentiate_explicitly(&OnRope, &ROPE, &settings, &TIMES).unwrap();
+        let second = differentiate_explicitly_twice(&OnRope, &ROPE, &settings, &TIMES, HessianPart::Full).unwrap();
+        for output in [0, 1] {
+            for (k, &t) in TIMES.iter().enumerate() {
+                let (value, slopes) = gradient(|b| bouncing_on_rope(b, t)[output], &ROPE);
+                let curvatures = hessian(|b| bouncing_on_rope(b, t)[output], &ROPE).2;
+                let off = |ours: &mut dyn Iterator<Item = f64>, exact: &[f64]| {
+                    let size = exact.iter().fold(1.0f64, |all, x| all.max(x.abs()));
+                    ours.zip(exact).fold(0.0f64, |all, (a, b)| all.max((a - b).abs())) / size
+                };
+                let ours = second.hessian(output, k).unwrap();
+                let errors = [
+                    (direct.values[output][k] - value).abs(),
+                    off(&mut direct.gradients[output][k].iter().copied(), &slopes),
+                    off(&mut second.gradient(output, k).iter().copied(), &slopes),
+                    off(&mut ours.iter().copied(), curvatures.as_slice()),
+                ];
+                println!("{} {output} at {t}: {errors:?}", settings.method.name);
+                let limits = [1e-7, 1e-7, 1e-7, 1e-5];
+                assert!(errors.iter().zip(limits).all(|(error, limit)| *error < limit), "{output} at {t}: {errors:?}");
+            }
+        }
+        check_adjoint(&OnRope, &ROPE, &settings);
+    }
+}
+
+fn check_adjoint<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Explicit) {
+    let direct = differentiate_explicitly(model, b, settings, &TIMES).unwrap();
+    let all: Vec<AdjointFunctional> = (0..direct.names.len())
+        .flat_map(|output| (0..TIMES.len()).map(move |point| AdjointFunctional::at(output, point)))
+        .collect();
+    let rows = differentiate_explicitly_backwards(model, b, settings, &TIMES, &all).unwrap();
+    let adjoint = deviation(&direct.gradients, b, |output, point| {
+        rows.row(output * TIMES.len() + point).iter().copied().collect()
+    });
+    assert!(adjoint < 1e-11, "{}: {adjoint:.1e}", settings.method.name);
+}
+
+/// A mass of 1 kg that falls on a bump stop of the stiffness b₀ and the damping b₁ from the height b₂, and hangs above on a rope with
+/// damping. On the way back the force of the stop would pull: it ends before the contact opens.
+struct Damped;
+
+impl ParametricMechanism for Damped {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, S::from(-9.81));
+        let mass = m.point_mass("mass", S::from(1.0), zero, b[2]);
+        let ground = m.ground();
+        m.bump_stop("stop", ground.y, mass.y, [b[0], b[1], zero]);
+        m.rope("rope", ground.at(zero, S::from(1.0)), mass.origin(), [S::from(400.0), b[1], S::from(0.95)]);
+        outputs(&mut m, mass.y)?;
+        Ok(m)
+    }
+}
+
+const DAMPED: [f64; 3] = [2000.0, 0.5, 0.9];
+
+#[test]
+fn derivatives_through_contacts_and_ropes_with_damping_are_differences() {
+    for settings in [Explicit::adaptive(1e-10), Explicit::eighth_order(1e-11)] {
+        check_adjoint(&Damped, &DAMPED, &settings);
+        let direct = differentiate_explicitly(&Damped, &DAMPED, &settings, &TIMES).unwrap();
+        let values = |b: &[f64]| {
+            let exact = Explicit::eighth_order(1e-13);
+            simulate_explicitly(&Damped.build(b).unwrap(), &exact, &TIMES).unwrap().values
+        };
+        for variable in 0..DAMPED.len() {
+            let at = |by: f64| {
+                let mut b = DAMPED;
+                b[variable] *= 1.0 + by;
+                values(&b)
+            };
+            let all = [1e-5, -1e-5, 2e-5, -2e-5].map(at);
+            for output in [0, 1] {
+                for k in 0..TIMES.len() {
+                    let slope = |i: usize, h: f64| (all[i][output][k] - all[i + 1][output][k]) / (2.0 * h);
+                    let expected = (4.0 * slope(0, 1e-5) - slope(2, 2e-5)) / 3.0;
+                    let ours = direct.gradients[output][k][variable] * DAMPED[variable];
+                    let off = (ours - expected).abs() / expected.abs().max(1.0);
+                    println!("{} {output} at {} by {variable}: {ours:.6e}, {off:.1e}", settings.method.name, TIMES[k]);
+                    assert!(off < 1e-4, "{output} at {} by {variable}: {ours} {expected}", TIMES[k]);
+                }
+            }
+        }
+    }
+}
+
+/// Steps of the whole motion up to an earlier time have the same bits, also where contacts and ropes end them.
+#[test]
+fn steps_up_to_an_earlier_time_are_those_of_the_whole_motion() {
+    for settings in [Explicit::adaptive(1e-7), Explicit::eighth_order(1e-9)] {
+        let mechanism = Damped.build(&DAMPED).unwrap();
+        let (whole, steps) = simulate_with_steps(&mechanism, &settings, &TIMES).unwrap();
+        let (part, first) = simulate_with_steps(&mechanism, &settings.clone().with_end(TIMES[5]), &TIMES[..3]).unwrap();
+        assert_eq!(first, steps[..first.len()]);
+        (0..whole.values.len()).for_each(|k| assert_eq!(part.values[k], whole.values[k][..3]));
+    }
+}

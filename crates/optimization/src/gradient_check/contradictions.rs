@@ -1,0 +1,169 @@
+//! A second look at derivatives that contradict the differences.
+//!
+//! * **Rounding.** A derivative that is zero but for rounding takes other values in designs that differ in their last digits. This scatter is
+//!   an estimate of its error; a derivative that is wrong does not scatter.
+//! * **Discrete motions.** Where fixed steps end at events, the response is smooth between designs in which an event changes the step in
+//!   which it falls, and has small jumps there. Differences across many of these have the slope of the exact motion, which differs from
+//!   the slope of the discrete motion by the discretization error, with an error estimate that is too small. Narrower differences have the
+//!   slope of the discrete motion. Deviations larger than the discretization error stay wrong: the response may be a staircase.
+
+use super::samples::DifferenceSamples;
+use super::status::{CheckedDerivative, GradientStatus, INEXACT, MARGIN, largest};
+use super::{decide_all, ridders};
+use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+
+/// Distances of designs in which derivatives scatter by rounding only, as fractions of the sizes of the variables.
+const ROUNDED: [f64; 3] = [1e-11, -1e-10, 3e-10];
+
+/// Least number of distances, but one, from which narrow differences are extrapolated.
+const FEWEST: usize = 4;
+
+/// Decides again about derivatives that are called wrong.
+pub(super) fn examine(
+    analysis: &dyn Analysis,
+    (methods, names): (&[GradientMethod<'_>], &[String]),
+    (b, here): (&[f64], &Responses),
+    scales: &[f64],
+    checked: &mut [CheckedDerivative],
+) {
+    if checked.iter().any(is_wrong) {
+        estimate_rounding(analysis, (methods, names), b, scales, checked);
+        decide_all(checked, scales);
+    }
+    let slight = slight_deviations(checked, scales);
+    if slight.iter().any(|is_slight| *is_slight) {
+        narrow_differences(analysis, (b, here), scales, &slight, checked);
+        decide_all(checked, scales);
+    }
+}
+
+fn is_wrong(d: &CheckedDerivative) -> bool {
+    d.status == GradientStatus::Wrong
+}
+
+/// Adds the scatter of the derivatives by exact methods to the rounding errors of each response with a wrong derivative.
+fn estimate_rounding(
+    analysis: &dyn Analysis,
+    (methods, names): (&[GradientMethod<'_>], &[String]),
+    b: &[f64],
+    scales: &[f64],
+    checked: &mut [CheckedDerivative],
+) {
+    for one in checked.chunk_by_mut(|a, b| a.at.response == b.at.response).filter(|one| one.iter().any(is_wrong)) {
+        let mut wanted: Vec<ResponseAt> = one.iter().map(|d| d.at).collect();
+        wanted.dedup();
+        let mut scatter = 0.0f64;
+        for by in ROUNDED {
+            let moved: Vec<f64> = b.iter().zip(scales).map(|(b, scale)| b + by * scale).collect();
+            let Ok(responses) = analysis.analyze(&moved) else { continue };
+            for (k, name) in names.iter().enumerate() {
+                let is_exact = one.iter().all(|d| d.uncertainty[k] == 0.0);
+                let method = methods.iter().find(|method| method.name == *name).filter(|_| is_exact);
+                let Some(Ok(rows)) = method.map(|method| method.sensitivities(&moved, &responses, &wanted)) else {
+                    continue;
+                };
+                let other = |d: &CheckedDerivative| {
+                    let row = wanted.iter().position(|at| *at == d.at).expect("it is one of them");
+                    (rows[(row, d.variable)] - d.computed[k]).abs() * scales[d.variable]
+                };
+                scatter = one.iter().map(other).fold(scatter, f64::max);
+            }
+        }
+        one.iter_mut().for_each(|d| d.rounding += MARGIN * scatter / scales[d.variable]);
+    }
+}
+
+/// For each derivative, true if it is wrong by no more than the discretization error.
+fn slight_deviations(checked: &[CheckedDerivative], scales: &[f64]) -> Vec<bool> {
+    let of_response = |one: &[CheckedDerivative]| {
+        let largest = largest(one, scales);
+        let is_slight = |d: &CheckedDerivative| is_wrong(d) && d.deviation() * scales[d.variable] <= INEXACT * largest;
+        one.iter().map(is_slight).collect::<Vec<_>>()
+    };
+    checked.chunk_by(|a, b| a.at.response == b.at.response).flat_map(of_response).collect()
+}
+
+/// Replaces the differences of derivatives with `slight` deviations by those of closer designs, where these are accurate enough.
+fn narrow_differences(
+    analysis: &dyn Analysis,
+    (b, here): (&[f64], &Responses),
+    scales: &[f64],
+    slight: &[bool],
+    checked: &mut [CheckedDerivative],
+) {
+    let includes = |i: usize| checked.iter().zip(slight).any(|(d, is_slight)| *is_slight && d.variable == i);
+    let samples = DifferenceSamples::close_to(|designs| analysis.analyze_around(b, designs), b, scales, includes);
+    for (d, _) in checked.iter_mut().zip(slight).filter(|(_, is_slight)| **is_slight) {
+        let steps = samples[d.variable].steps(d.at);
+        // A jump between two of the distances makes those above it useless.
+        let starts = 0..steps.len().saturating_sub(FEWEST);
+        let estimates = starts.filter_map(|from| ridders(here.at(d.at), &steps[from..]));
+        let narrow = estimates.min_by(|a, b| a.error.total_cmp(&b.error));
+        d.difference = narrow.filter(|slope| slope.error < d.deviation()).or(d.difference);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gradient_check::{check, methods};
+    use error::Result;
+    use nalgebra::DMatrix;
+
+    /// One response of one variable, with the derivative that the analysis returns for it.
+    struct Claimed<F, D>(F, D);
+
+    impl<F: Fn(f64) -> f64 + Send + Sync, D: Fn(f64) -> f64 + Send + Sync> Analysis for Claimed<F, D> {
+        fn analyze(&self, b: &[f64]) -> Result<Responses> {
+            Ok(Responses::new(vec![vec![(self.0)(b[0])]]))
+        }
+
+        fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+            Ok(DMatrix::from_element(wanted.len(), 1, (self.1)(b[0])))
+        }
+    }
+
+    fn status(analysis: &dyn Analysis) -> GradientStatus {
+        let wanted = [ResponseAt { response: 0, point: 0 }];
+        check(analysis, &methods(analysis), &[1.0], &[1.0], &wanted).unwrap().derivatives[0].status
+    }
+
+    /// A number between −1 and 1 that depends on all digits of x.
+    fn noise(x: f64) -> f64 {
+        let mut z = x.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// A discrete motion whose slope between changes of a step is 2·10⁻⁴ less than that of the exact motion.
+    #[test]
+    fn a_slope_between_small_jumps_is_that_of_close_designs() {
+        for place in 0..20 {
+            let (width, jump) = (1.5e-4, 3e-8);
+            let motion = move |x: f64| x - 2e-4 * x + jump * (x / width + 0.05 * f64::from(place)).floor();
+            let right = |d: f64| status(&Claimed(motion, move |_| d));
+            assert_eq!(right(1.0 - 2e-4), GradientStatus::Right, "{place}");
+            assert_ne!(right(1.0 - 3e-4), GradientStatus::Right, "{place}");
+            assert_eq!(right(1.0 + 1e-2), GradientStatus::Wrong, "{place}");
+        }
+    }
+
+    /// A staircase: the slope of its steps is not that of the response.
+    #[test]
+    fn a_derivative_of_the_steps_of_a_staircase_is_wrong() {
+        let staircase = |x: f64| 0.5 * x + 5e-5 * (x / 1e-4 + 0.3).floor();
+        assert_eq!(status(&Claimed(staircase, |_| 0.5)), GradientStatus::Wrong);
+    }
+
+    #[test]
+    fn derivatives_that_are_zero_but_for_rounding_are_not_wrong() {
+        let zero = |x: f64| 1e-20 * x;
+        assert_ne!(status(&Claimed(zero, |x| 1e-9 * noise(x))), GradientStatus::Wrong);
+        assert_eq!(status(&Claimed(zero, |_| 1e-9)), GradientStatus::Wrong);
+        // Of a conserved quantity, the error of the steps remains.
+        let conserved = |x: f64| 41.0 + 3e-8 * x;
+        assert_eq!(status(&Claimed(conserved, |_| 3.01e-8)), GradientStatus::Right);
+        assert_eq!(status(&Claimed(conserved, |_| 1e-5)), GradientStatus::Wrong);
+    }
+}
