@@ -67,7 +67,7 @@ pub fn below(folder: &Path) -> Vec<RunEntry> {
             waiting.extend(inner.map(|entry| (entry.path(), depth + 1)));
         }
     }
-    found.sort_by(|a: &RunEntry, b| (&a.begun, &a.folder).cmp(&(&b.begun, &b.folder)));
+    found.sort_by(|a: &RunEntry, b| (&a.begun, &a.path).cmp(&(&b.begun, &b.path)));
     found
 }
 
