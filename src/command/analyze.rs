@@ -13,7 +13,7 @@ use linkwright::model_file::Model;
 use linkwright::problem::{self, DesignVariable, Evaluation, Problem, ResponseAt, Responses, SignedQuantity, TimeGrid};
 use linkwright::report::number::{readable, with_unit, without_rounding};
 use linkwright::report::outcome;
-use linkwright::report::table::{Cell, Table};
+use linkwright::report::table::{Cell, Table, one_line};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -113,9 +113,9 @@ impl DesignArguments {
         let design = analysed.design_values();
         let words: Vec<String> =
             design.iter().map(|v| format!("{} = {}", v.name, with_unit(v.value, &v.unit, digits))).collect();
-        self.say(&format!("{} at {}", analysed.title, words.join(", ")))?;
+        self.say(&one_line(&format!("{} at {}", analysed.title, words.join(", "))))?;
         let value = with_unit(objective.value, &objective.unit, digits);
-        self.say(&format!("  {:<24} {value}, {}", objective.name, outcome::goal(&analysed.problem)))
+        self.say(&one_line(&format!("  {:<24} {value}, {}", objective.name, outcome::goal(&analysed.problem))))
     }
 
     fn write(&self, name: &str, csv: &str) -> anyhow::Result<()> {
@@ -264,7 +264,7 @@ impl Analyze {
             };
             say(&serde_json::to_string(&record)?)?;
         } else {
-            self.given.say(model.title())?;
+            self.given.say(&one_line(model.title()))?;
             self.given.say_notes(&responses.notes)?;
             self.given.say(ranges("", &outputs, time, self.given.digits.count())?.text().trim_end())?;
         }
@@ -383,7 +383,7 @@ impl Sensitivities {
         };
         let line = |name: &str, gradient: Vec<f64>| {
             let numbers = columns(&mut gradient.iter().map(|s| readable(*s, digits)));
-            self.given.say(&format!("  {name:<40}{numbers}"))
+            self.given.say(&one_line(&format!("  {name:<40}{numbers}")))
         };
         let names = columns(&mut problem.variables.iter().map(|v| format!("d/d {}", v.name)));
         self.given.say(&format!("  {:<40}{names}", ""))?;

@@ -13,6 +13,7 @@ use linkwright::problem::{DesignVariable, Evaluation, Problem, ScalingAdvice};
 use linkwright::report::gradient_check::{table, text};
 use linkwright::report::number::{readable, with_unit};
 use linkwright::report::outcome;
+use linkwright::report::table::one_line;
 use linkwright::sao::Method;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -133,15 +134,15 @@ impl Check {
 fn describe(problem: &Problem, design: &[f64], here: &Evaluation, digits: usize) -> anyhow::Result<()> {
     // The two sides of a limit are one constraint, and those that bound the peak of the objective are none.
     let constraints: BTreeSet<&str> = outcome::stated_constraints(problem).map(|j| outcome::name(problem, j)).collect();
-    say(&format!(
+    say(&one_line(&format!(
         "{}: {} design variables, {} responses, {} constraints, {} time points",
         problem.name,
         problem.n(),
         problem.responses.len(),
         constraints.len(),
         problem.grids.first().map_or(0, |grid| grid.len()),
-    ))?;
-    let value = with_unit(outcome::objective(problem, design, here), &problem.objective.unit, digits);
+    )))?;
+    let value = one_line(&with_unit(outcome::objective(problem, design, here), &problem.objective.unit, digits));
     if problem.constraints.is_empty() {
         return say(&format!("At this design the objective is {value}."));
     }
@@ -153,7 +154,7 @@ fn describe(problem: &Problem, design: &[f64], here: &Evaluation, digits: usize)
 fn scales(problem: &Problem, design: &[f64]) -> linkwright::Result<Vec<String>> {
     match problem.scaling_advice(design) {
         Err(Error::Unsupported { .. }) => Ok(vec![]),
-        advice => Ok(advice?.iter().map(|advice| in_words(problem, advice)).collect()),
+        advice => Ok(advice?.iter().map(|advice| one_line(&in_words(problem, advice))).collect()),
     }
 }
 

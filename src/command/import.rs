@@ -1,7 +1,7 @@
 //! `linkwright import FILE`: a robot in a URDF or MJCF file as a model file.
 
 use super::new::create;
-use super::output::{complain, say, visible};
+use super::output::{argument, complain, say, visible};
 use clap::Args;
 use linkwright::model_file::robot::{self, Base};
 use std::path::{Path, PathBuf};
@@ -41,6 +41,6 @@ impl Import {
         let file = format!("{}.toml", self.name.clone().unwrap_or_else(own).trim_end_matches(".toml"));
         create(&file, &imported.text)?;
         imported.left_out.iter().for_each(|sentence| complain(&format!("note: {}", visible(sentence))));
-        if self.quiet { Ok(()) } else { say(&format!("Wrote {file}. Next: linkwright analyze {file}")) }
+        if self.quiet { Ok(()) } else { say(&format!("Wrote {file}. Next: linkwright analyze {}", argument(&file))) }
     }
 }

@@ -54,6 +54,7 @@ mod tables;
 use output::{ClosedOutput, complain};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 /// Design optimization of multibody systems by sequential approximation.
@@ -130,8 +131,11 @@ fn command() -> clap::Command {
 
 /// Reads the arguments, runs the command, and prints an error to standard error.
 pub fn main() -> ExitCode {
-    let matches = command().get_matches();
-    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let matches = command().try_get_matches();
+    let arguments = match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
+        Ok(arguments) => arguments,
+        Err(asked) => return told(&asked),
+    };
     if arguments.allow_programs {
         model::allow_programs();
     }
@@ -164,6 +168,17 @@ pub fn main() -> ExitCode {
         complain(&format!("error: {error:#}"));
         ExitCode::FAILURE
     })
+}
+
+/// Prints the help that was asked for, or what is wrong with the arguments. A pager may close help before its end.
+fn told(asked: &clap::Error) -> ExitCode {
+    match asked.print() {
+        Err(why) if !asked.use_stderr() && why.kind() != ErrorKind::BrokenPipe => {
+            complain(&format!("error: cannot write to standard output: {why}"));
+            ExitCode::FAILURE
+        }
+        _ => ExitCode::from(asked.exit_code() as u8),
+    }
 }
 
 /// Threads for each processor that RAYON_NUM_THREADS can ask for.

@@ -3,7 +3,9 @@
 use super::output::complain;
 use anyhow::{Context, bail};
 use clap::Args;
-use linkwright::model_file::{Model, number_in, read, with_files, with_setting, with_start};
+use linkwright::model_file::{
+    DiagnosticReport, Model, number_in, read, read_of_run, with_files, with_setting, with_start,
+};
 use linkwright::problem::{DesignVariable, Problem};
 use linkwright::storage::{Directory, read_file};
 use std::path::{Path, PathBuf};
@@ -101,7 +103,7 @@ pub struct Start {
 impl Settings {
     /// Reads a model file with these settings. Returns the model and its text.
     pub fn load(&self, path: &Path) -> anyhow::Result<(Model, String)> {
-        read_edited(path, &self.pairs()?, &[])
+        read_edited(path, &self.pairs()?, &[], read)
     }
 
     /// Rejects settings for a problem of the library, which has no file.
@@ -128,12 +130,17 @@ impl Edits {
     pub fn load(&self, path: &Path, start: &Start) -> anyhow::Result<(Model, String)> {
         let start = start.start.iter().flat_map(|all| &all.0);
         let start = start.map(|item| pair(item, "NAME=VALUE")).collect::<anyhow::Result<Vec<_>>>()?;
-        read_edited(path, &self.pairs()?, &start)
+        read_edited(path, &self.pairs()?, &start, read)
     }
 
-    /// The model of a text with these changes, and its text.
+    /// Reads the edited model file of a run that has begun, with these changes. Returns the model and its text.
+    pub fn load_again(&self, path: &Path) -> anyhow::Result<(Model, String)> {
+        read_edited(path, &self.pairs()?, &[], read_of_run)
+    }
+
+    /// The model of a run with these changes, and its text.
     pub fn change(&self, path: &Path, text: String) -> anyhow::Result<(Model, String)> {
-        edited(path, text, &self.pairs()?, &[])
+        edited(path, text, &self.pairs()?, &[], read_of_run)
     }
 
     fn pairs(&self) -> anyhow::Result<Vec<(String, String)>> {
@@ -157,17 +164,21 @@ fn pair(item: &str, form: &str) -> anyhow::Result<(String, String)> {
     }
 }
 
+/// Reads a text as a model: [`read`] or [`read_of_run`].
+type Reader = fn(&str, &str) -> Result<Model, Box<DiagnosticReport>>;
+
 /// Reads a model file with other settings and start values. Returns the model and its text.
 fn read_edited(
     path: &Path,
     settings: &[(String, String)],
     start: &[(String, String)],
+    reader: Reader,
 ) -> anyhow::Result<(Model, String)> {
     let path = &model_file(path);
     let bytes = read_file(path, LIMIT).with_context(|| format!("cannot read the model {}", path.display()))?;
     let text = String::from_utf8(bytes).with_context(|| format!("the model {} is not UTF-8", path.display()))?;
     let text = with_files(&path.display().to_string(), &text, path.parent().unwrap_or(Path::new("")))?;
-    edited(path, text, settings, start)
+    edited(path, text, settings, start, reader)
 }
 
 fn edited(
@@ -175,6 +186,7 @@ fn edited(
     mut text: String,
     settings: &[(String, String)],
     start: &[(String, String)],
+    reader: Reader,
 ) -> anyhow::Result<(Model, String)> {
     let name = path.display().to_string();
     for (key, value) in settings {
@@ -183,7 +195,7 @@ fn edited(
     for (variable, value) in start {
         text = with_start(&name, &text, variable, value)?;
     }
-    let (model, text) = of_bytes(path, text.into_bytes())?;
+    let (model, text) = of_bytes(path, text.into_bytes(), reader)?;
     Ok((with_program(model, path), text))
 }
 
@@ -193,17 +205,17 @@ pub fn model_file(path: &Path) -> PathBuf {
     if path.extension().is_none() && !path.is_file() && named.exists() { named } else { path.to_owned() }
 }
 
-/// Reads the model file of an open folder, without following a link.
+/// Reads the model of a run in its open folder, without following a link.
 pub fn parsed(directory: &Directory, name: &str) -> anyhow::Result<(Model, String)> {
     let path = directory.path().join(name);
     let unreadable = || format!("cannot read the model {}", path.display());
     let bytes = directory.read(name, LIMIT).with_context(unreadable)?;
-    of_bytes(&path, bytes.with_context(unreadable)?)
+    of_bytes(&path, bytes.with_context(unreadable)?, read_of_run)
 }
 
-fn of_bytes(path: &Path, bytes: Vec<u8>) -> anyhow::Result<(Model, String)> {
+fn of_bytes(path: &Path, bytes: Vec<u8>, reader: Reader) -> anyhow::Result<(Model, String)> {
     let text = String::from_utf8(bytes).with_context(|| format!("the model {} is not UTF-8", path.display()))?;
-    let model = read(&path.display().to_string(), &text)?;
+    let model = reader(&path.display().to_string(), &text)?;
     if let Some(note) = model.note() {
         complain(&note.to_string());
     }

@@ -1,6 +1,6 @@
 //! `linkwright new NAME`, `linkwright schema` and `linkwright completion SHELL`: files for a new model, an editor and a shell.
 
-use super::output::say;
+use super::output::{argument, say};
 use anyhow::{Context, bail};
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
@@ -26,7 +26,7 @@ impl New {
     pub fn run(&self) -> anyhow::Result<()> {
         let (file, title) = named(&self.name)?;
         create(&file, &include_str!("template.toml").replace("TITLE", &title))?;
-        if self.quiet { Ok(()) } else { say(&format!("Wrote {file}. Next: linkwright optimize {file}")) }
+        if self.quiet { Ok(()) } else { say(&format!("Wrote {file}. Next: linkwright optimize {}", argument(&file))) }
     }
 }
 
@@ -36,6 +36,9 @@ fn named(name: &str) -> anyhow::Result<(String, String)> {
     let (Some(_), Some(title)) = (Path::new(&file).file_name(), Path::new(&file).file_stem()) else {
         bail!("{file} is not the name of a file; give another name");
     };
+    if title == ".toml" {
+        bail!("a model needs a name; give one such as lift");
+    }
     let title = title.to_string_lossy().replace(['"', '\\'], "");
     Ok((file, title))
 }

@@ -5,13 +5,13 @@ use super::budget::Budget;
 use super::database::WarmStart;
 use super::folder;
 use super::model::{Edits, Start, located, model_file, parsed};
-use super::output::{ClosedOutput, Digits, complain, results};
+use super::output::{ClosedOutput, Digits, argument, complain, results};
 use super::progress::{Progress, RunningTime, Show};
 use super::report::write_report;
 use super::run_directory::{MODEL, Occupied, RunDirectory, RunRecord, fingerprint};
 use anyhow::{Context, anyhow};
 use clap::Args;
-use linkwright::model_file::Model;
+use linkwright::model_file::{Model, read};
 use linkwright::problem::Problem;
 use linkwright::sao::{State, Status};
 use linkwright::storage::Directory;
@@ -106,7 +106,7 @@ impl Optimize {
         let next = if self.report {
             format!("The report is {}", write_report(&out, None, true, None, Show::Nothing, &self.budget)?.display())
         } else {
-            format!("Next: linkwright report {}", out.display())
+            format!("Next: linkwright report {}", argument(&out.display().to_string()))
         };
         self.shown.show().note(&next).map(|()| code)
     }
@@ -228,14 +228,17 @@ impl Resume {
         }
         let record = RunRecord::read(&directory)?;
         let (model, text) = match &self.file {
-            Some(file) => self.edits.load(file, &Start::default())?,
+            Some(file) => self.edits.load_again(file)?,
             None => self.edits.change(&path.join(MODEL), parsed(&directory, MODEL)?.1)?,
         };
         if record.fingerprint == fingerprint(&model) {
+            let model = model.copied_from(&record.file);
             let (folder, ..) = RunDirectory::claim(directory)?;
             folder.edit(&text)?;
             return self.shown.resume(folder, model, &text, self.previous, Some(&self.budget));
         }
+        // A new run begins at the start, which its bounds must contain.
+        read(&path.display().to_string(), &text)?;
         let show = self.shown.show();
         show.note("The problem has changed, a new run begins:")?;
         for change in super::run_directory::changes(&record.model, &text)? {
@@ -301,7 +304,10 @@ impl Shown {
         announce_interruptions(out);
         folder.keep_answers(model)?;
         self.cycles(model, problem, folder, state, warm, out).map_err(|error| match error.is::<ClosedOutput>() {
-            true => anyhow!("{ClosedOutput}; `linkwright resume {}` continues the run", out.display()),
+            true => anyhow!(
+                "{ClosedOutput}; `linkwright resume {}` continues the run",
+                argument(&out.display().to_string())
+            ),
             false => error,
         })
     }
@@ -348,7 +354,7 @@ impl Shown {
 
 /// Ends the process at Ctrl-C with a line that says how to go on. Every cycle is stored, so it may end at any moment.
 fn announce_interruptions(out: &Path) {
-    let text = format!("\ninterrupted; `linkwright resume {}` continues the run", out.display());
+    let text = format!("\ninterrupted; `linkwright resume {}` continues the run", argument(&out.display().to_string()));
     let end = move || {
         complain(&text);
         std::process::exit(INTERRUPTED);

@@ -75,6 +75,12 @@ pub fn visible(text: &str) -> String {
     shown
 }
 
+/// An argument as it is typed into a shell.
+pub fn argument(text: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_.-=/".contains(c);
+    if text.chars().all(is_plain) { text.to_owned() } else { format!("'{}'", text.replace('\'', "'\\''")) }
+}
+
 /// The default folder of results: `out`, or the value of `LINKWRIGHT_OUT`.
 pub fn results() -> PathBuf {
     let wanted = std::env::var_os("LINKWRIGHT_OUT").filter(|name| !name.is_empty());

@@ -8,15 +8,18 @@ use linkwright::model_file::settings;
 use linkwright::sao::{DEFAULT_PRESET, Status};
 use linkwright::storage::{Directory, Entry};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A row of the list of runs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RunEntry {
     /// `run` or `study`.
     pub kind: String,
-    /// Path of the folder.
+    /// Path of the folder, as text.
     pub folder: String,
+    /// Path of the folder, which need not be UTF-8. Empty for an entry of a database.
+    #[serde(skip)]
+    pub path: PathBuf,
     /// Time at which the run began, in UTC; empty if unknown.
     pub begun: String,
     /// Title of the model.
@@ -57,7 +60,6 @@ pub fn below(folder: &Path) -> Vec<RunEntry> {
         let has = |name: &str| folder.join(name).symlink_metadata().is_ok_and(|entry| !entry.is_dir());
         if has(RUN) || has(STUDY) {
             found.push(RunEntry::of(&folder));
-            continue;
         }
         let Ok(entries) = std::fs::read_dir(&folder) else { continue };
         let inner = entries.flatten().filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));
@@ -65,7 +67,7 @@ pub fn below(folder: &Path) -> Vec<RunEntry> {
             waiting.extend(inner.map(|entry| (entry.path(), depth + 1)));
         }
     }
-    found.sort_by(|a: &RunEntry, b| (&a.begun, &a.folder).cmp(&(&b.begun, &b.folder)));
+    found.sort_by(|a: &RunEntry, b| (&a.begun, &a.path).cmp(&(&b.begun, &b.path)));
     found
 }
 
@@ -74,6 +76,7 @@ impl RunEntry {
     fn of(folder: &Path) -> Self {
         Self::read(folder).unwrap_or_else(|error| Self {
             folder: folder.display().to_string(),
+            path: folder.to_owned(),
             status: "Damaged".to_owned(),
             fault: Some(format!("{error:#}")),
             ..Self::default()
@@ -100,6 +103,7 @@ impl RunEntry {
         Ok(Self {
             kind: "run".to_owned(),
             folder: folder.display().to_string(),
+            path: folder.to_owned(),
             begun: run.begun,
             model: run.title,
             method: preset(&run.model),
@@ -133,6 +137,7 @@ impl RunEntry {
         Ok(Self {
             kind: "study".to_owned(),
             folder: shown.to_string(),
+            path: directory.path().to_owned(),
             begun: record.begun,
             model: record.title,
             method: kind.trim_matches('"').to_owned(),

@@ -196,6 +196,13 @@ impl DiagnosticReport {
         Renderer::plain().render(&[level.primary_title(&diagnostic.message).element(snippet).elements(help)])
     }
 
+    /// The attached file in which a diagnostic is, and its line from 1; `None` for the own text of the model.
+    pub fn attached_place(&self, diagnostic: &Diagnostic) -> Option<(&str, usize)> {
+        let start = self.first_line(&diagnostic.span).start;
+        let (name, part) = text_parts::part_at(&self.text, start);
+        Some((name?, self.text[part.start..start].matches('\n').count() + 1))
+    }
+
     /// The part of a span in its first line, on boundaries of characters.
     fn first_line(&self, span: &Range<usize>) -> Range<usize> {
         let is_boundary = |byte: &usize| self.text.is_char_boundary(*byte);

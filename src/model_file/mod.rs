@@ -49,6 +49,7 @@ mod document;
 pub mod expression;
 mod file;
 mod limits;
+mod number;
 pub mod robot;
 mod settings;
 mod text_parts;
@@ -59,9 +60,12 @@ pub use attached::with_files;
 pub use complete::{Completion, Completions, completions};
 pub use diagnostics::{Diagnostic, DiagnosticReport, Severity};
 pub use document::{document, schema, tables};
-pub use file::{Accepts, Key, Model, Need, TableKeys, read};
+pub use file::{Accepts, Constant, Key, Model, Need, TableKeys, read, read_of_run};
 #[cfg(feature = "report")]
 pub(crate) use file::{
     FileSource, Read, Section, Word, default, find, optional, ordered, read_document, required, wrong_type,
 };
-pub use settings::{number_in, settings, with_setting, with_start};
+pub use number::{number_in, with_start};
+pub use settings::{settings, with_setting};
+#[cfg(feature = "report")]
+pub(crate) use {number::number_of, settings::with_constant_as_variable};

@@ -1,7 +1,5 @@
 //! The TOML of a model file: parsing, all settings by their keys, and the fingerprint.
 
-use super::expression::{Names, Scope, TextPlace, Tree};
-use super::unit::Unit;
 use super::{Diagnostic, DiagnosticReport, attached, limits, text_parts, version};
 use std::collections::BTreeMap;
 use toml::de::{DeTable, DeValue};
@@ -208,52 +206,15 @@ fn written(part: &str) -> String {
     if is_bare { part.to_owned() } else { format!("{part:?}") }
 }
 
-/// The text of a file with another start value of a design variable.
-///
-/// The value is as for [`number_in`]; it is converted to the unit of the file.
-///
-/// # Errors
-/// If there is no such design variable, or as [`number_in`].
-pub fn with_start(file: &str, text: &str, name: &str, value: &str) -> Result<String, Box<DiagnosticReport>> {
-    let all = settings(file, text)?;
-    let setting = |key: &str| all.get(&format!("design.{name}.{key}")).map(|text| text.trim_matches('"'));
-    let Some(old) = setting("start") else {
-        let names = all.keys().filter_map(|key| key.strip_prefix("design.")?.strip_suffix(".start"));
-        let error = Diagnostic::unknown(0..0, "design variable", name, names);
-        return Err(on_command_line(value, error));
-    };
-    let own = Tree::parse(old, TextPlace::From(0)).ok().and_then(|tree| tree.unit().map(|unit| unit.text.clone()));
-    let unit = setting("unit").or(own.as_deref()).unwrap_or_default();
-    let number = number_in(unit, name, value)?;
-    let new = if own.is_some() { format!("\"{number} {unit}\"") } else { number.to_string() };
-    with_setting(file, text, &format!("design.{name}.start"), &new)
-}
-
-/// A value of a design variable as a number of its unit: a plain number or formula is in this unit, a quantity such as `0.3 m` is converted to it.
-///
-/// # Errors
-/// If the text is not a number, or has a unit of another dimension. The report shows the place in the text.
-pub fn number_in(unit: &str, name: &str, text: &str) -> Result<f64, Box<DiagnosticReport>> {
-    let text = text.trim().trim_matches('"');
-    let names = Names::default();
-    let read = || {
-        let tree = Tree::parse(text, TextPlace::From(0))?;
-        let known = names.dimension(&tree, &Scope::NUMBER)?;
-        let has_unit = tree.unit().is_some() || known.is_some_and(|k| k.is_firm && !k.dimension.is_number());
-        match Unit::parse(unit) {
-            _ if !has_unit => names.evaluate(&tree, name, ""),
-            Some(unit) => names.evaluate_in(&tree, name, &unit),
-            None => {
-                let error = Diagnostic::new(tree.span, format!("`{name}` has no unit in the file"));
-                Err(error.help("give a number without a unit"))
-            }
-        }
-    };
-    read().map_err(|error| on_command_line(text, error))
-}
-
-fn on_command_line(text: &str, error: Diagnostic) -> Box<DiagnosticReport> {
-    Box::new(DiagnosticReport { file: "command line".to_owned(), text: text.to_owned(), diagnostics: vec![error] })
+/// The text of a model in which a constant is a design variable that begins at its value. `None` if the text has no such constant on lines
+/// of its own.
+#[cfg(feature = "report")]
+pub(crate) fn with_constant_as_variable(text: &str, name: &str) -> Option<String> {
+    let table = parse(text).ok()?;
+    let (key, value) = table.get("constants")?.get_ref().as_table()?.get_key_value(name)?;
+    let (start, without) = (&text[value.span()], format!("{}{}", &text[..key.span().start], &text[value.span().end..]));
+    let (own, attached) = without.split_at(text_parts::split(&without).0);
+    Some(format!("{}\n\n[design.{name}]\nstart = {start}\n{attached}", own.trim_end()))
 }
 
 /// The table of a list that a path names: `joint`, `pin` is the table `[[joint]]` with this name or number.
@@ -357,30 +318,8 @@ mod tests {
     }
 
     #[test]
-    fn a_start_has_the_unit_of_the_file() {
-        let text = "[design]\na = { start = \"100 mm\" }\nb = { start = 2.0, unit = \"m\" }\nc = { start = 1 }\n[[constraint]]\n\
-            name = \"tip travel, m\"\nat_most = 1\n";
-        let set = |name: &str, value: &str| with_start("m", text, name, value);
-        for (name, value, old, new) in [
-            ("a", "0.3 m", "100 mm", "300 mm"),
-            ("a", "\"0.3 m\"", "100 mm", "300 mm"),
-            ("a", "120", "100 mm", "120 mm"),
-            ("b", "300 mm", "start = 2.0", "start = 0.3"),
-            ("b", "3", "start = 2.0", "start = 3"),
-            ("c", "2*(1 + 1)", "start = 1", "start = 4"),
-        ] {
-            assert_eq!(set(name, value).unwrap(), text.replacen(old, new, 1), "{name} {value}");
-        }
-        for (name, value, why) in [
-            ("a", "3 kg", "mass"),
-            ("b", "3 s", "time"),
-            ("c", "3 mm", "`c` has no unit in the file"),
-            ("q", "3", "q"),
-            ("a", "3 xx", "xx"),
-        ] {
-            let error = set(name, value).unwrap_err().to_string();
-            assert!(error.contains(why), "{error}");
-        }
+    fn the_name_of_a_part_may_have_spaces() {
+        let text = "[[constraint]]\nname = \"tip travel, m\"\nat_most = 1\n";
         let renamed = with_setting("m", text, "constraint.\"tip travel, m\".at_most", "2").unwrap();
         assert_eq!(renamed, text.replacen("at_most = 1", "at_most = 2", 1));
         assert_eq!(with_setting("m", text, "constraint.tip travel, m.at_most", "2").unwrap(), renamed);

@@ -3,6 +3,7 @@
 //! A unit is a factor to the SI unit and a dimension. Angles have a dimension of their own, so that 5 Hz are not taken for 5 rad/s, but
 //! formulas need not account for it: a length times an angle is a length.
 
+use crate::Readable;
 use std::fmt;
 use std::ops::Range;
 
@@ -285,6 +286,12 @@ impl Unit {
     /// Converts a value in SI to a number of this unit.
     pub fn of_si(&self, value: f64) -> f64 {
         value * self.factor[1] / self.factor[0]
+    }
+
+    /// A number of a unit as TOML that reads back with the same bits: a text with the unit, or without one the plain number.
+    pub fn written(unit: Option<&Self>, number: f64) -> String {
+        let number = Readable(number);
+        unit.map_or_else(|| number.to_string(), |unit| format!("\"{number} {}\"", unit.text))
     }
 
     /// The factors by which a number of this unit is multiplied and divided for its value in SI.

@@ -1,11 +1,12 @@
 //! The study file: its keys, and what they say.
 
 use super::distribution::Distribution;
+use super::model::VariedNumber;
 use super::sequence::SequenceKind;
-use crate::model_file::expression::Names;
+use crate::model_file::expression::{Names, Tree};
 use crate::model_file::{
-    Accepts, Diagnostic, DiagnosticReport, FileSource, Key, Read, Section, TableKeys, Word, default, find, optional,
-    ordered, read_document, required, wrong_type,
+    Accepts, Diagnostic, DiagnosticReport, FileSource, Key, Read, Section, TableKeys, Word, default, find, number_of,
+    optional, ordered, read_document, required, wrong_type,
 };
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -141,25 +142,45 @@ pub fn study_tables() -> Vec<TableKeys> {
     ]
 }
 
-/// The varied quantities.
+/// What varies: its name, and numbers in the unit that it has in the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vary {
     /// Its name, with its place.
     pub(super) name: Word,
-    pub(super) from: Option<f64>,
-    pub(super) to: Option<f64>,
-    pub(super) points: usize,
-    pub(super) is_logarithmic: bool,
-    mean: Option<f64>,
-    deviation: Option<f64>,
-    plus_minus: Option<f64>,
+    from: Option<Tree>,
+    to: Option<Tree>,
+    points: usize,
+    is_logarithmic: bool,
+    mean: Option<Tree>,
+    deviation: Option<Tree>,
+    plus_minus: Option<Tree>,
     is_normal: Option<bool>,
 }
 
 impl Vary {
-    /// The values of a range.
-    pub fn values(&self) -> Vec<f64> {
-        let (from, to) = (self.from.unwrap_or(0.0), self.to.unwrap_or(0.0));
+    /// A number of the file in a unit or label.
+    fn number(&self, tree: &Option<Tree>, unit: &str) -> Read<Option<f64>> {
+        tree.as_ref().map(|tree| number_of(tree, unit, &self.name.text)).transpose()
+    }
+
+    /// The ends of a range in this unit, as far as they are given.
+    ///
+    /// # Errors
+    /// If a number has a unit of another dimension.
+    pub(super) fn ends(&self, unit: &str) -> Read<[Option<f64>; 2]> {
+        Ok([self.number(&self.from, unit)?, self.number(&self.to, unit)?])
+    }
+
+    /// The values of a range in this unit.
+    ///
+    /// # Errors
+    /// As [`ends`](Self::ends), and if both are equal.
+    pub(super) fn values(&self, unit: &str) -> Read<Vec<f64>> {
+        let [from, to] = self.ends(unit)?.map(|end| end.expect("the key is required"));
+        if from == to {
+            let place = self.to.as_ref().map_or_else(|| self.name.span.clone(), |to| to.span.clone());
+            return Err(Diagnostic::new(place, "the range is empty").help("give `to` other than `from`"));
+        }
         let value = |k: usize| match k {
             0 => from,
             k if k + 1 == self.points => to,
@@ -168,19 +189,21 @@ impl Vary {
                 if self.is_logarithmic { from * (to / from).powf(part) } else { from + (to - from) * part }
             }
         };
-        (0..self.points).map(value).collect()
+        Ok((0..self.points).map(value).collect())
     }
 
-    /// The distribution of a variable with this value and these bounds in the model.
+    /// The distribution of a number of the model.
     ///
     /// # Errors
-    /// If the keys do not determine a distribution.
-    pub(super) fn distribution(&self, value: f64, [lower, upper]: [f64; 2]) -> Read<Distribution> {
+    /// If the keys do not determine a distribution, or a number has a unit of another dimension.
+    pub(super) fn distribution(&self, of: &VariedNumber) -> Read<Distribution> {
         let error =
             |message: String, help: &str| Err(Diagnostic::new(self.name.span.clone(), message).help(help.to_owned()));
-        let mean = self.mean.unwrap_or(value);
+        let number = |tree: &Option<Tree>| self.number(tree, &of.unit);
+        let [from, to] = self.ends(&of.unit)?;
+        let mean = number(&self.mean)?.unwrap_or(of.start);
         let is_normal = self.is_normal.unwrap_or(self.deviation.is_some());
-        let half = match (self.deviation, self.plus_minus) {
+        let half = match (number(&self.deviation)?, number(&self.plus_minus)?) {
             (Some(_), Some(_)) => {
                 return error(
                     format!("`{}` has both `deviation` and `plus_minus`", self.name.text),
@@ -200,16 +223,15 @@ impl Vary {
         }
         if is_normal {
             return match half {
-                Some(deviation) if self.from.is_none() && self.to.is_none() => {
-                    Ok(Distribution::Normal { mean, deviation })
-                }
+                Some(deviation) if from.is_none() && to.is_none() => Ok(Distribution::Normal { mean, deviation }),
                 Some(_) => error(format!("`{}` is normal and has a range", self.name.text), "remove `from` and `to`"),
                 None => error(format!("`{}` lacks `deviation`", self.name.text), "give `deviation` or `plus_minus`"),
             };
         }
+        let [lower, upper] = of.bounds;
         let (from, to) = match half {
             Some(half) => (mean - half, mean + half),
-            None => (self.from.unwrap_or(lower), self.to.unwrap_or(upper)),
+            None => (from.unwrap_or(lower), to.unwrap_or(upper)),
         };
         if !(from.is_finite() && to.is_finite()) {
             return error(
@@ -219,7 +241,7 @@ impl Vary {
         }
         if !(from < to) {
             return error(
-                format!("the range of `{}` is empty: {from} to {to}", self.name.text),
+                format!("the range of `{}` is empty: {from} to {to} {}", self.name.text, of.unit).trim_end().to_owned(),
                 "give `from` below `to`",
             );
         }
@@ -368,21 +390,21 @@ fn varied(section: &Section<'_>, kind: StudyKind) -> Read<Vec<Vary>> {
 }
 
 fn vary(name: Word, table: &Section<'_>, keys: &[Key]) -> Read<Vary> {
-    let names = Names::default();
     let has = |key: &str| keys.iter().any(|known| known.name == key);
-    let number = |key: &str| if has(key) { table.number(key, &names) } else { Ok(None) };
+    let number = |key: &str| if has(key) { table.tree(key) } else { Ok(None) };
     let (from, to) = (number("from")?, number("to")?);
     let is_logarithmic = has("scale") && table.choice("scale", &[("linear", false), ("logarithmic", true)])?;
     let points = if has("points") { table.count("points", RUNS)?.unwrap_or(0) } else { 0 };
     if has("points") && points < 2 {
         return Err(table.error_at("points", "`points` must be at least 2"));
     }
-    let is_positive = |v: Option<f64>| v.is_some_and(|v| v > 0.0);
-    if is_logarithmic && !(is_positive(from) && is_positive(to)) {
+    let [mean, deviation, plus_minus] = [number("mean")?, number("deviation")?, number("plus_minus")?];
+    // The values are known with the unit of the model, their signs and mistakes are now.
+    let value =
+        |tree: &Option<Tree>| tree.as_ref().map(|tree| Names::default().evaluate(tree, &name.text, "")).transpose();
+    let signs = [&from, &to, &mean, &deviation, &plus_minus].map(value).into_iter().collect::<Read<Vec<_>>>()?;
+    if is_logarithmic && !signs[..2].iter().all(|end| end.is_some_and(|end| end > 0.0)) {
         return Err(table.error_at("scale", "a logarithmic range has positive ends"));
-    }
-    if has("points") && from == to {
-        return Err(table.error_at("to", "the range is empty").help("give `to` other than `from`"));
     }
     let is_normal = match table.table.contains_key("distribution") {
         true => {
@@ -391,7 +413,6 @@ fn vary(name: Word, table: &Section<'_>, keys: &[Key]) -> Read<Vary> {
         }
         false => None,
     };
-    let [mean, deviation, plus_minus] = [number("mean")?, number("deviation")?, number("plus_minus")?];
     Ok(Vary { name, from, to, points, is_logarithmic, mean, deviation, plus_minus, is_normal })
 }
 
@@ -438,12 +459,16 @@ mod tests {
 
     #[test]
     fn keys_give_a_distribution() {
+        let text = "version = 2\n[design.k]\nstart = \"2 mm\"\nlower = \"1 mm\"\nupper = \"4 mm\"\n";
+        let model = crate::model_file::read("m", text).unwrap();
         let of = |keys: &str| {
             let file = StudyFile::read("s", &format!("{SAMPLE}[vary.k]\n{keys}")).unwrap();
-            file.vary[0].distribution(2.0, [1.0, 4.0])
+            file.vary[0].distribution(&VariedNumber::of(&model, "k").unwrap())
         };
         assert_eq!(of(""), Ok(Distribution::Uniform { from: 1.0, to: 4.0 }));
         assert_eq!(of("from = 0"), Ok(Distribution::Uniform { from: 0.0, to: 4.0 }));
+        assert_eq!(of("from = \"3 mm\"\nto = \"0.5 cm\""), Ok(Distribution::Uniform { from: 3.0, to: 5.0 }));
+        assert_eq!(of("deviation = \"500 um\""), Ok(Distribution::Normal { mean: 2.0, deviation: 0.5 }));
         assert_eq!(of("deviation = 0.5"), Ok(Distribution::Normal { mean: 2.0, deviation: 0.5 }));
         assert_eq!(of("plus_minus = 0.5\nmean = 3"), Ok(Distribution::Uniform { from: 2.5, to: 3.5 }));
         assert_eq!(of("plus_minus = 0.6\ndistribution = \"normal\"").unwrap().deviation(), 0.6 / 3.0);
@@ -454,6 +479,7 @@ mod tests {
             "deviation = 1\nplus_minus = 1",
             "deviation = 1\nfrom = 0",
             "distribution = \"normal\"",
+            "mean = \"2 kg\"\ndeviation = 1",
         ] {
             assert!(of(wrong).is_err(), "{wrong}");
         }
@@ -462,7 +488,7 @@ mod tests {
     #[test]
     fn a_range_has_its_ends_exactly() {
         let text = "version = 1\nmodel = \"m\"\nkind = \"grid\"\n[vary.k]\nfrom = 0.1\nto = 10\npoints = 3\nscale = \"logarithmic\"\n";
-        let values = StudyFile::read("s", text).unwrap().vary[0].values();
+        let values = StudyFile::read("s", text).unwrap().vary[0].values("mm").unwrap();
         assert_eq!((values[0], values[2]), (0.1, 10.0));
         assert!((values[1] - 1.0).abs() < 1e-15);
     }

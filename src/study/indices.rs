@@ -44,7 +44,7 @@ impl Indices {
     pub fn new(file: &StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
         let evaluator = file.evaluator(source)?;
         let wanted = file.wanted(&evaluator)?;
-        let distributions = file.distributions(source, &evaluator)?;
+        let distributions = file.distributions(&evaluator)?;
         let d = distributions.len();
         let (design, block) = if file.is_morris {
             (Design::Morris { seed: file.seed }, d + 1)
@@ -191,7 +191,7 @@ impl Plan for Indices {
 
 impl Indices {
     fn names(&self) -> Vec<String> {
-        self.evaluator.units().into_iter().map(|(name, _)| name).collect()
+        self.evaluator.varied().iter().map(|number| number.name.clone()).collect()
     }
 
     fn sobol(&self, rows: &Rows) -> Result<Conclusion> {

@@ -53,14 +53,14 @@ pub use distribution::{Distribution, normal_probability, normal_quantile};
 pub use error::StudyError;
 pub use file::{KINDS, RUNS, StudyFile, StudyKind, Vary, study_tables};
 pub use indices::sobol_indices;
-pub use model::{Evaluator, Gradients, ModelSource, Quantity};
+pub use model::{Evaluator, Gradients, ModelSource, Quantity, VariedNumber};
 pub use plan::{Column, Conclusion, Phase, Plan, RunResult, bisection};
 pub use reliability::{DesignPoint, first_order_reliability};
 pub use rows::{Row, RowHeader, Rows, StoredRows};
 pub use sequence::{PointSequence, SOBOL_DIMENSIONS, SequenceKind};
 pub use sweep::undominated;
 
-use crate::model_file::{Diagnostic, settings};
+use crate::model_file::{Diagnostic, Read, Word, settings};
 use crate::report::table::Table;
 use crate::storage::fnv1a;
 use crate::{Error, Result};
@@ -242,11 +242,10 @@ impl StudyFile {
         if self.quantities.is_empty() {
             return Ok(evaluator.usual());
         }
-        let find = |word: &crate::model_file::Word| {
+        let find = |word: &Word| {
             let all = evaluator.quantities();
             let known = all.iter().map(|q| q.name.as_str());
-            let unknown = || self.report(Diagnostic::unknown(word.span.clone(), "quantity", &word.text, known));
-            all.iter().find(|q| q.name == word.text).cloned().ok_or_else(|| StudyError::File(unknown()))
+            all.iter().find(|q| q.name == word.text).cloned().ok_or_else(|| self.unknown(word, "quantity", known))
         };
         self.quantities.iter().map(find).collect()
     }
@@ -255,16 +254,8 @@ impl StudyFile {
     fn evaluator(&self, source: &ModelSource) -> std::result::Result<Evaluator, StudyError> {
         let model = source.model()?;
         for vary in &self.vary {
-            if let Err(StudyError::Other(error)) = model::named(source, &model, &vary.name.text) {
-                if !matches!(error, Error::Unknown { .. }) {
-                    return Err(self.at(&vary.name.span, &error));
-                }
-                let constants = model::constants(source);
-                let known =
-                    model.variables().iter().map(|v| v.name.as_str()).chain(constants.iter().map(|c| c.0.as_str()));
-                let diagnostic =
-                    Diagnostic::unknown(vary.name.span.clone(), "design variable or constant", &vary.name.text, known);
-                return Err(StudyError::File(self.report(diagnostic)));
+            if VariedNumber::of(&model, &vary.name.text).is_err() {
+                return Err(self.unknown(&vary.name, "design variable or constant", model::names(&model)));
             }
         }
         let names: Vec<String> = self.vary.iter().map(|vary| vary.name.text.clone()).collect();
@@ -272,18 +263,19 @@ impl StudyFile {
     }
 
     /// The distributions of what varies.
-    fn distributions(
-        &self,
-        source: &ModelSource,
-        evaluator: &Evaluator,
-    ) -> std::result::Result<Vec<Distribution>, StudyError> {
-        let model = source.model()?;
-        let of = |(vary, start): (&Vary, &f64)| {
-            let variable = model.variables().iter().find(|v| v.name == vary.name.text);
-            let bounds = variable.map_or([f64::NEG_INFINITY, f64::INFINITY], |v| [v.lower, v.upper]);
-            vary.distribution(*start, bounds).map_err(|diagnostic| StudyError::File(self.report(diagnostic)))
-        };
-        self.vary.iter().zip(evaluator.start()).map(of).collect()
+    fn distributions(&self, evaluator: &Evaluator) -> std::result::Result<Vec<Distribution>, StudyError> {
+        let all = self.vary.iter().zip(evaluator.varied());
+        all.map(|(vary, number)| self.here(vary.distribution(number))).collect()
+    }
+
+    /// What was read in this file.
+    fn here<T>(&self, read: Read<T>) -> std::result::Result<T, StudyError> {
+        read.map_err(|diagnostic| StudyError::File(self.report(diagnostic)))
+    }
+
+    /// The error about a name that the model does not have.
+    fn unknown<'k>(&self, name: &Word, kind: &str, known: impl IntoIterator<Item = &'k str>) -> StudyError {
+        StudyError::File(self.report(Diagnostic::unknown(name.span.clone(), kind, &name.text, known)))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The model of a study, and its analysis at other values of design variables and constants.
 
 use super::error::StudyError;
-use crate::model_file::{self, Model, settings, with_setting};
+use crate::model_file::{self, Model, with_constant_as_variable, with_setting};
 use crate::problem::{AnalyzedDesign, Problem, ResponseAt, Responses, RowId, Sensitivities, SignedQuantity};
 use crate::report::outcome;
 use crate::{Error, Result};
@@ -47,24 +47,74 @@ impl ModelSource {
         Ok(changed)
     }
 
-    /// The value of a setting as written.
-    pub fn setting(&self, key: &str) -> Option<String> {
-        settings(&self.name, &self.text).ok()?.remove(key)
+    /// The source of a model with other numbers, each in the unit that its setting has.
+    ///
+    /// # Errors
+    /// As [`with`](Self::with).
+    pub fn with_numbers(
+        &self,
+        model: &Model,
+        edits: impl IntoIterator<Item = (String, f64)>,
+    ) -> std::result::Result<Self, StudyError> {
+        edits
+            .into_iter()
+            .try_fold(self.clone(), |source, (key, value)| source.with([(key.as_str(), model.written(&key, value))]))
     }
 }
 
-/// A number as TOML that reads back with the same bits.
-pub fn toml_number(value: f64) -> String {
-    format!("{value:?}")
+/// A design variable or constant of a model that a study varies. Its values are in its unit.
+#[derive(Clone, Debug)]
+pub struct VariedNumber {
+    /// Its name.
+    pub name: String,
+    /// Its unit, or the label of a design variable without one; may be empty.
+    pub unit: String,
+    /// Its value in the model.
+    pub start: f64,
+    /// Its bounds; infinite without one.
+    pub bounds: [f64; 2],
+    is_constant: bool,
 }
 
-/// Kind of a name in the model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Named {
-    /// A design variable.
-    Variable,
-    /// A constant.
-    Constant,
+impl VariedNumber {
+    /// The number with this name.
+    ///
+    /// # Errors
+    /// If the model has no such design variable or constant.
+    pub fn of(model: &Model, name: &str) -> Result<Self> {
+        let new = |unit: &str, start, bounds, is_constant| Self {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            start,
+            bounds,
+            is_constant,
+        };
+        if let Some(v) = model.variables().iter().find(|v| v.name == name) {
+            return Ok(new(&v.unit, v.start, [v.lower, v.upper], false));
+        }
+        let Some(constant) = model.constants().iter().find(|constant| constant.name == name) else {
+            return Err(Error::unknown("design variable or constant", name, names(model)));
+        };
+        let unit = constant.unit.as_ref().map_or("", |unit| unit.text.as_str());
+        Ok(new(unit, constant.value, [f64::NEG_INFINITY, f64::INFINITY], true))
+    }
+
+    /// The settings that give it another value. A bound that excludes the value is moved to it.
+    fn settings(&self, value: f64) -> Vec<(String, f64)> {
+        if self.is_constant {
+            return vec![(format!("constants.{}", self.name), value)];
+        }
+        let [lower, upper] = self.bounds;
+        let all = [("start", true), ("lower", value < lower), ("upper", value > upper)];
+        let is_set = all.into_iter().filter(|(_, is_set)| *is_set);
+        is_set.map(|(key, _)| (format!("design.{}.{key}", self.name), value)).collect()
+    }
+}
+
+/// Names of the design variables and constants of a model.
+pub fn names(model: &Model) -> impl Iterator<Item = &str> + Clone {
+    let constants = model.constants().iter().map(|constant| constant.name.as_str());
+    model.variables().iter().map(|v| v.name.as_str()).chain(constants)
 }
 
 /// A scalar result of an analysis.
@@ -105,9 +155,7 @@ impl Quantity {
 /// A model as a function of some of its design variables and constants.
 pub struct Evaluator {
     source: ModelSource,
-    names: Vec<(String, Named)>,
-    /// Values of the names in the file.
-    start: Vec<f64>,
+    varied: Vec<VariedNumber>,
     form: Form,
     all: Vec<Quantity>,
 }
@@ -140,21 +188,13 @@ impl Evaluator {
     /// If the model has errors, or no such name.
     pub fn new(source: &ModelSource, names: &[String]) -> std::result::Result<Self, StudyError> {
         let model = source.model()?;
-        let (mut kinds, mut start) = (vec![], vec![]);
-        for name in names {
-            let (kind, value) = named(source, &model, name)?;
-            kinds.push((name.clone(), kind));
-            start.push(value);
-        }
-        let promoted = promoted(source, &kinds, &start);
-        let all_variables = kinds.iter().all(|(_, kind)| *kind == Named::Variable);
-        let form = match promoted {
-            _ if all_variables => Self::form(source.model()?, names)?,
-            Some(source) => Self::form(source.model()?, names)?,
+        let varied = names.iter().map(|name| VariedNumber::of(&model, name)).collect::<Result<Vec<_>>>()?;
+        let form = match promoted(source, &varied) {
+            Some(model) => Self::form(model, names)?,
             None => Form::Text,
         };
         let all = if model.is_problem() { of_problem(&model.problem()?) } else { of_simulation(&model) };
-        Ok(Self { source: source.clone(), names: kinds, start, form, all })
+        Ok(Self { source: source.clone(), varied, form, all })
     }
 
     fn form(model: Model, names: &[String]) -> std::result::Result<Form, StudyError> {
@@ -167,9 +207,9 @@ impl Evaluator {
         })
     }
 
-    /// The values of the names in the file.
-    pub fn start(&self) -> &[f64] {
-        &self.start
+    /// What varies.
+    pub fn varied(&self) -> &[VariedNumber] {
+        &self.varied
     }
 
     /// The quantities that rows have by default: objective, constraints and violation, or all outputs of a simulation.
@@ -193,15 +233,6 @@ impl Evaluator {
         &self.all
     }
 
-    /// The names with their units.
-    pub fn units(&self) -> Vec<(String, String)> {
-        let unit = |name: &str| {
-            let text = self.source.setting(&format!("design.{name}.unit")).unwrap_or_default();
-            text.trim_matches('"').to_owned()
-        };
-        self.names.iter().map(|(name, _)| (name.clone(), unit(name))).collect()
-    }
-
     /// The quantities at values of the names.
     ///
     /// # Errors
@@ -216,7 +247,7 @@ impl Evaluator {
                 Ok(of_responses(&model.simulate(&placed(start, indices, x))?, wanted))
             }
             Form::Text => {
-                let model = self.edited(x)?.model()?;
+                let model = self.edited(x)?;
                 let start: Vec<f64> = model.variables().iter().map(|v| v.start).collect();
                 if model.is_problem() {
                     let problem = model.problem()?;
@@ -227,27 +258,10 @@ impl Evaluator {
         }
     }
 
-    /// The source with these values. Bounds of design variables are moved away if a value is outside.
-    fn edited(&self, x: &[f64]) -> std::result::Result<ModelSource, StudyError> {
-        let mut edits = vec![];
-        for ((name, kind), value) in self.names.iter().zip(x) {
-            match kind {
-                Named::Constant => edits.push((format!("constants.{name}"), toml_number(*value))),
-                Named::Variable => {
-                    edits.push((format!("design.{name}.start"), toml_number(*value)));
-                    for bound in ["lower", "upper"] {
-                        let key = format!("design.{name}.{bound}");
-                        let text = self.source.setting(&key);
-                        let Some(limit) = text.and_then(|text| text.parse::<f64>().ok()) else { continue };
-                        let excludes = if bound == "lower" { *value < limit } else { *value > limit };
-                        if excludes {
-                            edits.push((key, toml_number(*value)));
-                        }
-                    }
-                }
-            }
-        }
-        self.source.with(edits.iter().map(|(key, value)| (key.as_str(), value.clone())))
+    /// The model with these values.
+    fn edited(&self, x: &[f64]) -> std::result::Result<Model, StudyError> {
+        let edits = self.varied.iter().zip(x).flat_map(|(number, value)| number.settings(*value));
+        self.source.with_numbers(&self.source.model()?, edits)?.model()
     }
 
     /// Values and derivatives. Exact where the analysis has derivatives; central differences with the steps `h` otherwise.
@@ -273,60 +287,11 @@ impl Evaluator {
     }
 }
 
-/// The kind of a name, design variable or constant, and its value in the file.
-pub fn named(source: &ModelSource, model: &Model, name: &str) -> std::result::Result<(Named, f64), StudyError> {
-    if let Some(variable) = model.variables().iter().find(|v| v.name == name) {
-        return Ok((Named::Variable, variable.start));
-    }
-    let constants = constants(source);
-    match constants.iter().find(|(known, _)| known == name) {
-        Some((_, text)) => {
-            // A constant that is a formula is computed as the start of a design variable, which is a formula, too.
-            let probe = format!("{}\n\n[design.study_probe]\nstart = {text}\n", source.text.trim_end());
-            let probe = ModelSource { text: probe, ..source.clone() }.model().ok();
-            let value = probe.and_then(|model| Some(model.variables().iter().find(|v| v.name == "study_probe")?.start));
-            let value = value.or_else(|| text.parse().ok());
-            value.map(|value| (Named::Constant, value)).ok_or_else(|| {
-                Error::definition(format!("constant `{name}`"), "its value cannot be read", "write it as a number")
-                    .into()
-            })
-        }
-        None => {
-            let known = model
-                .variables()
-                .iter()
-                .map(|v| v.name.as_str())
-                .chain(constants.iter().map(|(name, _)| name.as_str()));
-            Err(Error::unknown("design variable or constant", name, known).into())
-        }
-    }
-}
-
-/// Names and values of the constants of a file, as written.
-pub fn constants(source: &ModelSource) -> Vec<(String, String)> {
-    let all = settings(&source.name, &source.text).unwrap_or_default();
-    all.into_iter().filter_map(|(key, value)| Some((key.strip_prefix("constants.")?.to_owned(), value))).collect()
-}
-
-/// The source with constants as design variables; `None` if the file cannot be read so.
-fn promoted(source: &ModelSource, names: &[(String, Named)], start: &[f64]) -> Option<ModelSource> {
-    let mut text = source.text.clone();
-    for ((name, kind), value) in names.iter().zip(start) {
-        if *kind == Named::Constant {
-            text = without_constant(&text, name)?;
-            text = format!("{}\n\n[design.{name}]\nstart = {}\n", text.trim_end(), toml_number(*value));
-        }
-    }
-    let changed = ModelSource { text, ..source.clone() };
-    changed.model().ok().map(|_| changed)
-}
-
-/// The text without a line of [constants].
-fn without_constant(text: &str, name: &str) -> Option<String> {
-    let file = toml::de::DeTable::parse(text).ok()?;
-    let constants = file.get_ref().get("constants")?.get_ref().as_table()?;
-    let (key, value) = constants.get_key_value(name)?;
-    Some(format!("{}{}", &text[..key.span().start], &text[value.span().end..]))
+/// The model with constants as design variables; `None` if it cannot be read so.
+fn promoted(source: &ModelSource, varied: &[VariedNumber]) -> Option<Model> {
+    let mut constants = varied.iter().filter(|number| number.is_constant);
+    let text = constants.try_fold(source.text.clone(), |text, c| with_constant_as_variable(&text, &c.name))?;
+    ModelSource { text, ..source.clone() }.model().ok()
 }
 
 /// A design with other values at some places.

@@ -47,17 +47,16 @@ impl MultiStart {
         let variables = model.variables();
         let mut ranges = vec![];
         for vary in &file.vary {
-            let at = |diagnostic| StudyError::File(file.report(diagnostic));
             let Some(k) = variables.iter().position(|v| v.name == vary.name.text) else {
-                let known = variables.iter().map(|v| v.name.as_str());
-                return Err(at(Diagnostic::unknown(vary.name.span.clone(), "design variable", &vary.name.text, known)));
+                return Err(file.unknown(&vary.name, "design variable", variables.iter().map(|v| v.name.as_str())));
             };
             let v = &variables[k];
-            let range = [vary.from.unwrap_or(v.lower), vary.to.unwrap_or(v.upper)];
+            let [from, to] = file.here(vary.ends(&v.unit))?;
+            let range = [from.unwrap_or(v.lower), to.unwrap_or(v.upper)];
             if !(range.iter().all(|end| end.is_finite() && (v.lower..=v.upper).contains(end)) && range[0] < range[1]) {
                 let message = format!("the starts of `{}` have no range within its bounds", v.name);
-                let help = format!("give `from` and `to` between {} and {}", v.lower, v.upper);
-                return Err(at(Diagnostic::new(vary.name.span.clone(), message).help(help)));
+                let help = format!("give `from` and `to` between {} and {} {}", v.lower, v.upper, v.unit);
+                return file.here(Err(Diagnostic::new(vary.name.span.clone(), message).help(help.trim_end())));
             }
             ranges.push((k, range));
         }
@@ -113,8 +112,7 @@ fn methods(file: &StudyFile) -> std::result::Result<Vec<Option<String>>, StudyEr
         } else if known.clone().any(|name| name == word.text) {
             all.push(Some(word.text.clone()));
         } else {
-            let diagnostic = Diagnostic::unknown(word.span.clone(), "method", &word.text, known.chain(["all"]));
-            return Err(StudyError::File(file.report(diagnostic)));
+            return Err(file.unknown(word, "method", known.chain(["all"])));
         }
     }
     Ok(if all.is_empty() { vec![None] } else { all })

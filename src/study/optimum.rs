@@ -1,7 +1,7 @@
 //! Optimizations as runs of a study.
 
 use super::error::StudyError;
-use super::model::{ModelSource, toml_number};
+use super::model::ModelSource;
 use super::plan::Column;
 use crate::model_file::Model;
 use crate::problem::Problem;
@@ -71,12 +71,7 @@ pub const WORK: usize = 5;
 /// If the source has errors.
 pub fn with_start(source: &ModelSource, start: &[f64]) -> Result<ModelSource, StudyError> {
     let model = source.model()?;
-    let edits: Vec<(String, String)> = model
-        .variables()
-        .iter()
-        .zip(start)
-        .filter(|(_, value)| value.is_finite())
-        .map(|(v, value)| (format!("design.{}.start", v.name), toml_number(value.clamp(v.lower, v.upper))))
-        .collect();
-    source.with(edits.iter().map(|(key, value)| (key.as_str(), value.clone())))
+    let all = model.variables().iter().zip(start).filter(|(_, value)| value.is_finite());
+    let edits = all.map(|(v, value)| (format!("design.{}.start", v.name), value.clamp(v.lower, v.upper)));
+    source.with_numbers(&model, edits)
 }

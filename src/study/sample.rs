@@ -4,7 +4,7 @@ use super::distribution::Distribution;
 use super::error::StudyError;
 use super::figures;
 use super::file::RUNS;
-use super::file::{StudyFile, StudyKind, Vary};
+use super::file::{StudyFile, StudyKind};
 use super::model::{Evaluator, ModelSource, Quantity};
 use super::plan::{Column, Conclusion, Phase, Plan, RunResult};
 use super::rows::Rows;
@@ -62,13 +62,15 @@ impl Analyses {
         let evaluator = file.evaluator(source)?;
         let wanted = file.wanted(&evaluator)?;
         let (points, runs) = if file.kind == StudyKind::Grid {
-            let values: Vec<Vec<f64>> = file.vary.iter().map(Vary::values).collect();
+            let all = file.vary.iter().zip(evaluator.varied());
+            let values = all.map(|(vary, number)| file.here(vary.values(&number.unit)));
+            let values = values.collect::<std::result::Result<Vec<_>, _>>()?;
             let runs = values.iter().fold(1usize, |runs, values| runs.saturating_mul(values.len()));
             Error::check_option("number of points of the grid", "at most 10 million", runs as f64, runs <= RUNS)?;
             (Points::Grid(values), runs)
         } else {
             let sequence = PointSequence::new(file.sequence, file.vary.len(), file.count, file.seed)?;
-            (Points::Sequence(sequence, file.distributions(source, &evaluator)?), file.count)
+            (Points::Sequence(sequence, file.distributions(&evaluator)?), file.count)
         };
         let phases = vec![Phase::independent("runs", columns(&evaluator, &wanted), runs)];
         Ok(Self { points, evaluator, wanted, phases })
@@ -77,7 +79,7 @@ impl Analyses {
 
 /// Columns of variables and quantities.
 pub fn columns(evaluator: &Evaluator, wanted: &[Quantity]) -> Vec<Column> {
-    let inputs = evaluator.units().into_iter().map(|(name, unit)| Column::new(name, unit));
+    let inputs = evaluator.varied().iter().map(|number| Column::new(&number.name, &number.unit));
     inputs.chain(wanted.iter().map(|q| Column::new(&q.name, &q.unit))).collect()
 }
 

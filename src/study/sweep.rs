@@ -6,7 +6,7 @@
 use super::error::StudyError;
 use super::figures;
 use super::file::{RUNS, StudyFile, StudyKind, Vary};
-use super::model::{ModelSource, constants, constraint_name, toml_number};
+use super::model::{ModelSource, constraint_name, names};
 use super::optimum::{Optimum, WORK, optimize, with_start};
 use super::plan::{Column, Conclusion, Phase, Plan, RunResult, bisection};
 use super::rows::{Row, Rows};
@@ -28,28 +28,27 @@ const BETTER: f64 = 1e-6;
 #[derive(Clone, Debug)]
 struct SweptSetting {
     name: String,
+    /// Unit of its values; may be empty.
     unit: String,
+    values: Vec<f64>,
+    /// Keys of the model that are set to a value.
+    keys: Vec<String>,
     form: SettingForm,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 enum SettingForm {
     /// A design variable, which is fixed.
     Variable(usize),
-    /// Any other setting, by its key.
-    Key(String),
-    /// The limit of a constraint: key, number of the constraint, and 1 for ≤, −1 for ≥.
-    Limit { key: String, constraint: usize, sign: f64 },
+    /// Any other setting.
+    Key,
+    /// The limit of a constraint: number of the constraint, and 1 for ≤, −1 for ≥.
+    Limit { constraint: usize, sign: f64 },
 }
 
 impl SweptSetting {
-    fn edits(&self, value: f64) -> Vec<(String, String)> {
-        match &self.form {
-            SettingForm::Variable(_) => ["start", "lower", "upper"]
-                .map(|key| (format!("design.{}.{key}", self.name), toml_number(value)))
-                .into(),
-            SettingForm::Key(key) | SettingForm::Limit { key, .. } => vec![(key.clone(), toml_number(value))],
-        }
+    fn edits(&self, value: f64) -> impl Iterator<Item = (String, f64)> {
+        self.keys.iter().map(move |key| (key.clone(), value))
     }
 }
 
@@ -77,10 +76,10 @@ impl Sweep {
         let problem = model.problem()?;
         let is_front = file.kind == StudyKind::Pareto;
         let setting = |vary: &Vary| {
-            if is_front { limit(file, source, &problem, vary) } else { setting(file, source, &model, vary) }
+            if is_front { limit(file, source, &model, &problem, vary) } else { setting(file, source, &model, vary) }
         };
         let settings = file.vary.iter().map(setting).collect::<std::result::Result<Vec<_>, _>>()?;
-        let values: Vec<Vec<f64>> = file.vary.iter().map(Vary::values).collect();
+        let values: Vec<Vec<f64>> = settings.iter().map(|s| s.values.clone()).collect();
         let sizes: Vec<usize> = values.iter().map(Vec::len).collect();
         let runs = sizes.iter().fold(1usize, |runs, n| runs.saturating_mul(*n));
         Error::check_option("number of optimizations", "at most 10 million", runs as f64, runs <= RUNS)?;
@@ -172,9 +171,8 @@ impl Sweep {
     }
 
     fn optimized(&self, run: usize, point: &[f64], done: &Rows) -> std::result::Result<(Vec<f64>, String), StudyError> {
-        let edits: Vec<(String, String)> =
-            self.settings.iter().zip(point).flat_map(|(s, value)| s.edits(*value)).collect();
-        let mut source = self.source.with(edits.iter().map(|(key, value)| (key.as_str(), value.clone())))?;
+        let edits = self.settings.iter().zip(point).flat_map(|(s, value)| s.edits(*value));
+        let mut source = self.source.with_numbers(&self.source.model()?, edits)?;
         if let Some(start) = self.start(run, point, done) {
             source = with_start(&source, &start)?;
         }
@@ -210,22 +208,20 @@ fn setting(
 ) -> std::result::Result<SweptSetting, StudyError> {
     let name = vary.name.text.clone();
     if let Some(k) = model.variables().iter().position(|v| v.name == name) {
-        return Ok(SweptSetting { unit: model.variables()[k].unit.clone(), name, form: SettingForm::Variable(k) });
+        let unit = model.variables()[k].unit.clone();
+        let keys = ["start", "lower", "upper"].map(|key| format!("design.{name}.{key}")).into();
+        let values = file.here(vary.values(&unit))?;
+        return Ok(SweptSetting { name, unit, values, keys, form: SettingForm::Variable(k) });
     }
-    let constants = constants(source);
-    let key =
-        if constants.iter().any(|(known, _)| *known == name) { format!("constants.{name}") } else { name.clone() };
-    let first = vary.from.unwrap_or(0.0);
-    let tried = source.with([(key.as_str(), toml_number(first))]).and_then(|source| source.model());
-    match tried {
-        Ok(_) => Ok(SweptSetting { name, unit: String::new(), form: SettingForm::Key(key) }),
-        Err(error) if key.contains('.') => Err(file.at(&vary.name.span, &error)),
-        Err(_) => {
-            let known = model.variables().iter().map(|v| v.name.as_str()).chain(constants.iter().map(|c| c.0.as_str()));
-            let diagnostic =
-                Diagnostic::unknown(vary.name.span.clone(), "design variable, constant or setting", &name, known);
-            Err(StudyError::File(file.report(diagnostic)))
-        }
+    let is_constant = model.constants().iter().any(|constant| constant.name == name);
+    let key = if is_constant { format!("constants.{name}") } else { name.clone() };
+    let unit = model.unit_of(&key).map_or_else(String::new, |unit| unit.text);
+    let values = file.here(vary.values(&unit))?;
+    let new = SweptSetting { name, unit, values, keys: vec![key], form: SettingForm::Key };
+    match source.with_numbers(model, new.edits(new.values[0])).and_then(|source| source.model()) {
+        Ok(_) => Ok(new),
+        Err(error) if new.keys[0].contains('.') => Err(file.at(&vary.name.span, &error)),
+        Err(_) => Err(file.unknown(&vary.name, "design variable, constant or setting", names(model))),
     }
 }
 
@@ -233,41 +229,38 @@ fn setting(
 fn limit(
     file: &StudyFile,
     source: &ModelSource,
+    model: &Model,
     problem: &Problem,
     vary: &Vary,
 ) -> std::result::Result<SweptSetting, StudyError> {
     let name = vary.name.text.clone();
-    let at = |diagnostic| StudyError::File(file.report(diagnostic));
+    let error =
+        |message: String, help: &str| file.here(Err(Diagnostic::new(vary.name.span.clone(), message).help(help)));
     let sides: Vec<usize> =
         outcome::stated_constraints(problem).filter(|&j| outcome::name(problem, j) == name).collect();
-    let [constraint] = sides[..] else {
-        let span = vary.name.span.clone();
-        return Err(at(if sides.is_empty() {
-            Diagnostic::unknown(
-                span,
-                "constraint",
-                &name,
-                outcome::stated_constraints(problem).map(|j| outcome::name(problem, j)),
-            )
-        } else {
+    let constraint = match sides[..] {
+        [constraint] => constraint,
+        [] => {
+            let known = outcome::stated_constraints(problem).map(|j| outcome::name(problem, j));
+            return Err(file.unknown(&vary.name, "constraint", known));
+        }
+        _ => {
             let help = "write two constraints, `at_most` and `at_least`, with different names";
-            Diagnostic::new(span, format!("`{name}` has limits on both sides")).help(help)
-        }));
+            return error(format!("`{name}` has limits on both sides"), help);
+        }
     };
     let all = settings(&source.name, &source.text).unwrap_or_default();
-    let key = ["at_most", "at_least"]
-        .map(|side| format!("constraint.{name}.{side}"))
-        .into_iter()
-        .find(|key| all.contains_key(key));
-    let sign = problem.constraints[constraint].sign();
-    let key = key.filter(|key| source.with([(key.as_str(), toml_number(vary.from.unwrap_or(0.0)))]).is_ok());
-    let key = key.ok_or_else(|| {
-        let message = format!("the limit of `{name}` cannot be set");
-        at(Diagnostic::new(vary.name.span.clone(), message)
-            .help("give the constraint one limit, and a name of letters and digits without `each`"))
-    })?;
+    let keys = ["at_most", "at_least"].map(|side| format!("constraint.{name}.{side}"));
     let unit = outcome::unit(problem, constraint).to_owned();
-    Ok(SweptSetting { name, unit, form: SettingForm::Limit { key, constraint, sign } })
+    let values = file.here(vary.values(&unit))?;
+    let is_settable =
+        |key: &String| all.contains_key(key) && source.with_numbers(model, [(key.clone(), values[0])]).is_ok();
+    let Some(key) = keys.into_iter().find(is_settable) else {
+        let help = "give the constraint one limit, and a name of letters and digits without `each`";
+        return error(format!("the limit of `{name}` cannot be set"), help);
+    };
+    let sign = problem.constraints[constraint].sign();
+    Ok(SweptSetting { name, unit, values, keys: vec![key], form: SettingForm::Limit { constraint, sign } })
 }
 
 impl Plan for Sweep {

@@ -54,7 +54,7 @@ impl Tolerances {
         let mut wanted = file.wanted(&evaluator)?;
         wanted.retain(Quantity::is_differentiable);
         let margins = evaluator.margins();
-        let distributions = file.distributions(source, &evaluator)?;
+        let distributions = file.distributions(&evaluator)?;
         let d = distributions.len();
         let sampled: Vec<Quantity> =
             wanted.iter().chain(margins.iter().filter(|m| !wanted.contains(m))).cloned().collect();
@@ -229,7 +229,7 @@ impl Plan for Tolerances {
             let why = rows.get(DERIVATIVES, 0).map_or("", |row| row.failure.as_str());
             return Err(Error::analysis("the mean design", why, "choose means at which the model can be analysed"));
         };
-        let names: Vec<String> = self.evaluator.units().into_iter().map(|(name, _)| name).collect();
+        let names: Vec<String> = self.evaluator.varied().iter().map(|number| number.name.clone()).collect();
         let mut sentences = vec![];
         let mut panels = vec![];
         for (q, quantity) in self.wanted.iter().enumerate() {

@@ -153,3 +153,114 @@ fn the_tutorial_does_what_it_says() {
     let expected = page.split("```text\n").nth(1).unwrap().split("```").next().unwrap();
     assert_eq!(text(&linkwright(&["check", "lift.toml"], &place.0).stderr), expected);
 }
+
+/// min (x − 2)² + (y − 1)² + 0.1 x y. The start is outside the bounds that a run gets later.
+const BOWL: &str = "version = 2\n[design.x]\nstart = 5\nlower = 0\nupper = 10\n[design.y]\nstart = 5\nlower = 0\nupper = 10\n\
+    [[output]]\nname = \"f\"\nvalue = \"(x - 2)^2 + (y - 1)^2 + 0.1*x*y\"\n[objective]\nminimize = \"f\"\n";
+
+/// Only bounds that exclude the last accepted design are rejected; the start counts until the first design is accepted.
+#[test]
+fn a_run_goes_on_with_bounds_that_exclude_its_start() {
+    let place = TempFolder::new("bounds");
+    std::fs::write(place.0.join("bowl.toml"), BOWL).unwrap();
+    place.run(&["optimize", "bowl", "--quiet", "--method", "gcmma", "--max-cycles", "3"], 3);
+    let tight = BOWL.replacen("upper = 10", "upper = 4.5", 1);
+    let on = |arguments: &[&str], code: i32| {
+        let all = [&["resume", "bowl", "--max-cycles", "60"], arguments].concat();
+        place.run(&all, code)
+    };
+    assert!(on(&["--set", "design.x.upper=0.5"], 1).contains("the bounds exclude the last accepted design"));
+    let shown = on(&["--set", "design.x.upper=4.5"], 0);
+    assert!(shown.contains("Changed design.x.upper: 10 → 4.5") && shown.contains("Converged"), "{shown}");
+    // The edited copy, and the edited file, do the same.
+    std::fs::write(place.0.join("bowl.toml"), tight.replacen("4.5", "4.25", 1)).unwrap();
+    on(&["bowl.toml"], 0);
+    place.run(&["resume", "bowl", "--quiet"], 0);
+    for command in ["report", "runs"] {
+        place.run(&[command, if command == "runs" { "out" } else { "bowl" }, "--quiet"], 0);
+    }
+    // A new run begins at the start, which must be inside.
+    std::fs::write(place.0.join("bowl.toml"), tight.replace("(x - 2)", "(x - 3)")).unwrap();
+    assert!(on(&["bowl.toml"], 1).contains("the start 5 of `x` is outside its bounds 0 to 4.5"));
+    assert!(place.run(&["optimize", "bowl"], 1).contains("outside its bounds"));
+}
+
+/// The scale of a peak is that of the start, also when bounds exclude the start later: with them, the state fits as before.
+#[test]
+fn the_scale_of_a_peak_stays_that_of_its_start() {
+    let place = TempFolder::new("peak-bounds");
+    let model = "version = 2\n[design.k]\nstart = 3\nlower = 0.5\nupper = 6\n[time]\nto = 1\npoints = 11\n[[output]]\nname = \"f\"\n\
+        value = \"k + sin(3*time)/k\"\n[objective]\nminimize = \"f\"\nover = \"peak\"\n";
+    std::fs::write(place.0.join("wave.toml"), model).unwrap();
+    place.run(&["optimize", "wave", "--quiet", "--method", "gcmma", "--max-cycles", "4"], 3);
+    let objective = |arguments: &[&str]| {
+        place.run(&[&["resume", "wave", "--max-cycles", "40"], arguments].concat(), 0);
+        let summary: serde_json::Value = serde_json::from_str(&place.read("out/wave/summary.json")).unwrap();
+        summary["objective"]["value"].as_f64().unwrap()
+    };
+    // k + 1/k is least at 1.
+    assert!((objective(&["--set", "design.k.upper=2.5"]) - 2.0).abs() < 0.02);
+}
+
+#[test]
+fn texts_of_the_user_stay_in_their_line() {
+    let place = TempFolder::new("one-line");
+    let model = "version = 2\ntitle = \"a\\nb\"\n[design.x]\nstart = 5\nlower = 1\nunit = \"m\\nm\"\n[[output]]\nname = \"f\"\nvalue = \"x^2\"\nunit = \"k\\ng\"\n\
+        [[output]]\nname = \"h\"\nvalue = \"x\"\n[objective]\nname = \"o\\np\"\nminimize = \"h\"\nunit = \"q\\nr\"\n\
+        [[constraint]]\nname = \"c\\nd\"\nvalue = \"h\"\nat_least = 2\n";
+    std::fs::write(place.0.join("nl.toml"), model).unwrap();
+    let shown: String =
+        [&["analyze", "nl"][..], &["check", "nl"], &["sensitivities", "nl"], &["optimize", "nl"], &["runs"]]
+            .map(|arguments| place.run(arguments, 0))
+            .concat();
+    for text in ["a\\u000ab", "k\\u000ag", "o\\u000ap", "q\\u000ar", "c\\u000ad", "m\\u000am"] {
+        assert!(shown.contains(text), "{text} is not in\n{shown}");
+    }
+    let broken = ["b", "g", "p", "r", "d", "m"];
+    let is_rest = |line: &&str| broken.iter().any(|rest| line.starts_with(&format!("{rest} ")) || line == rest);
+    assert_eq!(shown.lines().find(is_rest), None, "{shown}");
+}
+
+/// The remaining messages of small commands: what they write is a name, their hint is a command, and lost output is an error.
+#[test]
+fn names_and_hints_are_usable() {
+    let place = TempFolder::new("names");
+    for name in ["", ".toml", "sub/"] {
+        assert!(place.run(&["new", name], 1).contains("needs a name"), "{name}");
+    }
+    let shown = place.run(&["new", "a b\"c"], 0);
+    assert!(shown.contains("Next: linkwright optimize 'a b\"c.toml'"), "{shown}");
+    assert!(place.run(&["new", "lift"], 0).contains("Next: linkwright optimize lift.toml"));
+    #[cfg(target_os = "linux")]
+    for arguments in [&["help"][..], &["--help"], &["--version"], &["help", "study"]] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output =
+            std::process::Command::new(env!("CARGO_BIN_EXE_linkwright")).args(arguments).stdout(full).output().unwrap();
+        let why = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}\n{why}");
+        assert!(why.contains("cannot write to standard output"), "{arguments:?}\n{why}");
+    }
+}
+
+/// A file may have a name that is no text; its folder of results then has to be named.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_name_that_is_no_text_is_a_name_of_a_file() {
+    use std::os::unix::ffi::OsStrExt;
+    let place = TempFolder::new("no-text");
+    let name = std::ffi::OsStr::from_bytes(b"bad\xff.toml");
+    std::fs::write(place.0.join(name), BOWL).unwrap();
+    let run = |before: &[&str], after: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_linkwright"));
+        let output = command.args(before).arg(name).args(after).current_dir(&place.0).output().unwrap();
+        (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+    };
+    assert_eq!(run(&["analyze"], &[]).0, Some(0));
+    let (code, why) = run(&["optimize"], &[]);
+    assert!(code == Some(1) && why.contains("give a folder with --out"), "{why}");
+    assert_eq!(run(&["optimize"], &["--quiet", "--out", "out/bad"]).0, Some(0));
+    #[cfg(feature = "app")]
+    assert!(run(&["open"], &["--no-browser"]).1.contains("is not UTF-8; rename it"));
+    std::fs::create_dir(place.0.join("folder.toml")).unwrap();
+    assert!(place.run(&["analyze", "folder.toml"], 1).contains("it is a folder, not a file"));
+}

@@ -254,3 +254,19 @@ fn a_program_is_not_asked_for_designs_that_are_known() {
     run(&["--out", "d"]);
     assert_eq!(asked(), 2 * first);
 }
+
+/// The name of a folder need not be text: it neither hides the other runs nor is left out.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_whose_name_is_no_text_is_taken() {
+    use std::os::unix::ffi::OsStrExt;
+    let place = TempFolder::new("database-no-text");
+    place.example("two-bar-truss");
+    for out in ["out/a", "out/b"] {
+        place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", out], 0);
+    }
+    std::fs::rename(place.0.join("out/a"), place.0.join("out").join(std::ffi::OsStr::from_bytes(b"r\xff"))).unwrap();
+    let shown = place.run(&["runs", "--db", "runs.db"], 0);
+    assert!(shown.contains("2 new or changed runs and studies") && shown.contains("out/r\u{fffd}"), "{shown}");
+    assert!(!place.run(&["runs", "--db", "runs.db"], 0).contains("were added"));
+}

@@ -619,3 +619,23 @@ fn a_folder_of_an_earlier_version_is_read_and_what_is_not_verified_is_said() {
         assert!(shown.contains(word), "{word}: {shown}");
     }
 }
+
+/// The note about a run is the user's: a new run in its folder leaves it, and no list claims it.
+#[test]
+fn a_note_survives_a_new_run_in_its_folder() {
+    let place = TempFolder::new("note");
+    place.example("two-bar-truss");
+    let run = |more: &[&str]| place.run(&[&["optimize", TRUSS, "--quiet", "--out", "out/a"], more].concat(), 0);
+    run(&[]);
+    assert!(!place.read("out/a/files.json").contains("note.txt"));
+    std::fs::write(place.0.join("out/a/note.txt"), "mine").unwrap();
+    run(&["--force"]);
+    assert_eq!(place.read("out/a/note.txt"), "mine");
+    assert!(!place.read("out/a/files.json").contains("note.txt"));
+    assert!(place.run(&["runs"], 0).contains("mine"));
+    // A list of an earlier version has it; it stays nevertheless.
+    let list = place.read("out/a/files.json").replace("\"model.toml\"", "\"note.txt\",\"model.toml\"");
+    std::fs::write(place.0.join("out/a/files.json"), list).unwrap();
+    run(&["--force"]);
+    assert_eq!(place.read("out/a/note.txt"), "mine");
+}

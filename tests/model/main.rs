@@ -44,6 +44,7 @@ mod shell;
 mod space;
 mod study;
 mod study_kinds;
+mod study_units;
 mod sweeps;
 mod transcripts;
 mod twins;

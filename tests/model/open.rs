@@ -755,3 +755,48 @@ fn the_page_steers_edits_and_draws() {
     assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
     page.views("dragged", "body");
 }
+
+/// Files that the model names are read from its folder, as `analyze` reads them, and again when they change; no others.
+#[test]
+fn a_model_of_several_files_is_shown() {
+    let place = TempFolder::new("open-files");
+    let model = "version = 2\ninclude = [\"steel.toml\"]\n[design.x]\nstart = 1\nlower = 0\nupper = 2\n[table.lift]\nfile = \"lift.csv\"\n\
+        [[output]]\nname = \"f\"\nvalue = \"rho*lift(x)\"\n[objective]\nminimize = \"f\"\n";
+    let steel = |rho: &str| {
+        std::fs::write(place.0.join("steel.toml"), format!("version = 2\n[constants]\nrho = {rho}\n")).unwrap()
+    };
+    steel("10");
+    std::fs::write(place.0.join("lift.csv"), "x, y\n0, 1\n1, 2\n2, 5\n").unwrap();
+    std::fs::write(place.0.join("cam.toml"), model).unwrap();
+    std::fs::write(place.0.parent().unwrap().join("outside.toml"), "version = 2\n[constants]\nrho = 5\n").unwrap();
+    let server = Server::start(&place.0, "cam.toml");
+    let shown = server.get("model");
+    assert_eq!((&shown["errors"], &shown["text"]), (&json!([]), &json!(model)));
+    let value = |revision: &Value| {
+        let wanted = json!({ "revision": revision, "page": "one", "design": [1], "derivatives": false });
+        let (status, answer) = server.post("analyze", &wanted);
+        assert_eq!(status, 200, "{answer}");
+        answer["objective"].as_f64().unwrap_or_else(|| panic!("{answer}"))
+    };
+    assert_eq!(value(&shown["revision"]), 20.0);
+    // A run begins with the files, too.
+    assert_eq!(server.post("run", &json!({ "action": "start", "design": [0.5] })).0, 200);
+    rests(&server, "Paused", |tries| tries == 0);
+    assert!(place.read("out/cam/model.toml").contains("#@ file steel.toml"));
+    // An edit of an included file shows; an error in it is named where the model names the file.
+    steel("30");
+    let next = wait(&server, "model", "edited", |value| value["revision"] != shown["revision"]);
+    assert_eq!(value(&next["revision"]), 60.0);
+    steel("\"30 kgg\"");
+    let wrong = wait(&server, "model", "wrong", |value| value["errors"] != json!([]));
+    let error = &wrong["errors"][0];
+    assert!(error["message"].as_str().unwrap().starts_with("steel.toml:3: "), "{error}");
+    assert_eq!((&error["line"], &error["column"]), (&json!(2), &json!(11)));
+    // No path leaves the folder, in the text of a page neither.
+    for name in ["../outside.toml", "/etc/passwd"] {
+        let text = model.replace("steel.toml", name);
+        assert_eq!(server.post("edit", &json!({ "text": text, "base": "" })).0, 200);
+        let errors = server.get("model")["errors"].to_string();
+        assert!(errors.contains("leaves the folder") && !errors.contains("root:"), "{errors}");
+    }
+}

@@ -375,3 +375,18 @@ fn frames_and_answers_while_a_slider_is_dragged() {
         println!("{name:<24}{rate:>8.0}{longest:>18.0}{median:>20.1}{most:>8.1}");
     }
 }
+
+/// A run that begins at another design writes its start in the unit of the file.
+#[test]
+fn a_run_begins_at_a_design_with_units() {
+    let place = TempFolder::new("open-units");
+    let model = "version = 2\n[constants]\nl0 = \"4 m\"\n[design.x]\nstart = \"300 mm\"\nlower = \"100 mm\"\nupper = \"900 mm\"\n[design.y]\nstart = \"l0\"\nlower = \"50 cm\"\n\
+        [[output]]\nname = \"f\"\nvalue = \"x + y\"\n[objective]\nminimize = \"f\"\n";
+    std::fs::write(place.0.join("bar.toml"), model).unwrap();
+    let server = Server::start(&place.0, "bar.toml");
+    assert_eq!(start_design(&server.get("model")), [300.0, 400.0]);
+    assert_eq!(server.post("run", &json!({ "action": "start", "design": [250.5, 120] })).0, 200);
+    rests(&server, "Paused", |tries| tries == 0);
+    let text = place.read("out/bar/model.toml");
+    assert!(text.contains("start = \"250.5 mm\"") && text.contains("start = \"120 cm\""), "{text}");
+}

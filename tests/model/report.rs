@@ -1,7 +1,7 @@
 //! The report of a run: one page that is well formed, complete and loads nothing.
 
 use super::page::{assert_self_contained, check, outline};
-use crate::shell::{TempFolder, sealed};
+use crate::shell::{TempFolder, linkwright, sealed};
 
 /// Optimizes an example and writes its report.
 fn reported(name: &str, example: &str, code: i32) -> (TempFolder, String) {
@@ -356,4 +356,23 @@ fn profiles_friction_in_joints_and_distributed_loads_are_drawn() {
     assert!(tips.iter().enumerate().all(|(k, x)| (x - k as f64 / 6.0).abs() < 1e-9), "{tips:?}");
     assert!(frame.arrows.iter().all(|arrow| arrow[0][1] < arrow[1][1] && (arrow[0][0] - arrow[1][0]).abs() < 1e-12));
     assert!(frame.lines.iter().any(|line| line.len() == 7 && line[0] == frame.arrows[0][0]));
+}
+
+/// A model without a title has the name of its own file everywhere, not that of the copy in the folder of the run.
+#[test]
+fn a_model_without_a_title_has_the_name_of_its_file() {
+    let place = TempFolder::new("untitled");
+    let model = "version = 2\n[design.x]\nstart = 3\nlower = 1\nupper = 4\n[[output]]\nname = \"f\"\nvalue = \"x\"\n[objective]\nminimize = \"f\"\n";
+    std::fs::write(place.0.join("bar.toml"), model).unwrap();
+    drop(linkwright(&["optimize", "bar.toml", "--quiet", "--max-cycles", "1"], &place.0));
+    for command in
+        [&["report", "bar"][..], &["resume", "bar", "--quiet"], &["resume", "bar", "--quiet", "--max-cycles", "9"]]
+    {
+        drop(linkwright(command, &place.0));
+        place.run(&["report", "bar", "--quiet"], 0);
+        let page = place.read("out/bar/report.html");
+        assert!(page.contains("<title>bar.toml") && !page.contains("bar/model.toml</"), "{}", &page[..400]);
+        let summary: serde_json::Value = serde_json::from_str(&place.read("out/bar/summary.json")).unwrap();
+        assert_eq!(summary["title"], "bar.toml", "{command:?}");
+    }
 }

@@ -145,3 +145,16 @@ fn a_terminal_shows_the_time_that_is_left() {
     let table = expected.iter().position(|line| line.is_empty()).unwrap();
     assert_eq!(screen[..table], expected[..table]);
 }
+
+#[test]
+fn runs_in_the_folders_of_runs_are_listed() {
+    let place = TempFolder::new("nested");
+    place.example("two-bar-truss");
+    for out in ["out/a", "out/a/again", "out/a/more/deep"] {
+        place.run(&["optimize", "two-bar-truss.toml", "--quiet", "--out", out], 0);
+    }
+    let lines: Vec<Value> = place.run(&["runs", "--json"], 0).lines().map(json).collect();
+    let mut folders: Vec<&str> = lines.iter().map(|run| run["folder"].as_str().unwrap()).collect();
+    folders.sort_unstable();
+    assert_eq!(folders, ["out/a", "out/a/again", "out/a/more/deep"]);
+}

@@ -352,3 +352,20 @@ fn ctrl_c_ends_a_study_after_the_runs_that_have_begun() {
     assert!(shown.contains(&format!("{} runs are done already, {} are missing", kept - 1, 4001 - kept)), "{shown}");
     assert_eq!(place.read("cut/rows.jsonl"), place.read("whole/rows.jsonl"));
 }
+
+/// A part, or parts joined, of which all runs failed, is an error as a whole study is; runs that are missing do not hide that.
+#[test]
+fn a_part_whose_runs_all_fail_is_an_error() {
+    let study = SAMPLE.replace("count = 40", "count = 4").replace("[vary.width]", "[vary.width]\nfrom = -2\nto = -1");
+    let place = place("part-fails", &study);
+    let broken = place.read("bar.toml").replace("load/width", "sqrt(width)/load");
+    std::fs::write(place.0.join("bar.toml"), broken).unwrap();
+    for part in ["1/2", "2/2"] {
+        let shown = place.run(&["study", "s", "--part", part], 1);
+        assert!(shown.contains("all 2 runs failed"), "{shown}");
+    }
+    assert!(place.run(&["study", "merge", "out/s-part-1-of-2", "--out", "one"], 1).contains("all 2 runs failed"));
+    let parts = ["study", "merge", "out/s-part-1-of-2", "out/s-part-2-of-2", "--out", "two"];
+    assert!(place.run(&parts, 1).contains("all 4 runs failed"));
+    assert_eq!(place.read("one/rows.jsonl").lines().count(), 3);
+}

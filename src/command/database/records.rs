@@ -27,7 +27,7 @@ pub fn take(database: &mut Database, entry: &RunEntry, taken: &mut Taken) -> any
     if entry.begun.is_empty() || entry.status == "Damaged" {
         return Ok(());
     }
-    let stored = RunEntry { folder: absolute(Path::new(&entry.folder))?, ..entry.clone() };
+    let stored = RunEntry { folder: absolute(&entry.path)?, ..entry.clone() };
     let line = serde_json::to_string(&stored)?;
     let key = (&stored.folder, &stored.begun);
     let known = database.connection.query_row(
@@ -39,7 +39,7 @@ pub fn take(database: &mut Database, entry: &RunEntry, taken: &mut Taken) -> any
     if known.as_deref() == Some(&line) {
         return Ok(());
     }
-    let directory = Directory::open(Path::new(&entry.folder))?;
+    let directory = Directory::open(&entry.path)?;
     // Read before the change begins, for which other processes wait.
     let rows = if entry.kind == "study" { rows_of(&directory)? } else { vec![] };
     let new = database.change(|change| {
@@ -85,7 +85,7 @@ fn rows_of(directory: &Directory) -> anyhow::Result<Vec<StudyRow>> {
 /// Adds the responses of the last design of a run, and the answers of its program. Returns the number of new ones.
 fn take_analyses(change: &Transaction<'_>, directory: &Directory, text: &str) -> anyhow::Result<usize> {
     let record = RunRecord::read(directory)?;
-    let Ok(model) = model_file::read("model.toml", text) else { return Ok(0) };
+    let Ok(model) = model_file::read_of_run("model.toml", text) else { return Ok(0) };
     if model.program().is_some() {
         return take_answers(change, &model, Path::new(&record.file), directory);
     }

@@ -11,7 +11,7 @@ use super::cycles::{cycles, own};
 use super::guard::message;
 use super::stored;
 use anyhow::{Context, bail, ensure};
-use linkwright::model_file::{Model, read, with_setting};
+use linkwright::model_file::{Model, read, read_of_run, with_setting};
 use linkwright::problem::Problem;
 use linkwright::sao::{State, Status, presets};
 use linkwright::storage::Directory;
@@ -176,12 +176,12 @@ impl SteeredRun {
         if let Some(method) = method {
             text = with_setting(&name, &text, "method.preset", &json!(method).to_string())?;
         }
-        let variables = read(&name, &text)?.variables().to_vec();
+        let model = read(&name, &text)?;
+        let variables = model.variables();
         ensure!(design.len() == variables.len(), "the design is not one of this model; load the page again");
-        for (variable, value) in variables.iter().zip(&design) {
-            if *value != variable.start {
-                text = with_setting(&name, &text, &format!("design.{}.start", variable.name), &format!("{value:?}"))?;
-            }
+        for (variable, value) in variables.iter().zip(&design).filter(|(variable, value)| **value != variable.start) {
+            let key = format!("design.{}.start", variable.name);
+            text = with_setting(&name, &text, &key, &model.written(&key, *value))?;
         }
         let model = with_program(read(&name, &text)?, file);
         let problem = located(&model, model.problem())?;
@@ -194,7 +194,7 @@ impl SteeredRun {
 
     /// Continues the run in a folder of the default folder of results.
     fn resume(name: &str, budget: Budget) -> anyhow::Result<Self> {
-        Self::reopened(Directory::open(Path::new(&stored::known(name)?.folder))?, None, budget)
+        Self::reopened(Directory::open(&stored::known(name)?.path)?, None, budget)
     }
 
     /// The run of a folder, with an edited model if there is one.
@@ -202,7 +202,8 @@ impl SteeredRun {
         let (mut folder, mut model, mut text) = RunDirectory::claim(directory)?;
         if let Some(edited) = edited {
             folder.edit(edited)?;
-            (model, text) = (read("model.toml", edited)?, edited.to_owned());
+            model = read_of_run("model.toml", edited)?.copied_from(&folder.record().file);
+            text = edited.to_owned();
         }
         let problem = located(&model, model.problem())?;
         budget.check(&problem, model.method())?;
@@ -336,7 +337,7 @@ impl SteeredRun {
                 || (key.starts_with("design.") && (key.ends_with(".lower") || key.ends_with(".upper")));
             ensure!(is_own, "during a run, only bounds and the method can be changed; begin a new run for `{key}`");
             let text = with_setting("model.toml", &self.text, key, value)?;
-            let model = read("model.toml", &text)?;
+            let model = read_of_run("model.toml", &text)?;
             let problem = located(&model, model.problem())?;
             problem.check_design(&self.state.design).context("the bounds exclude the present design")?;
             model.method().check(&problem)?;

@@ -11,7 +11,7 @@ use super::queue::{Queue, Reply};
 use super::stored;
 use super::worker::ModelLine;
 use anyhow::{Context, bail};
-use linkwright::model_file::{self, DiagnosticReport, Model, Severity, read};
+use linkwright::model_file::{self, DiagnosticReport, Model, Severity, read, with_files};
 use linkwright::problem::{Constraint, DesignVariable, Goal, Problem, TimeGrid};
 use linkwright::report::outcome;
 use linkwright::storage::{Directory, fnv1a};
@@ -47,6 +47,8 @@ struct Project {
     stamp: Option<(SystemTime, u64)>,
     /// Text that was edited in a page and is not saved.
     draft: Option<Draft>,
+    /// The edited text, or that on disk, with the files that it names.
+    whole: Whole,
     /// Errors of the edited text, or of that on disk; `None` if it is the model in force.
     errors: Option<DiagnosticReport>,
     /// Text and fingerprint of the model in force.
@@ -57,6 +59,9 @@ struct Project {
     /// Number of the model in force.
     revision: u64,
 }
+
+/// A text with the files that it names, or why they cannot be read.
+type Whole = Result<String, Box<DiagnosticReport>>;
 
 /// Edited text that is not saved.
 struct Draft {
@@ -77,9 +82,10 @@ impl Session {
     pub fn open(file: &Path, budget: Budget) -> anyhow::Result<Self> {
         let cannot = || format!("cannot read the model {}", file.display());
         let path = file.canonicalize().with_context(cannot)?;
-        let (Some(parent), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else {
+        let (Some(parent), Some(name)) = (path.parent(), path.file_name()) else {
             bail!("{} is not a file; give a model file", file.display());
         };
+        let name = name.to_str().with_context(|| format!("the name of {} is not UTF-8; rename it", file.display()))?;
         let directory = Directory::open(parent).with_context(cannot)?;
         let mut arguments = vec!["open".to_owned(), "--worker".to_owned(), name.to_owned()];
         arguments.extend(["--memory".to_owned(), budget.bytes().to_string()]);
@@ -91,6 +97,7 @@ impl Session {
             disk: String::new(),
             stamp: None,
             draft: None,
+            whole: Ok(String::new()),
             errors: None,
             text: String::new(),
             fingerprint: String::new(),
@@ -124,20 +131,29 @@ impl Session {
         String::from_utf8(bytes).with_context(|| format!("the model {} is not UTF-8", self.path.display()))
     }
 
-    /// Reads the file again if it has changed. A file that cannot be read, such as one that is being replaced, is read later.
+    /// Reads the file again if it has changed, and the files that it names. A file that cannot be read, such as one that is being
+    /// replaced, is read later.
     pub fn look_at_the_file(&self) {
         let stamp = self.path.metadata().ok().and_then(|data| Some((data.modified().ok()?, data.len())));
         let mut project = self.project();
-        if stamp.is_none() || stamp == project.stamp {
-            return;
-        }
-        if let Ok(text) = self.read() {
+        let mut has_changed = false;
+        if stamp.is_some()
+            && stamp != project.stamp
+            && let Ok(text) = self.read()
+        {
             project.stamp = stamp;
-            if text != project.disk {
-                project.disk = text;
-                self.update(&mut project);
-            }
+            has_changed = text != project.disk;
+            project.disk = text;
         }
+        if has_changed || self.whole(&project) != project.whole {
+            self.update(&mut project);
+        }
+    }
+
+    /// The edited text, or that on disk, with the files that it names: those of the folder of the model or below.
+    fn whole(&self, project: &Project) -> Whole {
+        let text = project.draft.as_ref().map_or(&project.disk, |draft| &draft.text);
+        with_files(&self.path.display().to_string(), text, self.directory.path())
     }
 
     /// Name of the file with text that is not saved.
@@ -161,10 +177,10 @@ impl Session {
     /// Makes the edited text, or that on disk, the model in force, unless it has errors.
     fn update(&self, project: &mut Project) {
         let file = self.path.display().to_string();
-        let text = project.draft.as_ref().map_or(&project.disk, |draft| &draft.text).clone();
-        match read(&file, &text) {
-            Ok(_) if text == project.text => project.errors = None,
-            Ok(model) => {
+        project.whole = self.whole(project);
+        match project.whole.clone().and_then(|text| Ok((read(&file, &text)?, text))) {
+            Ok((_, text)) if text == project.text => project.errors = None,
+            Ok((model, text)) => {
                 project.revision += 1;
                 project.model = description(&model);
                 (project.text, project.fingerprint) = (text.clone(), fingerprint(&model));
@@ -322,10 +338,15 @@ fn diagnostics(report: &DiagnosticReport) -> Vec<Value> {
         (before.matches('\n').count() + 1, line.encode_utf16().count(), before.encode_utf16().count())
     };
     let one = |d: &linkwright::model_file::Diagnostic| {
-        let ((line, column, from), (.., to)) = (place(d.span.start), place(d.span.end));
+        // A page has the own text of the model only: there, the name of an attached file stands for it.
+        let attached = report.attached_place(d);
+        let named = attached.and_then(|(name, _)| Some((report.text.find(&format!("{name:?}"))?, name.len() + 2)));
+        let span = named.map_or(d.span.clone(), |(start, length)| start..start + length);
+        let message = attached.map_or(d.message.clone(), |(name, line)| format!("{name}:{line}: {}", d.message));
+        let ((line, column, from), (.., to)) = (place(span.start), place(span.end));
         json!({
             "severity": if d.severity == Severity::Note { "note" } else { "error" },
-            "message": d.message, "label": d.label, "help": d.help,
+            "message": message, "label": d.label, "help": d.help,
             "line": line, "column": column, "from": from, "to": to,
         })
     };

@@ -10,7 +10,6 @@ use anyhow::{Context, ensure};
 use linkwright::model_file::settings;
 use linkwright::storage::Directory;
 use serde_json::{Value, json};
-use std::path::Path;
 
 /// Largest number of runs, and of studies, that a page lists.
 const LISTED: usize = 50;
@@ -48,8 +47,8 @@ pub fn known(name: &str) -> anyhow::Result<RunEntry> {
 
 /// The cycles and the last design of a stored run.
 pub fn run(name: &str) -> anyhow::Result<Value> {
-    let folder = known(name)?.folder;
-    let (directory, model, _) = RunDirectory::open(Path::new(&folder))?;
+    let RunEntry { folder, path, .. } = known(name)?;
+    let (directory, model, _) = RunDirectory::open(&path)?;
     let problem = model.problem()?;
     let state = directory.last(&model, &problem)?.with_context(|| format!("{folder} has no cycle yet"))?.state;
     let steps = cycles(&problem, &state);
@@ -61,14 +60,14 @@ pub fn run(name: &str) -> anyhow::Result<Value> {
 pub fn differences(a: &str, b: &str) -> anyhow::Result<Value> {
     let [a, b] = [known(a)?, known(b)?];
     ensure!(a.kind == "run" && b.kind == "run", "two runs can be compared, studies cannot");
-    Ok(serde_json::to_value(RunComparison::new(Path::new(&a.folder), Path::new(&b.folder))?)?)
+    Ok(serde_json::to_value(RunComparison::new(&a.path, &b.path)?)?)
 }
 
 /// Stores the user's note about a run.
 pub fn write_note(name: &str, text: &str) -> anyhow::Result<()> {
     let entry = known(name)?;
     ensure!(entry.kind == "run", "notes are about runs");
-    RunDirectory::write_note(Directory::open(Path::new(&entry.folder))?, text)
+    RunDirectory::write_note(&Directory::open(&entry.path)?, text)
 }
 
 /// The rows of a study by phases, with the columns that give the design of each row, by variable; a variable without a column has
@@ -76,7 +75,7 @@ pub fn write_note(name: &str, text: &str) -> anyhow::Result<()> {
 pub fn study(name: &str, variables: &[String]) -> anyhow::Result<Value> {
     let entry = known(name)?;
     ensure!(entry.kind == "study", "{name} has a run in it, and no study");
-    let (study, rows) = stored_study(&Directory::open(Path::new(&entry.folder))?)?;
+    let (study, rows) = stored_study(&Directory::open(&entry.path)?)?;
     let model = study.source().model()?;
     let start_of = |name: &String| model.variables().iter().find(|v| v.name == *name).map(|v| v.start);
     let start: Vec<Option<f64>> = variables.iter().map(start_of).collect();

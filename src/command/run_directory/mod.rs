@@ -43,7 +43,7 @@ const RESPONSES: &str = "responses.csv";
 const CONSTRAINTS: &str = "constraints.csv";
 /// Answers of the program of a model.
 pub const ANSWERS: &str = "answers.jsonl";
-/// A note of the user about the run.
+/// A note of the user about the run. It belongs to the user: no list has it, and a new run in the folder leaves it.
 pub const NOTE: &str = "note.txt";
 /// Largest size of a note in bytes.
 const NOTE_LIMIT: u64 = 64 << 10;
@@ -51,7 +51,7 @@ const NOTE_LIMIT: u64 = 64 << 10;
 #[cfg(feature = "database")]
 const STATE_LIMIT: u64 = 1 << 30;
 /// Files that a run writes. The state comes first, since a history without its state cannot be continued.
-const FILES: [&str; 15] = [
+const FILES: [&str; 14] = [
     STATE,
     PREVIOUS,
     HISTORY,
@@ -64,7 +64,6 @@ const FILES: [&str; 15] = [
     "responses.parquet",
     "constraints.parquet",
     PAGE,
-    NOTE,
     MODEL,
     RUN,
 ];
@@ -145,7 +144,7 @@ impl RunDirectory {
         }
         let (model, text) = parsed(folder.directory(), MODEL)?;
         // The program lies beside the model file with which the run began.
-        let model = with_program(model, Path::new(&record.file));
+        let model = with_program(model.copied_from(&record.file), Path::new(&record.file));
         if fingerprint(&model) != record.fingerprint {
             let file = folder.place(MODEL);
             let different: Vec<String> = changes(&record.model, &text)?.iter().map(ToString::to_string).collect();
@@ -184,6 +183,10 @@ impl RunDirectory {
             self.last(model, problem)?
         };
         let Some(LastState { state, history, is_old }) = last else {
+            for v in model.variables() {
+                let is_inside = (v.lower..=v.upper).contains(&v.start);
+                anyhow::ensure!(is_inside, "the bounds exclude the start of `{}`, {} {}", v.name, v.start, v.unit);
+            }
             // The start design is analysed again, and its line written again.
             self.open_history(History::read(self.folder.directory(), Some(&records::Prefix::default()))?)?;
             return Ok(None);
@@ -341,18 +344,12 @@ impl RunDirectory {
 
     /// Replaces the note about the run of a folder; an empty text removes it.
     #[cfg(feature = "app")]
-    pub fn write_note(directory: Directory, text: &str) -> anyhow::Result<()> {
+    pub fn write_note(directory: &Directory, text: &str) -> anyhow::Result<()> {
         anyhow::ensure!(text.len() as u64 <= NOTE_LIMIT, "a note has at most {NOTE_LIMIT} bytes");
-        let mut folder = OutputFolder::of(directory)?;
-        if !folder.has_list() {
-            folder.accept_earlier(&FILES);
-        }
-        folder.own(&[NOTE])?;
-        let (place, directory) = (folder.place(NOTE), folder.directory());
         let text = text.trim();
         let done =
             if text.is_empty() { directory.remove(NOTE) } else { directory.replace(NOTE, text.as_bytes(), true) };
-        explained(&place, done)
+        explained(&directory.path().join(NOTE), done)
     }
 
     /// Lets other processes run in the folder; this one only reads it from now on.
@@ -446,7 +443,7 @@ pub fn note(directory: &Directory) -> Option<String> {
 
 /// Removes temporary files that a kill left. Those of a page may belong to a report that is being written.
 fn remove_temporary(directory: &Directory) -> anyhow::Result<()> {
-    let names: Vec<&str> = FILES.into_iter().filter(|name| *name != PAGE).chain([MANIFEST]).collect();
+    let names: Vec<&str> = FILES.into_iter().filter(|name| *name != PAGE).chain([NOTE, MANIFEST]).collect();
     explained(&directory.path().join(MANIFEST), directory.remove_temporary(&names))
 }
 

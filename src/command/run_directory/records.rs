@@ -1,12 +1,13 @@
 //! Records of the JSON files: `run.json`, `summary.json` and the lines of `history.jsonl`.
 
 use crate::command::folder::RUN;
-use crate::command::output::now;
+use crate::command::output::{argument, now};
 use anyhow::{Context, bail};
 use linkwright::model_file::{Model, settings};
 use linkwright::problem::{DesignVariable, Problem};
 use linkwright::report::number::{readable, with_unit};
 use linkwright::report::outcome::{self, ConstraintValue};
+use linkwright::report::table::one_line;
 use linkwright::sao::{Cycle, State, Status};
 use linkwright::storage::{Directory, fnv1a};
 use serde::{Deserialize, Serialize};
@@ -330,7 +331,7 @@ impl Summary {
             "{} cycles, {} analyses, {} sensitivity analyses{method}.",
             self.cycles, self.analyses, self.sensitivity_analyses
         ));
-        let row = |n: &NamedValue| format!("  {:<24} {}", n.name, with_unit(n.value, &n.unit, digits));
+        let row = |n: &NamedValue| one_line(&format!("  {:<24} {}", n.name, with_unit(n.value, &n.unit, digits)));
         lines.push(row(&self.objective));
         // The variable that bounds a peak is the objective itself.
         lines.extend(self.design.iter().filter(|b| self.peak_bound.as_ref() != Some(&b.name)).map(row));
@@ -353,21 +354,15 @@ impl Summary {
             .zip(&best.design)
             .filter(|(named, _)| Some(&named.name) != self.peak_bound.as_ref())
             .map(|(named, b)| format!(" --start {}", argument(&format!("{}={b}", named.name))));
-        format!(
+        one_line(&format!(
             "Note: the best design is that of {what} {}: {} {}, largest violation {} %. Start there with{}",
             best.cycle,
             self.objective.name,
             with_unit(best.objective, &self.objective.unit, digits),
             readable(best.violation_pct.max(0.0), digits),
             start.collect::<String>()
-        )
+        ))
     }
-}
-
-/// An argument as it is typed into a shell.
-fn argument(text: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_.-=".contains(c);
-    if text.chars().all(is_plain) { text.to_owned() } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
 impl Nearest {
@@ -377,7 +372,7 @@ impl Nearest {
         let at = time.map_or_else(String::new, |t| format!(" at {}", with_unit(t, time_unit, digits)));
         let [value, limit, margin] = [*value, *limit, *margin].map(|v| readable(v, digits));
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-        format!("  {name:<24} {value} {relation} {limit}{unit}{at}, {status}, margin {margin}{unit}")
+        one_line(&format!("  {name:<24} {value} {relation} {limit}{unit}{at}, {status}, margin {margin}{unit}"))
     }
 }
 

@@ -14,6 +14,7 @@ use super::run_directory::Occupied;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Subcommand};
 use folder::{PAGE, SUMMARY, StudyFolder, copies, read_rows};
+use linkwright::report::table::one_line;
 use linkwright::storage::{Directory, read_file};
 use linkwright::study::{self as studies, ModelSource, Part, Row, Rows, StudyFile};
 use serde_json::json;
@@ -306,6 +307,10 @@ impl Shown {
         let failed = rows.all().filter(|row| row.has_failed()).count();
         let missing = study.missing(rows, Part::WHOLE);
         let shown = folder.shown();
+        if failed > 0 && failed == rows.len() {
+            let reason = rows.all().find(|row| row.has_failed()).map(|row| row.failure.clone()).unwrap_or_default();
+            bail!("all {failed} runs failed: {reason}; the rows are in {shown}");
+        }
         if missing > 0 {
             let show = self.show();
             show.note(&format!("{} runs are done, {failed} of them failed.", rows.len()))?;
@@ -318,10 +323,6 @@ impl Shown {
                 ))?;
             }
             return Ok(ExitCode::SUCCESS);
-        }
-        if failed == rows.len() {
-            let reason = rows.all().find(|row| row.has_failed()).map(|row| row.failure.clone()).unwrap_or_default();
-            bail!("all {failed} runs failed: {reason}; the rows are in {shown}");
         }
         let conclusion = study.conclude(rows)?;
         for (name, table) in &conclusion.tables {
@@ -360,7 +361,7 @@ impl Shown {
                     say(table.text_with(self.digits.count()).trim_end())?;
                 }
                 for sentence in &conclusion.sentences {
-                    say(sentence)?;
+                    say(&one_line(sentence))?;
                 }
                 say(&format!("Results are in {shown}; open {shown}/{PAGE}"))?;
             }

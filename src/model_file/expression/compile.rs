@@ -105,11 +105,7 @@ impl Names {
 
     /// Evaluates an expression of constants as a number of a unit, whose dimension it must have.
     pub(crate) fn evaluate_in(&self, tree: &Tree, key: &str, unit: &Unit) -> Result<f64, Diagnostic> {
-        let value = self.evaluate(tree, key, &unit.text)?;
-        Ok(match tree.quantity() {
-            Some((number, own)) if own == unit => number,
-            _ => unit.of_si(value),
-        })
+        Ok(tree.number_of(unit, self.evaluate(tree, key, &unit.text)?))
     }
 }
 

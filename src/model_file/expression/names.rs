@@ -67,7 +67,12 @@ impl Names {
     /// Adds a design variable whose values are in a unit. Expressions take them in SI.
     pub fn design_in(&mut self, name: &str, unit: Unit) {
         self.design(name);
-        self.units.insert(name.to_owned(), unit);
+        self.set_unit(name, unit);
+    }
+
+    /// Sets the unit of the values of a design variable. Expressions take them in SI.
+    pub fn set_unit(&mut self, design: &str, unit: Unit) {
+        self.units.insert(design.to_owned(), unit);
     }
 
     /// The unit of the values of a design variable; `None` if they are in SI.

@@ -96,6 +96,29 @@ impl Tree {
         }
     }
 
+    /// The value `si` of the expression as a number of a unit: exactly as written, if it is written so.
+    pub fn number_of(&self, unit: &Unit, si: f64) -> f64 {
+        match self.quantity() {
+            Some((number, own)) if own == unit => number,
+            _ => unit.of_si(si),
+        }
+    }
+
+    /// All units in the expression, from left to right.
+    pub fn units(&self) -> Vec<Unit> {
+        match &self.node {
+            Node::Quantity(_, unit) => vec![unit.clone()],
+            node => node.parts().iter().flat_map(Self::units).collect(),
+        }
+    }
+
+    /// Returns `true` if the expression has a name or a unit in it: it is more than plain numbers.
+    pub fn is_formula(&self) -> bool {
+        let mut has_name = false;
+        self.names(&mut |_, _| has_name = true);
+        has_name || !self.units().is_empty()
+    }
+
     /// The expression as a number of this unit: divided by one of it.
     #[must_use]
     pub fn per(self, unit: &Unit) -> Self {

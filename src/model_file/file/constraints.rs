@@ -94,7 +94,7 @@ fn one(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constrain
         (scale(limit("scale")?, section)?, window(section, known, &value)?, neighbours(section)?);
     let made = sides.into_iter().map(|mut constraint| {
         constraint.scale = scale.unwrap_or(constraint.scale);
-        constraint.unit = unit.as_ref().map(|unit| unit.text.clone()).filter(|_| is_formula).unwrap_or_default();
+        constraint.unit = unit.as_ref().map(|unit| unit.text.clone()).unwrap_or_default();
         (constraint.window, constraint.selection) = (window, selection);
         constraint
     });

@@ -54,6 +54,7 @@ mod value;
 pub(super) use element_kinds::element_of;
 pub use key::{Accepts, Key, Need, TableKeys};
 pub(crate) use key::{default, optional, required};
+pub use naming::Constant;
 pub(crate) use section::{FileSource, Read, Section};
 #[cfg(feature = "report")]
 pub(crate) use section::{Word, find, ordered, wrong_type};
@@ -61,7 +62,8 @@ pub(crate) use section::{Word, find, ordered, wrong_type};
 use super::diagnostics::{DiagnosticLog, SourceMap};
 use super::version::{self, Modernizer};
 use super::{Diagnostic, DiagnosticReport, settings};
-use crate::model_file::expression::{CompiledExpression, Inputs};
+use crate::model_file::expression::{CompiledExpression, Inputs, TextPlace, Tree};
+use crate::model_file::unit::Unit;
 #[cfg(feature = "report")]
 use crate::problem::{Analysis, Analytic, Responses};
 use crate::problem::{
@@ -74,6 +76,7 @@ use autodiff::Scalar;
 use label::Labels;
 use mechanics::SimulationClock;
 use mechanism::{MechanismSpec, MechanismTemplate};
+use naming::VariableUnit;
 use objective::ObjectiveSpec;
 use outputs::OutputSpec;
 use program::{AskedProgram, ProgramSpec};
@@ -174,6 +177,9 @@ pub(super) fn families() -> Vec<TableKeys> {
 pub struct Model {
     title: String,
     variables: Vec<DesignVariable>,
+    /// Units of the values of the design variables.
+    units: Vec<Option<Unit>>,
+    constants: Vec<Constant>,
     mechanism: Option<(Arc<MechanismSpec>, analysis::Settings)>,
     program: Option<ProgramSpec>,
     /// Name of the time, or of the quantity of a sweep, in expressions.
@@ -194,8 +200,20 @@ pub struct Model {
 /// # Errors
 /// The first errors of the file with their locations, without those that follow from others.
 pub fn read(file: &str, text: &str) -> std::result::Result<Model, Box<DiagnosticReport>> {
+    read_as(file, text, false)
+}
+
+/// As [`read`], for the model of a run that has begun: bounds may exclude its start.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_of_run(file: &str, text: &str) -> std::result::Result<Model, Box<DiagnosticReport>> {
+    read_as(file, text, true)
+}
+
+fn read_as(file: &str, text: &str, is_of_run: bool) -> std::result::Result<Model, Box<DiagnosticReport>> {
     let log = DiagnosticLog::default();
-    let model = log.keep(model_of_text(file, text, &log));
+    let model = log.keep(model_of_text(file, text, is_of_run, &log));
     let (errors, locations) = log.into_parts();
     let source = SourceMap { file: file.to_owned(), text: text.to_owned(), locations };
     match model {
@@ -204,15 +222,14 @@ pub fn read(file: &str, text: &str) -> std::result::Result<Model, Box<Diagnostic
     }
 }
 
-/// Reads another kind of file, with the same diagnostics: `open` gets its top level, of which no key has been checked.
-#[cfg(feature = "report")]
+/// Reads another kind of file, or a part of a model, with the same diagnostics: `open` gets its top level, of which no key has been checked.
 pub(crate) fn read_document<T>(
     file: &str,
     text: &str,
     open: impl FnOnce(&DeTable<'_>, FileSource<'_>) -> Read<T>,
 ) -> std::result::Result<T, Box<DiagnosticReport>> {
     let (log, words) = (DiagnosticLog::default(), Modernizer::default());
-    let source = FileSource { text, log: &log, words: &words, owners: |_| Vec::new() };
+    let source = FileSource { text, log: &log, words: &words, is_of_run: false, owners: |_| Vec::new() };
     let read = settings::parse(text).and_then(|table| open(&table, source));
     let read = log.keep(read);
     let (errors, locations) = log.into_parts();
@@ -222,7 +239,18 @@ pub(crate) fn read_document<T>(
     }
 }
 
-fn model_of_text(file: &str, text: &str, log: &DiagnosticLog) -> Read<Model> {
+/// The units of the design variables of a text, of which nothing else is read.
+///
+/// # Errors
+/// If names or constants have errors.
+pub(super) fn variable_units(file: &str, text: &str) -> std::result::Result<Vec<VariableUnit>, Box<DiagnosticReport>> {
+    read_document(file, text, |table, source| {
+        let section = Section::of(table.clone(), 0..text.len(), "the file", &[KEYS], source)?;
+        naming::read_names(&section)?.units()
+    })
+}
+
+fn model_of_text(file: &str, text: &str, is_of_run: bool, log: &DiagnosticLog) -> Read<Model> {
     let mut table = settings::parse(text)?;
     let version = version::version(&table)?;
     let (fingerprint, analysis_fingerprint) = (settings::fingerprint(&table), settings::analysis_fingerprint(&table));
@@ -232,7 +260,7 @@ fn model_of_text(file: &str, text: &str, log: &DiagnosticLog) -> Read<Model> {
             words.update(name, table, text);
         }
     }
-    let model = log.keep(model_of_document(file, &table, FileSource { text, log, words: &words, owners }));
+    let model = log.keep(model_of_document(file, &table, FileSource { text, log, words: &words, is_of_run, owners }));
     if version == version::CURRENT {
         words.errors().into_iter().for_each(|error| log.note(error));
     }
@@ -250,7 +278,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     let section = Section::of(table.clone(), 0..source.text.len(), "the file", &[KEYS], source)?;
     // The content of a section with a wrong name would be missed below.
     source.log.check()?;
-    let (mut names, variables) = naming::read(&section)?;
+    let (mut names, variables, constants) = naming::read(&section)?;
     let program = program::read(&section, &names)?;
     let mechanism = if program.is_some() { None } else { mechanism::read(&section, &names)? };
     let labels = Labels::of(table, &variables);
@@ -305,7 +333,9 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     let (objective, method) = (objective.expect("no error was logged"), method.expect("no error was logged"));
     Ok(Model {
         title,
+        units: variables.iter().map(|variable| names.unit_of(&variable.name).cloned()).collect(),
         variables,
+        constants,
         mechanism,
         program,
         axis: names.axis().name().to_owned(),
@@ -346,6 +376,42 @@ impl Model {
     /// The title, or the name of the file.
     pub fn title(&self) -> &str {
         &self.title
+    }
+
+    /// The model as a copy of the file with this name, which is its title if it has none of its own.
+    #[must_use]
+    pub fn copied_from(self, file: &str) -> Self {
+        let is_named = file.is_empty() || self.title != self.source.file;
+        Self { title: if is_named { self.title } else { file.to_owned() }, ..self }
+    }
+
+    /// The constants.
+    pub fn constants(&self) -> &[Constant] {
+        &self.constants
+    }
+
+    /// The unit of the number of a setting, by its key as in [`settings`](crate::model_file::settings): of a design variable or constant, of a
+    /// constraint that is shown in a unit, otherwise that with which the number is written. `None` if it has none.
+    pub fn unit_of(&self, key: &str) -> Option<Unit> {
+        let (table, rest) = key.split_once('.')?;
+        let (name, last) = rest.rsplit_once('.').unwrap_or((rest, ""));
+        let constraint = self.constraints.iter().find(|constraint| constraint.name == name);
+        match (table, constraint, last) {
+            ("design", ..) => self.units[self.variables.iter().position(|v| v.name == name)?].clone(),
+            ("constants", ..) => self.constants.iter().find(|constant| constant.name == name)?.unit.clone(),
+            ("constraint", Some(constraint), "at_least" | "at_most" | "equals" | "scale") => {
+                Unit::parse(&constraint.unit)
+            }
+            _ => {
+                let text = settings::settings(&self.source.file, &self.source.text).ok()?.remove(key)?;
+                Tree::parse(text.trim_matches('"'), TextPlace::From(0)).ok()?.unit().cloned()
+            }
+        }
+    }
+
+    /// A number of a setting as TOML, with the unit that the setting has.
+    pub fn written(&self, key: &str, number: f64) -> String {
+        Unit::written(self.unit_of(key).as_ref(), number)
     }
 
     /// The method, with its settings.
@@ -411,7 +477,7 @@ impl Model {
             let remedy = "add [objective] with minimize = \"…\"; `linkwright analyze` simulates the file as it is";
             return Err(Error::definition(&self.title, "there is no objective", remedy));
         };
-        objective.complete(self.build(objective)?)
+        objective.complete(self.build(objective)?, &self.variables)
     }
 
     /// Returns `true` if the file has an objective; without one it is a simulation.
@@ -466,7 +532,9 @@ impl Model {
     fn build(&self, objective: &ObjectiveSpec) -> Result<Problem> {
         let mut parts = ProblemBuilder::new(&self.title);
         for variable in &self.variables {
-            parts.variable(variable.clone());
+            // That of a run may be outside of bounds that were moved since.
+            let start = variable.start.clamp(variable.lower, variable.upper);
+            parts.variable(DesignVariable { start, ..variable.clone() });
         }
         if let Some(grid) = &self.grid {
             parts.grid(grid.clone());

@@ -4,7 +4,7 @@ use super::axis;
 use super::key::{Accepts, Key, default, optional, required};
 use super::section::{Read, Section, ordered, tree, wrong_type};
 use crate::Readable;
-use crate::model_file::expression::{Names, Scope, Table, Tree};
+use crate::model_file::expression::{Known, Names, Scope, Table, Tree};
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::DesignVariable;
@@ -34,39 +34,84 @@ pub const TABLE: &[Key] = &[
     ),
 ];
 
-/// Reads `[constants]`, `[design]`, `[table]` and `[expressions]`.
-pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>)> {
+/// A constant of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constant {
+    /// Its name.
+    pub name: String,
+    /// Its value, in its unit.
+    pub value: f64,
+    /// The unit with which it is written; without one, the value is in SI.
+    pub unit: Option<Unit>,
+}
+
+/// Design variables, of which no value has been read, and constants.
+pub struct Named<'a> {
+    pub names: Names,
+    pub constants: Vec<Constant>,
+    designs: Vec<(String, Section<'a>)>,
+    /// Variables whose units are wrong: their numbers cannot be checked.
+    without_unit: Vec<String>,
+}
+
+/// A design variable with the unit of its values.
+pub struct VariableUnit {
+    pub name: String,
+    /// The unit, or the key `unit`; may be empty.
+    pub label: String,
+    pub unit: Option<Unit>,
+}
+
+impl Named<'_> {
+    /// The units of the design variables.
+    pub fn units(&self) -> Read<Vec<VariableUnit>> {
+        let one = |(name, section): &(String, Section<'_>)| {
+            let unit = self.names.unit_of(name).cloned();
+            let label = unit.as_ref().map_or_else(|| section.text("unit"), |unit| Ok(unit.text.clone()))?;
+            Ok(VariableUnit { name: name.clone(), label, unit })
+        };
+        self.designs.iter().map(one).collect()
+    }
+}
+
+/// Reads `[constants]`, and names and units of `[design]`.
+pub fn read_names<'a>(file: &Section<'a>) -> Read<Named<'a>> {
     let mut names = Names::default();
     let designs = designs(file)?;
     let log = file.source().log;
-    // Variables whose units are wrong: their numbers cannot be checked.
-    let mut without_unit = vec![];
     for (name, design) in &designs {
         log.locate(name, design.span.clone());
         if log.keep(names.check(name, design.span.clone())).is_none() {
             log.poison_all();
         }
-        match log.keep(unit_of(design)) {
-            Some(Some(unit)) => names.design_in(name, unit),
-            Some(None) => names.design(name),
-            None => {
-                names.design(name);
-                without_unit.push(name);
-            }
+        names.design(name);
+    }
+    let constants = constants(file, &mut names);
+    let mut without_unit = vec![];
+    for (name, design) in &designs {
+        match log.keep(unit_of(design, &names)) {
+            Some(unit) => unit.into_iter().for_each(|unit| names.set_unit(name, unit)),
+            None => without_unit.push(name.clone()),
         }
     }
-    constants(file, &mut names)?;
+    Ok(Named { names, constants: constants?, designs, without_unit })
+}
+
+/// Reads `[constants]`, `[design]`, `[table]` and `[expressions]`.
+pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>, Vec<Constant>)> {
+    let Named { mut names, constants, designs, without_unit } = read_names(file)?;
+    let log = file.source().log;
     tables(file, &mut names)?;
     names.set_axis(axis::read_name(file, &names)?);
     // A variable with errors is defined nevertheless, because other parts of the file name it.
     let read = |(name, section): &(String, Section<'_>)| {
-        let is_known = !without_unit.contains(&name);
+        let is_known = !without_unit.contains(name);
         let variable = is_known.then(|| log.keep(variable(name, section, &names))).flatten();
         variable.unwrap_or_else(|| DesignVariable::new(name, "", 0.0))
     };
     let variables = designs.iter().map(read).collect();
     expressions(file, &mut names)?;
-    Ok((names, variables))
+    Ok((names, variables, constants))
 }
 
 /// The sections `[design.NAME]` in the order of the file.
@@ -93,11 +138,14 @@ fn designs<'a>(file: &Section<'a>) -> Read<Vec<(String, Section<'a>)>> {
     Ok(found)
 }
 
-/// The unit of the values of a design variable: `unit`, or that of `start`. `None` if `start` has none: then `unit` is a label.
-fn unit_of(section: &Section<'_>) -> Read<Option<Unit>> {
-    let tree = section.tree("start")?;
-    let Some(own) = tree.as_ref().and_then(|tree| tree.unit()) else { return Ok(None) };
-    let Some(word) = section.word("unit")? else { return Ok(Some(own.clone())) };
+/// The unit of the values of a design variable: `unit`, or that of `start`; if a formula gives the start, that of its dimension in the
+/// formula or of a bound. `None` if `start` has none: then `unit` is a label.
+fn unit_of(section: &Section<'_>, names: &Names) -> Read<Option<Unit>> {
+    let Some(start) = section.tree("start")? else { return Ok(None) };
+    let known = names.dimension(&start, &Scope::NUMBER)?;
+    let bounds = ["lower", "upper"].into_iter().filter_map(|key| section.tree(key).ok()??.unit().cloned()).collect();
+    let Some(own) = unit_of_number(&start, known, bounds) else { return Ok(None) };
+    let Some(word) = section.word("unit")? else { return Ok(Some(own)) };
     let Some(unit) = Unit::parse(&word.text) else {
         let error = Diagnostic::unknown(word.span, "unit", &word.text, Unit::known());
         return Err(error);
@@ -107,6 +155,23 @@ fn unit_of(section: &Section<'_>) -> Read<Option<Unit>> {
     }
     let message = format!("`unit` is {}, and the start is {}", unit.dimension, own.dimension);
     Err(Diagnostic::new(word.span, message).help("leave `unit` out, or give one of the same kind"))
+}
+
+/// The unit of a number: the one with which it is written. That of a formula is the first one of its dimension among its own and `others`,
+/// or the SI unit; if the dimension is not known, the first of the others. Angles and numbers that a formula gives have none.
+fn unit_of_number(tree: &Tree, known: Option<Known>, others: Vec<Unit>) -> Option<Unit> {
+    if let Some(unit) = tree.unit() {
+        return Some(unit.clone());
+    }
+    match known.filter(|known| known.is_firm) {
+        Some(Known { dimension, .. }) if dimension.is_number() => None,
+        Some(Known { dimension, .. }) => {
+            let all = tree.units().into_iter().chain(others);
+            all.into_iter().find(|unit| unit.dimension == dimension).or_else(|| Unit::parse(&dimension.si_unit()))
+        }
+        None if tree.is_formula() => others.into_iter().find(|unit| !unit.dimension.is_number()),
+        None => None,
+    }
 }
 
 /// The design variable of a table with the keys [`DESIGN`].
@@ -154,7 +219,7 @@ pub fn variable_from(
         let message = format!("the lower bound {lower} of `{name}` is above the upper bound {upper}");
         return Err(section.error_at("lower", message).help("raise the upper bound or lower the lower bound"));
     }
-    if !(lower..=upper).contains(&start) {
+    if !(section.source().is_of_run || (lower..=upper).contains(&start)) {
         let [start, lower, upper] = [start, lower, upper].map(Readable);
         let message = format!("the start {start} of `{name}` is outside its bounds {lower} to {upper}");
         return Err(section.error_at("start", message).help("move the start inside or widen the bounds"));
@@ -196,19 +261,24 @@ fn tables(file: &Section<'_>, names: &mut Names) -> Read<()> {
     Ok(())
 }
 
-fn constants(file: &Section<'_>, names: &mut Names) -> Read<()> {
+fn constants(file: &Section<'_>, names: &mut Names) -> Read<Vec<Constant>> {
     let trees = named(file, "constants", names)?;
     names.expressions(trees.clone())?;
-    let mut last = Ok(());
-    for (name, tree) in &trees {
-        let known = names.dimension(tree, &Scope::NUMBER).ok().flatten();
-        match names.evaluate(tree, name, "") {
-            Ok(value) => names.define_constant(name, value, known),
+    let (mut all, mut last) = (vec![], Ok(()));
+    for (name, tree) in trees {
+        let known = names.dimension(&tree, &Scope::NUMBER).ok().flatten();
+        match names.evaluate(&tree, &name, "") {
+            Ok(si) => {
+                names.define_constant(&name, si, known);
+                let unit = unit_of_number(&tree, known, vec![]);
+                let value = unit.as_ref().map_or(si, |unit| tree.number_of(unit, si));
+                all.push(Constant { name, value, unit });
+            }
             // Bounds and limits need the constants, so reading ends with the first wrong one.
             Err(error) => last = last.and(Err(error)).inspect_err(|e: &Diagnostic| file.source().log.note(e.clone())),
         }
     }
-    last
+    last.map(|()| all)
 }
 
 fn expressions(file: &Section<'_>, names: &mut Names) -> Read<()> {

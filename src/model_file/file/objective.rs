@@ -311,8 +311,8 @@ impl ObjectiveSpec {
     }
 
     /// Completes a problem that was made by [`build`](Self::build): the name of a peak, and its scale and the start of its bound,
-    /// which are the peak at the start design if the file has none. Analyses the start design if they are needed.
-    pub fn complete(&self, mut problem: Problem) -> Result<Problem> {
+    /// which are the peak at the start design if the file has none. Analyses the start of the `variables` if they are needed.
+    pub fn complete(&self, mut problem: Problem, variables: &[DesignVariable]) -> Result<Problem> {
         let (Self::Peak(spec), Some(peak)) = (self, problem.objective.peak()) else { return Ok(problem) };
         if let Some(name) = &spec.name {
             problem.objective.name.clone_from(name);
@@ -320,7 +320,12 @@ impl ObjectiveSpec {
         if spec.scale.is_some() && spec.has_start {
             return Ok(problem);
         }
-        let start = problem.start();
+        // That of a run may be outside of bounds that were moved since, and so not the start of the problem.
+        let start_of = |problem: &Problem| -> Vec<f64> {
+            let bound = problem.start().split_off(variables.len());
+            variables.iter().map(|variable| variable.start).chain(bound).collect()
+        };
+        let start = start_of(&problem);
         let responses = problem.analyze(&start)?;
         let evaluation = problem.evaluate(&start, &responses)?;
         // ĝ = 1 + (±f − β)/σ.
@@ -338,7 +343,7 @@ impl ObjectiveSpec {
         if spec.scale.is_none() && size > 0.0 {
             sides.into_iter().for_each(|j| problem.constraints[j].scale = size);
         }
-        let design = problem.start();
+        let design = start_of(&problem);
         problem.analysis = Box::new(RememberedStart { analysis: problem.analysis, design, responses });
         problem.check()?;
         Ok(problem)

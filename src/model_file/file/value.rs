@@ -28,6 +28,8 @@ pub struct FileSource<'a> {
     pub text: &'a str,
     pub log: &'a DiagnosticLog,
     pub words: &'a Modernizer,
+    /// `true` for the model of a run, whose bounds may have been moved since so that they exclude the start.
+    pub is_of_run: bool,
     /// The tables of the format that have a key of this name; that of the file itself is empty.
     pub owners: fn(&str) -> Vec<&'static str>,
 }

@@ -136,8 +136,13 @@ impl Table {
     pub fn text_with(&self, digits: usize) -> String {
         let readable = |cell: &Cell| in_digits(cell, digits.max(1));
         let rows: Vec<Vec<String>> = self.rows.iter().map(|row| row.iter().map(readable).collect()).collect();
-        format!("{}\n{}", self.title, aligned(self.headings(), &rows))
+        format!("{}\n{}", one_line(&self.title), aligned(self.headings(), &rows))
     }
+}
+
+/// A text of a user, such as a name or a unit, in one line: ends of lines are shown as other control characters are.
+pub fn one_line(text: &str) -> String {
+    text.replace('\n', "\\u000a")
 }
 
 /// A cell as text for people.
@@ -172,6 +177,8 @@ fn significant(value: f64, digits: usize) -> String {
 
 /// Columns aligned on the right, under headings that are broken at spaces and underscores, and a rule.
 pub(super) fn aligned(names: &[String], rows: &[Vec<String>]) -> String {
+    let lines = |texts: &[String]| -> Vec<String> { texts.iter().map(|text| one_line(text)).collect() };
+    let (names, rows) = (&lines(names), &rows.iter().map(|row| lines(row)).collect::<Vec<_>>());
     let cells: Vec<usize> =
         (0..names.len()).map(|c| rows.iter().map(|row| width(&row[c])).max().unwrap_or(0)).collect();
     let broken: Vec<Vec<String>> = names.iter().zip(&cells).map(|(name, &w)| broken(name, w.max(10))).collect();

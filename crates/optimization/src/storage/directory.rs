@@ -1,7 +1,7 @@
 //! Files of one folder, each by its name alone.
 
 use super::entry::Entry;
-use super::{split, system};
+use super::system;
 use std::collections::hash_map::RandomState;
 use std::fs::{File, TryLockError};
 use std::hash::{BuildHasher, Hasher};
@@ -318,10 +318,7 @@ impl Appender {
 /// # Errors
 /// Those of the file system; also if it is not a regular file, or larger.
 pub fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    split(path).map_or_else(
-        |_| Err(io::ErrorKind::IsADirectory.into()),
-        |_| bounded(regular(system::open_path(path)?)?, limit),
-    )
+    bounded(regular(system::open_path(path)?)?, limit)
 }
 
 fn bounded(file: File, limit: u64) -> io::Result<Vec<u8>> {
