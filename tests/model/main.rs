@@ -50,6 +50,7 @@ mod transcripts;
 mod twins;
 mod units;
 mod urdf;
+mod verdicts;
 mod version1;
 mod vocabulary;
 mod warnings;

@@ -3,6 +3,9 @@
 use super::Cycle;
 use crate::approximation::{Asymptotes, DesignHistory};
 
+/// Number of objectives of accepted designs that are kept.
+pub(super) const OBJECTIVES: usize = 21;
+
 /// Quantities of the trial steps of a history. They follow it: each step is read once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Trace {
@@ -12,8 +15,13 @@ pub(super) struct Trace {
     last: Option<(bool, Vec<f64>, f64)>,
     /// The accepted designs.
     pub designs: DesignHistory,
-    /// Range of the objective over the accepted designs, without those to which the run was displaced.
+    /// Range of the objective over the accepted designs, without the excursions of the run: designs to which it was displaced, and
+    /// those after them until it has come back to the objective before.
     pub objective: Range,
+    /// The last of these objectives, at most [`OBJECTIVES`].
+    pub objectives: Vec<f64>,
+    /// The objective from which an excursion has begun.
+    left: Option<f64>,
     /// That of the minimized quantity: of the peak in a min–max problem.
     pub stated: Range,
     /// True if a step was rejected.
@@ -89,9 +97,15 @@ impl Trace {
         let stated = cycle.stated_objective();
         if cycle.accepted {
             self.designs.push(&cycle.design);
-            if !cycle.is_displaced {
+            if cycle.is_displaced {
+                self.left = self.left.or(self.objectives.last().copied());
+            } else if self.left.is_none_or(|left| cycle.objective <= left) {
+                self.left = None;
                 self.objective.add(cycle.objective);
                 self.stated.add(stated);
+                self.objectives.push(cycle.objective);
+                let surplus = self.objectives.len().saturating_sub(OBJECTIVES);
+                self.objectives.drain(..surplus);
             }
         }
         self.has_rejected |= !cycle.accepted;

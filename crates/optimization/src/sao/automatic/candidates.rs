@@ -35,8 +35,6 @@ const NEAREST: f64 = 0.1;
 const UNCHANGED: f64 = 1e-3;
 /// Largest curvature of a variable, in units of the largest change of the gradient over the largest step.
 const STEEPEST: f64 = 10.0;
-/// Largest correction by a rejected design, relative to the number and the terms of its change.
-const LARGEST_CORRECTION: f64 = 1e3;
 
 impl Candidate {
     /// All candidates.
@@ -52,9 +50,6 @@ pub struct AcceptedPoint {
     pub numbers: Vec<Number>,
     /// For each constraint the largest |∂ĝ/∂b| of its retained rows, for each variable.
     pub slopes: Vec<Vec<f64>>,
-    /// ∂F/∂b; empty in a state of an earlier version.
-    #[serde(default)]
-    pub objective_slope: Vec<f64>,
     /// True if the run was displaced to this design, without regard to its objective.
     #[serde(default)]
     pub is_displaced: bool,
@@ -222,18 +217,9 @@ impl<'a> Samples<'a> {
 }
 
 impl Model {
-    /// Adds the quadratic along the step to `design` that gives the model this `value` there, or one that is nearer by far.
+    /// Adds the quadratic along the step to `design` that gives the model this `value` there.
     pub fn correct(&mut self, design: &[f64], value: f64, lengths: &[f64]) {
         let error = value - self.value(design);
-        // A model that follows an error of many orders has its least value at the current design.
-        let terms: f64 = self
-            .gradient(&self.design)
-            .iter()
-            .zip(design.iter().zip(&self.design))
-            .map(|(g, (x, o))| (g * (x - o)).abs())
-            .sum();
-        let largest = LARGEST_CORRECTION * (self.value.abs() + terms);
-        let error = error.clamp(-largest, largest);
         let m: Vec<f64> =
             (0..lengths.len()).map(|j| (design[j] - self.design[j]) / (lengths[j] * lengths[j])).collect();
         let size: f64 = m.iter().zip(design.iter().zip(&self.design)).map(|(m, (x, o))| m * (x - o)).sum();

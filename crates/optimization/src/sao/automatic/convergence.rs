@@ -51,9 +51,7 @@ const STALLED: [f64; 2] = [1e-12, 1e-13];
 pub(super) struct Optimality {
     /// λ.
     pub multipliers: Vec<f64>,
-    /// |∂ⱼL| min(ℓⱼ, distance to the bound that it points to) of each variable.
-    pub residuals: Vec<f64>,
-    /// R, their sum.
+    /// R = Σ |∂ⱼL| min(ℓⱼ, distance to the bound that it points to).
     pub residual: f64,
     /// Σ |λᵢ cᵢ|.
     pub complementarity: f64,
@@ -80,10 +78,8 @@ impl Optimality {
             let distance = if slope[j] > 0.0 { b[j] - variable.lower } else { variable.upper - b[j] };
             slope[j].abs() * distance.max(0.0).min(lengths[j])
         };
-        let residuals: Vec<f64> = (0..b.len()).map(one).collect();
         Self {
-            residual: residuals.iter().sum(),
-            residuals,
+            residual: (0..b.len()).map(one).sum(),
             complementarity: multipliers.iter().zip(&here.c).fold(0.0, |sum, (λ, c)| sum + (λ * c).abs()),
             largest_change: largest_change(&here.slope, lengths),
             multipliers: multipliers.to_vec(),
@@ -102,9 +98,6 @@ pub(super) struct StopTest<'a> {
     /// True if the proposal is at a move limit.
     pub at_limit: bool,
     pub optimality: Optimality,
-    /// True if the slope of the Lagrangian by every variable is a negligible part of its terms: at the last designs, or at all if no
-    /// other step can be made.
-    pub has_slopes_resolved: bool,
     /// True if no other step can be made.
     pub is_last: bool,
     /// Largest change of the objective by a row, |λᵢ| Σ |∂cᵢ/∂bⱼ| ℓⱼ, with its slopes at the last designs.
@@ -120,20 +113,18 @@ pub(super) struct StopTest<'a> {
 }
 
 impl StopTest<'_> {
-    /// F: the range of the objective over the last designs or its absolute value, whichever is smaller; at least a part of its
-    /// change in the run. While slopes are not resolved, this part is one of the objective at most: the objective may have
-    /// changed by variables that have little to do with the present slopes, or from a start far away.
+    /// F: the range of the objective over the last designs or its absolute value, whichever is smaller; at least a part of the
+    /// objective or of its change in the run, whichever is smaller: the change may come from a start far away.
     pub fn objective_unit(&self) -> f64 {
-        let objective = self.objectives.last().copied().unwrap_or(0.0);
+        let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let range = |count: usize| {
             let recent = &self.objectives[self.objectives.len().saturating_sub(count)..];
             spread(recent.iter().copied())
         };
         let longer = LONGER.min(self.objectives.len().saturating_sub(1));
         let change = range(longer).sqrt() * self.objective_range.sqrt();
-        let least = if self.has_slopes_resolved { change } else { change.min(objective.abs()) };
         let rounding = if self.is_last { ROUNDING[1] * self.objective_range } else { 0.0 };
-        range(RECENT).min(objective.abs()).max(LEAST * least).max(rounding)
+        range(RECENT).min(objective).max(LEAST * change.min(objective)).max(rounding)
     }
 
     /// A change of the objective that does not matter at all.
@@ -177,7 +168,7 @@ impl StopTest<'_> {
         };
         // An objective that has come down to its rounding error is zero.
         let is_zero = objective <= VANISHED[usize::from(self.is_last)] * self.objective_range
-            && self.predicted.abs() <= objective
+            && self.predicted.abs() <= FAR * objective
             && residual <= RESIDUAL[0] * LEAST * self.objective_range;
         let is_far = !self.is_last && self.predicted.abs() > FAR * objective;
         let holds = self.predicted.abs() <= prediction

@@ -9,7 +9,7 @@ use super::super::{Cycle, Method, Region, State, Status, Verdict};
 use super::acceptance::{Decision, FilterEntry, Merit, Step, widths_after_acceptance, widths_after_rejection};
 use super::candidates::{AcceptedPoint, Candidate, Model, Samples, gradient_changes};
 use super::convergence::{
-    LONGER, Optimality, StopTest, feasibility_factor, is_feasible, is_feasible_by_itself, largest_change, stalled,
+    Optimality, StopTest, feasibility_factor, is_feasible, is_feasible_by_itself, largest_change, stalled,
 };
 use super::lengths::{Units, spread, start_lengths};
 use super::linearized::Linearized;
@@ -28,9 +28,6 @@ use nlp::{Curvature, Solution, Sqp, SubproblemSolver};
 /// Number of designs whose extent is the first box of a run that is continued, and its least part of the lengths.
 const RECENT: usize = 4;
 const LEAST_WIDTH: f64 = 1e-3;
-/// Part of the terms of the slope of the Lagrangian by a variable, and of those by any variable, below which it is negligible.
-const RESOLVED: f64 = 1e-4;
-const ROUNDING: f64 = 1e-10;
 /// Fraction of the half width within which a variable counts as at its move limit.
 const AT_LIMIT: f64 = 1e-3;
 
@@ -123,6 +120,7 @@ impl Automatic {
         let numbers = analyzed.as_ref().ok().map(|a| situation.rejected(a));
         let entry = situation.filter_entry();
         let (lengths, violation) = (situation.units.lengths.clone(), situation.violation);
+        let is_flat_start = situation.is_flat_start();
         // What follows changes the state.
         let factors: Vec<f64> = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
         let step: Vec<f64> = proposal.design.iter().zip(&state.design).map(|(to, from)| to - from).collect();
@@ -155,7 +153,7 @@ impl Automatic {
                     let left = purpose == Purpose::Displacement && violation > 0.0;
                     memory.left.extend(left.then(|| state.evaluation.violations()));
                     memory.filter.clear();
-                    let shortening = stationary::shortening(memory.rejections);
+                    let shortening = if is_flat_start { stationary::shortening(memory.rejections) } else { 1.0 };
                     memory
                         .widths
                         .iter_mut()
@@ -318,10 +316,9 @@ impl AcceptedPoint {
     /// A design with its responses and evaluation, whose retained rows are differentiated.
     pub(in crate::sao) fn new(problem: &Problem, at: (&[f64], &Responses, &Evaluation), data: &CycleData) -> Self {
         let (design, responses, evaluation) = at;
-        let here = Linearized::new(problem, at, data);
-        let slopes = here.slopes(problem.constraints.len());
+        let slopes = Linearized::new(problem, at, data).slopes(problem.constraints.len());
         let numbers = collect(problem, design, (responses, evaluation), data);
-        Self { design: design.to_vec(), numbers, slopes, objective_slope: here.slope, is_displaced: false }
+        Self { design: design.to_vec(), numbers, slopes, is_displaced: false }
     }
 }
 
@@ -381,40 +378,18 @@ impl<'a> Situation<'a> {
         is_feasible(self.violation, in_terms, factor) && violations.iter().zip(&self.current().slopes).all(is_own)
     }
 
-    /// Objectives of the last accepted designs and of the current one, which is the last.
+    /// Objectives of the last accepted designs without excursions, and of the current one, which is the last.
     fn objectives(&self) -> Vec<f64> {
-        let mut before = self.state.history.iter().rev().filter(|c| c.accepted);
-        let current = before.next().map(|_| self.state.evaluation.objective);
-        let before = before.filter(|c| !c.is_displaced).map(|c| c.objective);
-        let mut objectives: Vec<f64> = current.into_iter().chain(before).take(LONGER + 1).collect();
-        objectives.reverse();
+        let (mut objectives, current) = (self.state.trace().objectives.clone(), self.state.evaluation.objective);
+        if objectives.last() != Some(&current) {
+            objectives.push(current);
+        }
         objectives
     }
 
     /// The last stored designs, the newest first, without the first one and those to which the run was displaced.
     fn last_points(&self, count: usize) -> impl Iterator<Item = &AcceptedPoint> {
         self.memory.points.iter().skip(1).rev().filter(|point| !point.is_displaced).take(count)
-    }
-
-    /// True if the slope of the Lagrangian by every variable is a negligible part of its terms at the last `count` stored designs.
-    ///
-    /// The change of the objective in the run is a unit of its error only then: it may be that of other variables.
-    fn has_slopes_resolved(&self, optimality: &Optimality, count: usize) -> bool {
-        let lengths = &self.units.lengths;
-        let weights: Vec<(f64, usize)> = optimality
-            .multipliers
-            .iter()
-            .map(|λ| λ.abs())
-            .zip(self.here.rows.iter().map(|row| row.constraint))
-            .collect();
-        let terms = |point: &AcceptedPoint, j: usize| {
-            let of_rows: f64 = weights.iter().map(|(λ, constraint)| λ * point.slopes[*constraint][j]).sum();
-            (point.objective_slope.get(j).map_or(0.0, |slope| slope.abs()) + of_rows) * lengths[j]
-        };
-        let largest = |j: usize| self.last_points(count).map(|point| terms(point, j)).fold(0.0, f64::max);
-        let largest: Vec<f64> = (0..self.n()).map(largest).collect();
-        let rounding = ROUNDING * largest.iter().copied().fold(0.0, f64::max);
-        optimality.residuals.iter().zip(largest).all(|(r, largest)| *r <= (RESOLVED * largest).max(rounding))
     }
 
     /// Largest change of the objective by a row, |λᵢ| Σ |∂cᵢ/∂bⱼ| ℓⱼ, with its slopes at the last designs.
@@ -526,8 +501,6 @@ impl<'a> Situation<'a> {
             is_compatible: restoration.is_none(),
             predicted: self.state.evaluation.objective - proposal.predicted.objective,
             at_limit: proposal.at_limit.contains(&true),
-            has_slopes_resolved: self
-                .has_slopes_resolved(&optimality, if stalled.is_some() { usize::MAX } else { RECENT }),
             is_last: stalled.is_some(),
             largest_multiplier: self.largest_multiplier(&optimality.multipliers),
             optimality,

@@ -46,7 +46,6 @@ impl AcceptedPoint {
         length("stored design", n, self.design.len())?;
         length("slopes", m, self.slopes.len())?;
         self.slopes.iter().try_for_each(|slope| length("slope", n, slope.len()))?;
-        require([0, n].contains(&self.objective_slope.len()), "the slope of the objective has another length")?;
         self.numbers.iter().try_for_each(|number| length("gradient", n, number.gradient.len()))?;
         require(self.numbers.is_sorted_by(|a, b| a.id < b.id), "the numbers of a design are not sorted")
     }

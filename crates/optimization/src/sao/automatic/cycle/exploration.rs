@@ -346,7 +346,9 @@ impl Situation<'_> {
     /// A step of some variables in a generic direction, by this part of the lengths.
     pub(super) fn displacement(&self, size: f64, is_moved: impl Fn(usize) -> bool) -> Proposal {
         let region = self.sides(&self.units.lengths);
-        let tries = self.memory.left.len() + self.memory.rejections;
+        let rejections = self.memory.rejections;
+        let tries = self.memory.left.len() + rejections;
+        let shortening = if self.is_flat_start() { shortening(rejections) } else { 0.25f64.powi(rejections as i32) };
         let design: Vec<f64> = (0..self.n())
             .map(|j| {
                 if !is_moved(j) {
@@ -354,7 +356,7 @@ impl Situation<'_> {
                 }
                 let fraction = golden_fraction(j + 7 * tries);
                 let sign = if fraction < 0.5 { -1.0 } else { 1.0 };
-                let size = size * self.units.lengths[j] * (0.5 + fraction) * shortening(self.memory.rejections);
+                let size = size * self.units.lengths[j] * (0.5 + fraction) * shortening;
                 let (here, lower, upper) = (self.state.design[j], region.lower[j], region.upper[j]);
                 let there = here + sign * size;
                 let inside = (lower..=upper).contains(&there);
