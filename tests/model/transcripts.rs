@@ -107,7 +107,6 @@ fn counts(table: &str) -> Vec<Vec<String>> {
 
 /// With `UPDATE_DOCS=1` the tables are written anew.
 #[test]
-#[ignore = "the tables of docs/howto/method.md are older than the methods; update them, then remove this line"]
 fn the_comparisons_of_the_pages_have_the_counts_of_the_methods() {
     let place = TempFolder::new("comparisons");
     prepare(&place);

@@ -10,11 +10,12 @@ struct Formulas {
     at_most: &'static [(&'static str, f64)],
     /// Bounds of all variables.
     bounds: Option<[f64; 2]>,
-    optimum: f64,
+    /// The optimum, and local ones.
+    optima: &'static [f64],
 }
 
-const fn problem(name: &'static str, objective: &'static str, optimum: f64) -> Formulas {
-    Formulas { name, variables: &[], objective, at_most: &[], bounds: None, optimum }
+const fn problem(name: &'static str, objective: &'static str, optima: &'static [f64]) -> Formulas {
+    Formulas { name, variables: &[], objective, at_most: &[], bounds: None, optima }
 }
 
 impl Formulas {
@@ -57,51 +58,57 @@ fn a_run_that_has_converged_is_at_an_optimum() {
             variables: &[("x", 0.001, 1.0), ("y", 140.0, 1.0), ("z", 650.0, 1.0)],
             at_most: &[("4/(x*y*z)", 1.0)],
             bounds: Some([0.001, 1000.0]),
-            ..problem("box", "40*x*y + 40*y*z + 20*x*z", 240.0)
+            ..problem("box", "40*x*y + 40*y*z + 20*x*z", &[240.0])
         },
         // A displacement along a guessed length leads far away.
         Formulas {
             variables: &[("x", 0.1, 1e4), ("y", 0.0, 1e-5)],
             at_most: &[("x^2 + y^2", 4.0)],
-            ..problem("disc", "-x^2 - 2*y^2", -8.0)
+            ..problem("disc", "-x^2 - 2*y^2", &[-8.0])
         },
         // Stiff directions hide that a soft one has not come down.
         Formulas {
             variables: &[("a", 3.5, 1.0), ("b", 5.0, 1.0), ("c", -2400.0, 1.0), ("d", 29.0, 1.0)],
-            ..problem("ellipsoid", "(a-0.3)^2 + 1e3*(b-0.3)^2 + 1e5*(c-0.3)^2 + 1e7*(d-0.3)^2", 0.0)
+            ..problem("ellipsoid", "(a-0.3)^2 + 1e3*(b-0.3)^2 + 1e5*(c-0.3)^2 + 1e7*(d-0.3)^2", &[0.0])
         },
         // The first trial is a saddle point, and no short step was made.
         Formulas {
             variables: &[("x", -0.5, 1.0), ("y", 1.6, 1.0)],
             bounds: Some([-3.0, 3.0]),
-            ..problem("camel", "(4 - 2.1*x^2 + x^4/3)*x^2 + x*y + (-4 + 4*y^2)*y^2", -1.031_628_453_489_877_4)
+            ..problem("camel", "(4 - 2.1*x^2 + x^4/3)*x^2 + x*y + (-4 + 4*y^2)*y^2", &[-1.031_628_453_489_877_4])
         },
-        Formulas { variables: &[("x", 2000.0, 1.0), ("y", -2200.0, 1.0)], ..problem("double well", DOUBLE_WELL, -2.0) },
-        Formulas { variables: &[("x", 0.0, 1e-5), ("y", 0.0, 1e4)], ..problem("start at a saddle", DOUBLE_WELL, -2.0) },
+        Formulas {
+            variables: &[("x", 2000.0, 1.0), ("y", -2200.0, 1.0)],
+            ..problem("double well", DOUBLE_WELL, &[-2.0])
+        },
+        Formulas {
+            variables: &[("x", 0.0, 1e-5), ("y", 0.0, 1e4)],
+            ..problem("start at a saddle", DOUBLE_WELL, &[-2.0])
+        },
         // The limit has no slope where both variables vanish.
         Formulas {
             variables: &[("x", 17.0, 1.0), ("y", 0.0, 1.0)],
             at_most: &[("x*y", 0.0)],
             bounds: Some([0.0, 100.0]),
-            ..problem("either or", "(x-1)^2 + (y-2)^2", 1.0)
+            ..problem("either or", "(x-1)^2 + (y-2)^2", &[1.0, 4.0])
         },
         // Trials of hundreds of decades, the last one of which is rejected.
         Formulas {
             variables: &[("x", -5.8, 1.0), ("y", 8.9, 1.0)],
             at_most: &[("exp(-x) + exp(-2*y)", 0.001)],
-            ..problem("exponentials", "x + y", 11.316_455_4)
+            ..problem("exponentials", "x + y", &[11.316_455_4])
         },
         Formulas {
             variables: &[("t", 250.0, 1.0)],
-            ..problem("huge trial", "(0.02*exp(4000/(45 + t)) - 34780)^2", 0.0)
+            ..problem("huge trial", "(0.02*exp(4000/(45 + t)) - 34780)^2", &[0.0])
         },
-        Formulas { variables: &[("x", -120.0, 1.0), ("y", 500.0, 1.0)], ..problem("valley", ROSENBROCK, 0.0) },
+        Formulas { variables: &[("x", -120.0, 1.0), ("y", 500.0, 1.0)], ..problem("valley", ROSENBROCK, &[0.0]) },
         // The residual at the end is a rounding error.
         Formulas {
             variables: &[("x", 1.0, 1.0), ("y", 1.0, 1.0)],
-            ..problem("exact zero", "(x-0.3)^2 + (y-0.1)^2", 0.0)
+            ..problem("exact zero", "(x-0.3)^2 + (y-0.1)^2", &[0.0])
         },
-        Formulas { variables: &[("x", 1.0, 1.0)], ..problem("unbounded", "-x^2", f64::NEG_INFINITY) },
+        Formulas { variables: &[("x", 1.0, 1.0)], ..problem("unbounded", "-x^2", &[]) },
     ];
     let scratch = TempFolder::new("verdicts");
     let mut converged = vec![];
@@ -116,8 +123,8 @@ fn a_run_that_has_converged_is_at_an_optimum() {
             let reason = summary["reason"].as_str().unwrap_or_default();
             assert!(!reason.contains("noise"), "{}: {reason}", problem.name);
             if output.status.code() == Some(0) {
-                let error = (objective - problem.optimum).abs();
-                assert!(error < 1e-5 * problem.optimum.abs().max(0.1), "{}: {objective:e}, {reason}", problem.name);
+                let is_near = |optimum: &f64| (objective - optimum).abs() < 1e-5 * optimum.abs().max(0.1);
+                assert!(problem.optima.iter().any(is_near), "{}: {objective:e}, {reason}", problem.name);
                 converged.push(problem.name);
             }
         }
