@@ -25,7 +25,7 @@ const LEAST: f64 = 1e-4;
 /// converged design meets one of them with its own slopes.
 const BY_ITSELF: [f64; 3] = [1e-6, 1e-9, 1e-12];
 /// Largest change of the objective by a row, with its slopes at the last designs, relative to F and to that by the slopes of the
-/// objective. A row whose slopes vanish has no multiplier.
+/// objective. Rows whose slopes vanish or oppose each other have no bounded multipliers.
 const LARGEST_MULTIPLIER: f64 = 1e5;
 /// Number of accepted designs of the shorter range, without the start. A start with a huge objective must not count for ever.
 pub(super) const LONGER: usize = 20;
@@ -102,9 +102,9 @@ pub(super) struct StopTest<'a> {
     pub is_last: bool,
     /// Largest change of the objective by a row, |λᵢ| Σ |∂cᵢ/∂bⱼ| ℓⱼ, with its slopes at the last designs.
     pub largest_multiplier: f64,
-    /// Objectives of the last [`LONGER`] + 1 accepted designs, the newest last.
+    /// Objectives of the last [`LONGER`] + 1 accepted designs without excursions, and of the current one, which is the last.
     pub objectives: &'a [f64],
-    /// Range of the objective over all accepted designs.
+    /// Range of the objective over all accepted designs without excursions.
     pub objective_range: f64,
     /// Largest change of the objective by a rejected step from the current design.
     pub rejected_change: f64,
@@ -137,8 +137,8 @@ impl StopTest<'_> {
     pub fn unbounded_multipliers(&self) -> Option<String> {
         let largest = LARGEST_MULTIPLIER * self.optimality.largest_change.max(self.objective_unit());
         (self.is_feasible && self.largest_multiplier > largest).then(|| {
-            "the slopes of an active constraint vanish here: it has no bounded multiplier, so that the optimality conditions cannot be \
-             confirmed; write it by a function that has slopes at its limit"
+            "the active constraints have no bounded multipliers here, so that the optimality conditions cannot be confirmed: their \
+             slopes vanish or oppose each other; write them by functions with independent slopes at their limits"
                 .to_owned()
         })
     }

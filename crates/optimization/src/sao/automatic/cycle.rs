@@ -164,7 +164,7 @@ impl Automatic {
                 state.counters.sensitivity_analyses += usize::from(next.has_derivatives());
                 state.advance(accepted, data.sensitivities, 0);
                 self.store(problem, &state, &next, &mut memory);
-                memory.points.iter_mut().rev().take(1).for_each(|point| point.is_displaced = is_displaced);
+                memory.points.last_mut().expect("it was stored").is_displaced = is_displaced;
                 state.data = Some(next);
             }
             (Ok(beside), Some(found)) => {
@@ -491,8 +491,8 @@ impl<'a> Situation<'a> {
         let surrogate = self.chosen();
         let proposal = self.solve(&surrogate, self.domain(&surrogate), restoration)?;
         let step: Vec<f64> = proposal.design.iter().zip(design).map(|(to, from)| to - from).collect();
-        let stalled =
-            self.noise().map(noise::in_words).or_else(|| stalled(&step, &self.memory.widths, &self.units.lengths));
+        let noise = self.noise();
+        let stalled = noise.map(noise::in_words).or_else(|| stalled(&step, &self.memory.widths, &self.units.lengths));
         let objectives = self.objectives();
         let λ = &proposal.solution.multipliers;
         let optimality = Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths);
@@ -517,7 +517,7 @@ impl<'a> Situation<'a> {
             return Ok(unexplored.map_or(Next::End(Status::Converged, reason), |p| Next::Analyse(Box::new(p))));
         }
         let Some(reason) = stalled else { return Ok(Next::Analyse(Box::new(proposal))) };
-        if self.noise().is_none()
+        if noise.is_none()
             && let Some(other) = self.after_stalling(restoration)?
         {
             return Ok(Next::Analyse(Box::new(other)));

@@ -70,7 +70,7 @@ pub(super) struct Units {
     pub lengths: Vec<f64>,
     /// σ of each constraint: the largest Σ |∂ĝ/∂bⱼ| ℓⱼ over the stored designs.
     pub rows: Vec<f64>,
-    /// Largest minus smallest objective of all accepted designs.
+    /// Largest minus smallest objective of all accepted designs without excursions.
     pub objective_range: f64,
 }
 
