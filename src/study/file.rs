@@ -142,7 +142,7 @@ pub fn study_tables() -> Vec<TableKeys> {
     ]
 }
 
-/// What varies: its name, and numbers in the unit that it has in the model.
+/// A varied quantity: its name, and numbers in the unit that it has in the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vary {
     /// Its name, with its place.

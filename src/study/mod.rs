@@ -268,7 +268,7 @@ impl StudyFile {
         all.map(|(vary, number)| self.here(vary.distribution(number))).collect()
     }
 
-    /// What was read in this file.
+    /// A result of reading this file, whose error shows the place in it.
     fn here<T>(&self, read: Read<T>) -> std::result::Result<T, StudyError> {
         read.map_err(|diagnostic| StudyError::File(self.report(diagnostic)))
     }

@@ -207,7 +207,7 @@ impl Evaluator {
         })
     }
 
-    /// What varies.
+    /// The varied quantities.
     pub fn varied(&self) -> &[VariedNumber] {
         &self.varied
     }

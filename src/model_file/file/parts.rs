@@ -87,7 +87,7 @@ pub enum Axes {
 pub struct MarkerSpec {
     pub frame: FrameRef,
     pub place: Place,
-    /// Whether the place is given in world axes, where it is at the start.
+    /// True if the place is given in world axes, where it is at the start.
     pub is_world_place: bool,
     pub axes: Axes,
     pub is_world_axes: bool,
