@@ -155,7 +155,7 @@ impl Cycle {
             max_variable_change_pct: 100.0 * trial.to.iter().zip(trial.from).map(change).fold(0.0, f64::max),
             worst: found.and_then(Evaluation::worst).map(|(row, _)| row),
             factors: factors.to_vec(),
-            region: Some(region.clone()),
+            region: Some((*region).clone()),
             retained: data.retained.clone(),
             active: active.map(|(&row, &multiplier)| ActiveRow { row, multiplier }).collect(),
             subproblem: Some(solution.status),

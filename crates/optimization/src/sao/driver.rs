@@ -111,12 +111,19 @@ impl Method {
         state.counters.analyses += 1;
         let (at_limit, distance) = (region.at_limit(&solution.x), approximate.distance(&solution.x));
         let analyzed = problem.analyze_design(&solution.x);
-        let proposal = Proposal { data: &data, region, solution, distance, at_limit, analyzed };
+        let proposal = Proposal {
+            data: &data,
+            region: &region,
+            solution: &solution,
+            distance,
+            at_limit: &at_limit,
+            analyzed: &analyzed,
+        };
         let from = (&state.design[..], &state.evaluation);
         let trial = Trial::new(problem, &self.screening, from, state.last_step.as_deref(), &proposal);
         let (mut globalization, mut factors) = (state.globalization.clone(), state.factors.clone());
         // Rows that were not retained, but decide about the proposal: the cycle is repeated with them.
-        let missed = match &proposal.analyzed {
+        let missed = match &analyzed {
             Ok(next) => {
                 let all = self.globalization.keeps_feasible();
                 self.screening.missed(problem, &data.retained, &next.evaluation, all)
@@ -132,10 +139,8 @@ impl Method {
         }
         let mut cycle = Cycle::new(problem, state.cycles() + 1, &state.factors, &trial, verdict, &proposal);
         if self.stop.has_settled(&cycle, state.evaluation.objective) {
-            let multipliers = &proposal.solution.multipliers;
-            cycle.residual = Some(optimality::residual(problem, &approximate, &state.design, multipliers)?);
+            cycle.residual = Some(optimality::residual(problem, &approximate, &state.design, &solution.multipliers)?);
         }
-        let analyzed = proposal.analyzed;
         state.history.push(cycle);
         (state.factors, state.globalization) = (factors, globalization);
         match (verdict, analyzed) {

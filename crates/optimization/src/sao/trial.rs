@@ -14,15 +14,15 @@ const SMALL: f64 = 0.5;
 pub(super) struct Proposal<'a> {
     pub data: &'a CycleData,
     /// The search subregion.
-    pub region: Region,
+    pub region: &'a Region,
     /// The solution of the approximate problem.
-    pub solution: Solution,
+    pub solution: &'a Solution,
     /// w = ½ Σ (Δbₖ/scaleₖ)² of the step to it.
     pub distance: f64,
     /// True for variables of the solution that are at a move limit.
-    pub at_limit: Vec<bool>,
+    pub at_limit: &'a [bool],
     /// Analysis of the solution.
-    pub analyzed: Result<AnalyzedDesign>,
+    pub analyzed: &'a Result<AnalyzedDesign>,
 }
 
 /// A trial step: a proposed design, compared with its analysis.
@@ -82,7 +82,7 @@ impl<'a> Trial<'a> {
         screening: &Screening,
         (from, before): (&'a [f64], &Evaluation),
         last_step: Option<&'a [f64]>,
-        proposal: &'a Proposal,
+        proposal: &Proposal<'a>,
     ) -> Self {
         let Proposal { data, solution, distance, at_limit, analyzed, .. } = proposal;
         let approximate = Values { objective: solution.objective, rows: solution.rows.clone() };

@@ -1,7 +1,6 @@
 //! Acceptance of a proposed design by a filter, and the box of the next cycle.
 
 use super::lengths::Units;
-use serde::{Deserialize, Serialize};
 
 /// Violation in units of the rows up to which a design counts as feasible.
 const FEASIBLE: f64 = 1e-6;
@@ -18,15 +17,6 @@ const FRACTION: f64 = 0.01;
 const RESTORED: f64 = 0.05;
 /// Rounding error of the objective, relative to itself.
 const ROUNDING: f64 = 1e-13;
-
-/// A design of the filter. The violations are stored in units of the problem, so that they can be compared in today's units.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FilterEntry {
-    /// F.
-    pub objective: f64,
-    /// Largest violation of each constraint.
-    pub violations: Vec<f64>,
-}
 
 /// Objective and violation of a design in today's units.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,8 +1,10 @@
 //! The candidate approximations of one number, all exact in value and gradient at the current design.
 
-use super::numbers::{Number, NumberId, find, mapped, mapped_curvature, pulled, pushed};
+use super::linearized::Linearized;
+use super::numbers::{Number, NumberId, collect, find, mapped, mapped_curvature, pulled, pushed};
 use super::quasi_newton::{Pair, bfgs, sr1};
-use crate::problem::{Intermediates, Problem};
+use crate::approximation::CycleData;
+use crate::problem::{Evaluation, Intermediates, Problem, Responses};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -53,6 +55,16 @@ pub struct AcceptedPoint {
     /// True if the run was displaced to this design, without regard to its objective.
     #[serde(default)]
     pub is_displaced: bool,
+}
+
+impl AcceptedPoint {
+    /// A design with its responses and evaluation, whose retained rows are differentiated.
+    pub(in crate::sao) fn new(problem: &Problem, at: (&[f64], &Responses, &Evaluation), data: &CycleData) -> Self {
+        let (design, responses, evaluation) = at;
+        let slopes = Linearized::new(problem, at, data).slopes(problem.constraints.len());
+        let numbers = collect(problem, design, (responses, evaluation), data);
+        Self { design: design.to_vec(), numbers, slopes, is_displaced: false }
+    }
 }
 
 enum Curvature {

@@ -2,39 +2,50 @@
 //!
 //! | file | content |
 //! |---|---|
+//! | `state`, `shape` | the data that are stored, and their check when they come from a file |
 //! | `numbers` | the numbers that are approximated |
 //! | `candidates`, `quasi_newton` | the candidate approximations of a number |
-//! | `selection` | prediction errors and the choice by them |
 //! | `linearized`, `lengths` | first derivatives; lengths and units from what was seen |
 //! | `surrogate` | the approximate problem |
-//! | `restoration` | incompatible rows, stationary violation |
-//! | `acceptance` | filter and box |
-//! | `convergence` | the stop test |
+//! | `situation` | what is known at the beginning of a cycle |
+//! | `proposal`, `subproblem` | the proposed design: the solution of the approximate problem |
+//! | `restoration`, `stationary` | incompatible rows; points from which no step leads on |
+//! | `exploration` | steps that show unknown curvatures before the end |
+//! | `convergence`, `noise` | the stop test; noise of the analysis |
+//! | `selection`, `observation` | prediction errors and the choice by them |
+//! | `examination`, `acceptance` | the decision about a proposal; filter and box |
 //! | `cycle` | one cycle |
-//! | `shape` | check of the data from a file |
 
 mod acceptance;
 mod candidates;
 mod convergence;
 mod cycle;
+mod examination;
+mod exploration;
 mod lengths;
 mod linearized;
+mod noise;
 mod numbers;
+mod observation;
+mod proposal;
 mod quasi_newton;
 mod restoration;
 mod selection;
 mod shape;
+mod situation;
+mod state;
+mod stationary;
+mod subproblem;
 mod surrogate;
 
-pub use acceptance::FilterEntry;
 pub use candidates::{AcceptedPoint, Candidate};
 pub(in crate::sao) use cycle::Continuation;
 pub(in crate::sao) use lengths::spread;
 pub use numbers::{Number, NumberGroup, NumberId};
 pub use selection::Scores;
+pub use state::{AutomaticState, FilterEntry, RejectedPoint};
 
 use error::{Error, Result};
-use serde::{Deserialize, Serialize};
 
 /// Selection of approximations by their prediction errors, for problems of up to about a hundred variables: matrices are full.
 ///
@@ -81,44 +92,4 @@ impl Automatic {
         positive("memory of the automatic method", self.memory)?;
         positive("iterations of the subproblem solver", self.iterations)
     }
-}
-
-/// Data that the automatic method stores from cycle to cycle.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct AutomaticState {
-    /// d of each variable.
-    pub start_lengths: Vec<f64>,
-    /// True for each start length that is a guess, as the variable starts at zero and has no range.
-    #[serde(default)]
-    pub guessed: Vec<bool>,
-    /// Half widths w of the box of the next cycle.
-    pub widths: Vec<f64>,
-    /// The last accepted designs with their numbers, the current one last.
-    pub points: Vec<AcceptedPoint>,
-    /// The filter.
-    pub filter: Vec<FilterEntry>,
-    /// Scores of the candidates.
-    pub scores: Scores,
-    /// Rejected steps from the current design.
-    pub rejections: usize,
-    /// Rejected designs with the numbers there, since the last accepted one.
-    pub rejected: Vec<RejectedPoint>,
-    /// The largest violation of each constraint at the points that the run has left by a displacement.
-    #[serde(default)]
-    pub left: Vec<Vec<f64>>,
-    /// Number of analyses beside a design that seemed to be an optimum, to see the curvature in a direction.
-    #[serde(default)]
-    pub explorations: usize,
-    /// Change of the objective that does not matter, where the run of another method is continued; zero otherwise.
-    #[serde(default)]
-    pub tolerance: f64,
-}
-
-/// A rejected design with the numbers of the current cycle.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct RejectedPoint {
-    /// Design.
-    pub design: Vec<f64>,
-    /// Values of the numbers there, in the order of the current design.
-    pub values: Vec<f64>,
 }

@@ -5,12 +5,13 @@
 //! the design, in this direction, decides before the run ends: if it is less, the run goes on from there. If not, its slope there shows
 //! how this direction is coupled with others, as in the method of Lanczos for the least eigenvalue.
 
-use super::super::candidates::AcceptedPoint;
-use super::super::lengths::spread;
-use super::super::numbers::find;
-use super::super::quasi_newton::{Pair, sr1};
+use super::candidates::AcceptedPoint;
+use super::lengths::spread;
+use super::numbers::find;
+use super::proposal::{Proposal, Purpose};
+use super::quasi_newton::{Pair, sr1};
+use super::situation::{Kind, Situation};
 use super::stationary::shortening;
-use super::{Kind, Proposal, Purpose, Situation};
 use crate::problem::{AnalyzedDesign, RowId};
 use crate::sao::Region;
 use nalgebra::{DMatrix, DVector};

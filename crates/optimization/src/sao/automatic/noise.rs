@@ -1,6 +1,7 @@
 //! Noise of the analysis, as rejected steps show it.
 
-use super::{Situation, find};
+use super::numbers::find;
+use super::situation::Situation;
 
 /// Number of rejected steps, the last ones, that show noise.
 const STEPS: usize = 4;

@@ -1,9 +1,10 @@
 //! Points from which no step leads on: a stationary violation, and subproblems without a step.
 
-use super::{Kind, Next, Proposal, Situation};
+use super::convergence::stalled;
+use super::proposal::{Next, Proposal};
+use super::restoration::{is_stationary, least_violation, reach};
+use super::situation::{Kind, Situation};
 use crate::sao::Status;
-use crate::sao::automatic::convergence::stalled;
-use crate::sao::automatic::restoration::{is_stationary, least_violation, reach};
 use error::Result;
 
 /// Displacements from a stationary point in lengths: the second one if the first one led back.

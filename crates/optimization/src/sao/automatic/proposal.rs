@@ -1,0 +1,35 @@
+//! What a cycle proposes: a design to be analysed, or the end of the run.
+
+use super::acceptance::Merit;
+use crate::sao::{Region, Status};
+use nlp::Solution;
+
+/// A proposed design and what is predicted there.
+pub(super) struct Proposal {
+    pub design: Vec<f64>,
+    pub region: Region,
+    pub at_limit: Vec<bool>,
+    pub solution: Solution,
+    /// t*, if the linearized rows are incompatible.
+    pub restoration: Option<f64>,
+    pub predicted: Merit,
+    pub purpose: Purpose,
+}
+
+/// The reason why a design is analysed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    Improvement,
+    /// To see the curvature of the Lagrangian in a direction; accepted if it bends down.
+    Curvature,
+    /// To move along directions in which the Lagrangian has no curvature: a better design may be at their end; accepted if it does not rise.
+    Flat,
+    /// To leave a stationary point or to move a variable on which nothing depends; always accepted.
+    Displacement,
+}
+
+/// The next action of a run.
+pub(super) enum Next {
+    Analyse(Box<Proposal>),
+    End(Status, String),
+}

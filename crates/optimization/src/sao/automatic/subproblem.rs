@@ -1,0 +1,96 @@
+//! The solution of the approximate problem of a cycle.
+
+use super::acceptance::Merit;
+use super::proposal::{Proposal, Purpose};
+use super::situation::Situation;
+use super::surrogate::{BoxedSurrogate, Surrogate};
+use crate::problem::RowId;
+use crate::sao::Region;
+use error::Result;
+use nlp::{Curvature, Solution, Sqp, SubproblemSolver};
+
+/// Fraction of the half width within which a variable counts as at its move limit.
+const AT_LIMIT: f64 = 1e-3;
+
+impl Situation<'_> {
+    /// The box of the next step, inside the domain of a surrogate.
+    pub(super) fn domain(&self, surrogate: &Surrogate) -> Region {
+        let mut region = self.sides(&self.memory.widths);
+        for j in 0..self.n() {
+            let lower = surrogate.lower(j).min(self.state.design[j]);
+            if lower > region.lower[j] {
+                (region.lower[j], region.is_limit[j][0]) = (lower, true);
+            }
+        }
+        region
+    }
+
+    /// Solves the surrogate in its box.
+    pub(super) fn solve(&self, surrogate: &Surrogate, region: Region, restoration: Option<f64>) -> Result<Proposal> {
+        let unit = |row: &RowId| self.units.rows[row.constraint];
+        // Rounding must not make the relaxed rows contradictory.
+        let relaxed =
+            |t: f64| -> Vec<f64> { self.here.rows.iter().map(|r| unit(r) * (t * (1.0 + 1e-7) + 1e-10)).collect() };
+        let relaxation = restoration.map(relaxed);
+        let objective = self.state.evaluation.objective;
+        let widths: Vec<f64> = (0..self.n())
+            .map(|j| {
+                let d = self.state.design[j];
+                let reach = (region.upper[j] - d).max(d - region.lower[j]);
+                if reach > 0.0 { reach } else { self.units.lengths[j] }
+            })
+            .collect();
+        let sides = [&region.lower[..], &region.upper[..]];
+        let program =
+            BoxedSurrogate::new(surrogate, &widths, sides, &self.here.equality, relaxation.clone(), objective);
+        let sqp = Sqp::default().with_curvature(Curvature::Absolute).with_iterations(self.settings.iterations)?;
+        let solver = nlp::Automatic::default().with_sqp(sqp);
+        let found = solver.solve(&program, &vec![1.0; self.n()])?;
+        let design: Vec<f64> = program
+            .design(&found.x)
+            .into_iter()
+            .zip(region.lower.iter().zip(&region.upper))
+            .map(|(x, (l, u))| x.clamp(*l, *u))
+            .collect();
+        let values = surrogate.values(&design);
+        let at_limit = self.at_limit(&design, &region);
+        Ok(Proposal {
+            predicted: self.merit(values.objective, &values.rows),
+            restoration,
+            purpose: Purpose::Improvement,
+            at_limit,
+            solution: Solution {
+                x: design.clone(),
+                objective: values.objective,
+                multipliers: program.multipliers(&found.multipliers),
+                rows: values.rows,
+                relaxation: relaxation.map(|t| t.into_iter().fold(0.0, f64::max)),
+                relaxed_rows: vec![],
+                ..found
+            },
+            region,
+            design,
+        })
+    }
+
+    /// The merit with these values of the objective and the retained rows.
+    pub(super) fn merit(&self, objective: f64, rows: &[f64]) -> Merit {
+        let mut violations = vec![f64::NEG_INFINITY; self.problem.constraints.len()];
+        for ((row, c), equality) in self.here.rows.iter().zip(rows).zip(&self.here.equality) {
+            let v = &mut violations[row.constraint];
+            *v = v.max(if *equality { c.abs() } else { *c });
+        }
+        Merit::new(objective, &violations, &self.units)
+    }
+
+    /// Marks the variables that are at a move limit.
+    pub(super) fn at_limit(&self, design: &[f64], region: &Region) -> Vec<bool> {
+        let one = |j: usize| {
+            let here = self.state.design[j];
+            let near = AT_LIMIT * (region.upper[j] - here).max(here - region.lower[j]);
+            (region.is_limit[j][0] && design[j] - region.lower[j] <= near)
+                || (region.is_limit[j][1] && region.upper[j] - design[j] <= near)
+        };
+        (0..self.n()).map(one).collect()
+    }
+}
