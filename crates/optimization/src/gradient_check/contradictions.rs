@@ -7,9 +7,9 @@
 //!   the slope of the discrete motion by the discretization error, with an error estimate that is too small. Narrower differences have the
 //!   slope of the discrete motion. Deviations larger than the discretization error stay wrong: the response may be a staircase.
 
+use super::ridders;
 use super::samples::DifferenceSamples;
-use super::status::{CheckedDerivative, GradientStatus, INEXACT, MARGIN, largest};
-use super::{decide_all, ridders};
+use super::status::{CheckedDerivative, GradientStatus, INEXACT, MARGIN, decide_all, largest};
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 
 /// Distances of designs in which derivatives scatter by rounding only, as fractions of the sizes of the variables.

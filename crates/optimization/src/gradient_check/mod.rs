@@ -19,7 +19,7 @@ use autodiff::differences::slope_discontinuity;
 use error::{Error, Result};
 use nalgebra::DMatrix;
 pub(crate) use samples::DifferenceSamples;
-use status::decide;
+use status::decide_all;
 
 impl Problem {
     /// Checks the sensitivities of all responses at the design `b`, by all methods of the analysis, against differences.
@@ -134,11 +134,6 @@ pub fn check(
     decide_all(&mut checked, scales);
     contradictions::examine(analysis, (methods, &names), (b, &here), scales, &mut checked);
     Ok(GradientCheck { methods: names, derivatives: checked, failed })
-}
-
-/// Decides the status of all derivatives, response by response.
-fn decide_all(checked: &mut [CheckedDerivative], scales: &[f64]) {
-    checked.chunk_by_mut(|a, b| a.at.response == b.at.response).for_each(|one| decide(one, scales));
 }
 
 /// Names of the methods, and derivatives with their estimated errors; methods that do not offer these are omitted, and those that

@@ -205,8 +205,13 @@ pub(super) fn largest(derivatives: &[CheckedDerivative], scales: &[f64]) -> f64 
     derivatives.iter().map(|d| d.size() * scales[d.variable]).fold(0.0, f64::max)
 }
 
+/// Decides the status of all derivatives, response by response.
+pub(super) fn decide_all(checked: &mut [CheckedDerivative], scales: &[f64]) {
+    checked.chunk_by_mut(|a, b| a.at.response == b.at.response).for_each(|one| decide(one, scales));
+}
+
 /// Decides the status of the derivatives of one response at all time points; `scales` are the sizes of the variables.
-pub(super) fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
+fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
     let largest = largest(derivatives, scales);
     for d in derivatives {
         let floor = NEGLIGIBLE * largest / scales[d.variable] + d.rounding;

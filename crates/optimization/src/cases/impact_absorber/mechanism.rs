@@ -1,6 +1,5 @@
 //! The impact absorber as a mechanism: a mass, a spring and a damper against a wall.
 
-use super::DURATION;
 use crate::problem::TimeGrid;
 use crate::responses::mechanism::Transient;
 use crate::{Error, Result};
@@ -44,7 +43,7 @@ impl ParametricMechanism for SpringAndDamper {
     }
 }
 
-/// The simulated motion as an analysis of both problems.
-pub(super) fn simulated() -> Result<Transient<SpringAndDamper>> {
-    Transient::new(SpringAndDamper, Explicit::eighth_order(1e-12), &TimeGrid::uniform(0.0, DURATION, 101)?.points)
+/// The motion at the points of a time grid, simulated.
+pub(super) fn simulated(grid: &TimeGrid) -> Result<Transient<SpringAndDamper>> {
+    Transient::new(SpringAndDamper, Explicit::eighth_order(1e-12), &grid.points)
 }

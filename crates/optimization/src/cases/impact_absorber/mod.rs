@@ -33,6 +33,11 @@ const POSITIVE: f64 = 1e-6;
 /// Displacement and acceleration in closed form, as the responses of an analysis.
 pub struct ClosedFormMotion;
 
+/// The time points of both problems.
+fn grid() -> Result<TimeGrid> {
+    TimeGrid::uniform(0.0, DURATION, 101)
+}
+
 impl ClosedForm for ClosedFormMotion {
     fn response<S: Scalar>(&self, h: usize, b: &[S], t: S) -> S {
         let [displacement, acceleration] = motion(b[0], b[1], t);
@@ -90,13 +95,13 @@ pub fn comfort() -> Result<Problem> {
 /// Steps of order 8 at a tolerance of 1e-12: responses agree with the closed form to 1e-10.
 #[cfg(feature = "mechanics")]
 pub fn peak_acceleration_simulated() -> Result<Problem> {
-    parts_of_peak_acceleration()?.build(mechanism::simulated()?)
+    parts_of_peak_acceleration()?.build(mechanism::simulated(&grid()?)?)
 }
 
 /// [`comfort`] with the motion simulated as in [`peak_acceleration_simulated`].
 #[cfg(feature = "mechanics")]
 pub fn comfort_simulated() -> Result<Problem> {
-    parts_of_comfort()?.build(mechanism::simulated()?)
+    parts_of_comfort()?.build(mechanism::simulated(&grid()?)?)
 }
 
 fn parts_of_peak_acceleration() -> Result<ProblemBuilder> {
@@ -111,7 +116,7 @@ fn parts_of_peak_acceleration() -> Result<ProblemBuilder> {
 fn parts_of_comfort() -> Result<ProblemBuilder> {
     let mut parts = ProblemBuilder::new("impact absorber, comfort criterion");
     let [displacement, acceleration, time] = absorber(&mut parts)?;
-    let weights = TimeGrid::uniform(0.0, DURATION, 101)?.simpson()?.into_iter().map(|w| w / DURATION).collect();
+    let weights = grid()?.simpson()?.into_iter().map(|w| w / DURATION).collect();
     let square = function!(|p| p.response[0] * p.response[0]);
     parts.minimize("mean square acceleration", "m²/s⁴", Quantity::sum(time, weights, square).of(&[acceleration]));
     stay_within_a_metre(&mut parts, displacement, time);
@@ -122,7 +127,7 @@ fn parts_of_comfort() -> Result<ProblemBuilder> {
 fn absorber(parts: &mut ProblemBuilder) -> Result<[usize; 3]> {
     parts.variable(DesignVariable::new("stiffness k", "N/m", 1.0).within(POSITIVE, 1.0));
     parts.variable(DesignVariable::new("damping c", "N·s/m", 0.3).within(POSITIVE, 1.0));
-    let time = parts.grid(TimeGrid::uniform(0.0, DURATION, 101)?);
+    let time = parts.grid(grid()?);
     Ok([parts.transient("displacement", "m", time), parts.transient("acceleration", "m/s²", time), time])
 }
 

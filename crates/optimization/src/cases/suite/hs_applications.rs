@@ -1,7 +1,7 @@
 //! Problems of Hock & Schittkowski from applications: networks, trajectories, heat conduction, costs of inspections, a mixture.
 
-use super::statement::{FREE, POSITIVE, at, problems, sq, sum};
-use super::{HOCK_SCHITTKOWSKI, Suite};
+use super::Suite;
+use super::statement::{FREE, HOCK_SCHITTKOWSKI, POSITIVE, at, problems, sq, sum};
 use crate::cases::Solution::Optima;
 use autodiff::Scalar;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

@@ -1,7 +1,7 @@
 //! Problems of Hock & Schittkowski with bounds only.
 
-use super::statement::{FREE, at, problems, sq, sum};
-use super::{HOCK_SCHITTKOWSKI, Suite};
+use super::Suite;
+use super::statement::{FREE, HOCK_SCHITTKOWSKI, at, problems, sq, sum};
 use crate::cases::Solution::Optima;
 use autodiff::Scalar;
 use std::f64::consts::PI;

@@ -1,7 +1,7 @@
 //! Problems of Hock & Schittkowski with equalities only, and no bounds.
 
-use super::statement::{at, problems, sq, sum};
-use super::{HOCK_SCHITTKOWSKI, Suite};
+use super::Suite;
+use super::statement::{HOCK_SCHITTKOWSKI, at, problems, sq, sum};
 use crate::cases::Solution::Optima;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, SQRT_2};
 

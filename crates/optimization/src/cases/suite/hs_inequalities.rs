@@ -1,8 +1,8 @@
 //! Problems of Hock & Schittkowski with inequalities and no equalities, up to number 66.
 
+use super::Suite;
 use super::hs_bounds::rosenbrock;
-use super::statement::{FREE, POSITIVE, at, problems, sq};
-use super::{HOCK_SCHITTKOWSKI, Suite};
+use super::statement::{FREE, HOCK_SCHITTKOWSKI, POSITIVE, at, problems, sq};
 use crate::cases::Solution::Optima;
 use std::f64::consts::{FRAC_1_SQRT_2, LN_10, SQRT_2};
 

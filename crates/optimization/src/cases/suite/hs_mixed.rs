@@ -1,7 +1,7 @@
 //! Problems of Hock & Schittkowski with equalities, and with inequalities or bounds.
 
-use super::statement::{POSITIVE, at, dot, problems, sq, sum};
-use super::{HOCK_SCHITTKOWSKI, Suite};
+use super::Suite;
+use super::statement::{HOCK_SCHITTKOWSKI, POSITIVE, at, dot, problems, sq, sum};
 use crate::cases::Solution::Optima;
 use autodiff::Scalar;
 use std::f64::consts::SQRT_2;

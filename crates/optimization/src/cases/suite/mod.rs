@@ -36,8 +36,6 @@ pub use transformation::{Start, Transformation};
 use super::{CatalogueEntry, catalogue};
 use error::{Error, Result};
 
-const HOCK_SCHITTKOWSKI: &str = "Hock & Schittkowski, Test Examples for Nonlinear Programming Codes (1981)";
-
 impl Suite {
     /// The problems of the suite; of the catalogue those with a cheap analysis.
     pub fn problems(self) -> Vec<&'static CatalogueEntry> {

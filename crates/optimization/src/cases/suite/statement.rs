@@ -5,6 +5,8 @@ use crate::problem::{ClosedForm, Constraint, DesignVariable, Problem, ProblemBui
 use autodiff::Scalar;
 use error::Result;
 
+/// Source of many problems.
+pub(super) const HOCK_SCHITTKOWSKI: &str = "Hock & Schittkowski, Test Examples for Nonlinear Programming Codes (1981)";
 /// Bounds of a variable without bounds.
 pub(super) const FREE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 /// Bounds of a variable that may not be negative.
