@@ -185,7 +185,8 @@ impl<'a> Place<'a> {
         let published_length = |j: usize| at_published[j].abs() * transformation.variables;
         let reach = |j: usize| design[j].abs().max((design[j] - start[j]).abs()).max(published_length(j));
         let reach: Vec<f64> = (0..design.len()).map(reach).collect();
-        let length = |j: usize| reach[j].max(optimum_length(j)).max(start[j].abs());
+        // Whether a design is a local optimum does not depend on the start of the run.
+        let length = |j: usize| design[j].abs().max(published_length(j)).max(optimum_length(j));
         let positive = |length: f64| if length > 0.0 { length } else { transformation.variables };
         let lengths = (0..design.len()).map(|j| positive(length(j))).collect();
         let here = coupling.gradients(design)?;
