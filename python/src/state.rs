@@ -74,12 +74,10 @@ impl State {
         self.0.evaluation.constraints.iter().map(|values| PyArray1::from_slice(py, values)).collect()
     }
 
-    /// Active rows of the last accepted cycle: numbers of constraint and time point, multiplier.
+    /// Active rows at the design: numbers of constraint and time point, multiplier.
     #[getter]
     fn active(&self) -> Vec<(usize, usize, f64)> {
-        let last = self.0.history.iter().rev().find(|c| c.accepted && c.cycle > 0);
-        let rows = last.into_iter().flat_map(|cycle| &cycle.active);
-        rows.map(|a| (a.row.constraint, a.row.point, a.multiplier)).collect()
+        self.0.active_rows().iter().map(|a| (a.row.constraint, a.row.point, a.multiplier)).collect()
     }
 
     /// Columns of the history by name, without the designs; only the last row with `last`.

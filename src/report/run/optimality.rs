@@ -6,7 +6,7 @@ use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Pan
 use crate::report::outcome;
 use crate::report::page::PageSection;
 use crate::report::table::{Cell, Table};
-use crate::sao::Cycle;
+use crate::sao::{ActiveRow, Cycle};
 
 /// Largest number of multipliers in the table.
 const MOST: usize = 40;
@@ -15,6 +15,7 @@ impl OptimizationReport<'_> {
     pub(super) fn optimality(&self) -> Result<PageSection> {
         let mut section = PageSection::new("optimality", "Optimality conditions");
         let Some(last) = self.last() else { return Ok(section) };
+        let active = self.state.active_rows();
         section = section.paragraph(
             "The residual of the problem is that of the first-order optimality conditions at the start of a cycle, relative to the \
              objective; it is computed once the objective has nearly converged. The residual of the subproblem is that of its \
@@ -26,7 +27,7 @@ impl OptimizationReport<'_> {
         if let Some(figure) = self.residuals() {
             section = section.figure("residuals", "Residuals of the optimality conditions.", figure);
         }
-        if last.active.is_empty() {
+        if active.is_empty() {
             let text = "No constraint is active at the last design; only bounds or move limits may be.";
             return Ok(section.paragraph(text));
         }
@@ -34,7 +35,7 @@ impl OptimizationReport<'_> {
             "A multiplier is the sensitivity of the objective to a limit: relaxing the limit by one percent of its scale lowers \
              the objective by about a hundredth of the multiplier.",
         );
-        Ok(section.table(self.multipliers(last)?))
+        Ok(section.table(self.multipliers(active)?))
     }
 
     fn residuals(&self) -> Option<Figure> {
@@ -59,17 +60,18 @@ impl OptimizationReport<'_> {
         Some(Figure::new("Residuals of the optimality conditions over the cycles", 100.0, 70.0).with(panel))
     }
 
-    fn multipliers(&self, last: &Cycle) -> Result<Table> {
+    fn multipliers(&self, active: &[ActiveRow]) -> Result<Table> {
         let unit = match self.problem.objective.unit.as_str() {
             "" => "multiplier".to_owned(),
             unit => format!("multiplier in {unit}"),
         };
-        let title = format!("Multipliers of the active constraints of cycle {}", last.cycle);
+        let cycle = self.last().map_or(0, |cycle| cycle.cycle);
+        let title = format!("Multipliers of the active constraints of cycle {cycle}");
         let mut table = Table::new(
             title,
             ["constraint".to_owned(), unit, "value at the last design".to_owned(), "unit".to_owned()],
         );
-        let mut active = last.active.clone();
+        let mut active = active.to_vec();
         active.sort_by(|a, b| b.multiplier.abs().total_cmp(&a.multiplier.abs()).then(a.row.cmp(&b.row)));
         for a in active.iter().take(MOST) {
             let j = a.row.constraint;

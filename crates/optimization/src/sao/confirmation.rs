@@ -23,7 +23,7 @@ const LARGER: f64 = 1.01;
 const RECENT: usize = 6;
 /// Least unit of the objective, as a fraction of its change.
 const LEAST: f64 = 1e-4;
-/// Least gain, as a fraction of the range of the objective, for which an earlier design is where a confirmation begins; and loss for
+/// Least gain, as a fraction of the objective or its range, for which an earlier design is where a confirmation begins; and loss for
 /// which its end is another design.
 const CLEARLY: f64 = 0.01;
 /// Part of the accuracy by which the end of a confirmation must be better to be the end of the run.
@@ -176,6 +176,7 @@ impl State {
     fn adopt(&mut self, end: State) {
         let Some(cycle) = end.history.into_iter().rfind(|cycle| cycle.accepted) else { return };
         self.history.push(Cycle { cycle: self.cycles() + 1, ..cycle });
+        self.active = end.active;
         let State { design, responses, evaluation, .. } = end;
         self.last_step = Some(design.iter().zip(&self.design).map(|(to, from)| to - from).collect());
         (self.design, self.responses, self.evaluation, self.data) = (design, responses, evaluation, None);
@@ -190,7 +191,7 @@ fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<(Confi
     history.extend(better.map(|cycle| Cycle { accepted: true, ..cycle.clone() }));
     let max_cycles = history.len() - 1 + MOST_TRIALS;
     let method = Method::automatic().with_stop(Stop { max_cycles, ..Stop::default() });
-    let mut run = State { history, data: None, automatic: None, confirmation: None, ..state.clone() };
+    let mut run = State { history, data: None, automatic: None, confirmation: None, active: None, ..state.clone() };
     (run.status, run.reason) = (Status::Running, String::new());
     let begin = run.counters;
     if let Some(cycle) = better {
@@ -231,10 +232,13 @@ fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<(Confi
 
 /// The best design of a run if it is better than the last one by more than the accuracy can explain.
 fn clearly_better(state: &State, accuracy: f64) -> Option<&Cycle> {
-    let range = spread(state.history.iter().filter(|cycle| cycle.accepted).map(|cycle| cycle.objective));
+    let objective = state.evaluation.objective;
+    let size = objective.abs();
+    // A run that starts at an optimum has no range to speak of.
+    let least = (CLEARLY * state.trace().objective.width().min(size)).max(accuracy * size);
     let is_clear = |cycle: &&Cycle| {
         let is_equally_feasible = state.evaluation.max_violation_pct() <= 100.0 * accuracy;
-        !is_equally_feasible || state.evaluation.objective - cycle.objective > CLEARLY * range
+        !is_equally_feasible || objective - cycle.objective > least
     };
     state.better_than_last(accuracy).filter(is_clear)
 }

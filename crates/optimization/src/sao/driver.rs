@@ -69,6 +69,7 @@ impl Method {
             automatic: None,
             points: vec![],
             confirmation: None,
+            active: None,
             counters: Counters { analyses: 1, ..Default::default() },
             status: Status::Running,
             reason: String::new(),
@@ -85,6 +86,7 @@ impl Method {
     pub fn step(&self, problem: &Problem, mut state: State) -> Result<State> {
         let rules = self.approximation.asymptotes();
         state.follow(&rules);
+        state.active = None;
         let mut state = match self.automatic {
             Some(automatic) => automatic.step(self, problem, state)?,
             None => self.trial_step(problem, state)?,

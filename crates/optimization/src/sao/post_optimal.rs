@@ -74,11 +74,10 @@ fn gradients(problem: &Problem, b: &[f64], rows: &[RowId]) -> Result<(Vec<f64>, 
 }
 
 impl PostOptimal {
-    /// The multipliers at the last design of a run, for the rows that were active in its last cycle; one analysis and one
+    /// The multipliers at the last design of a run, for the rows that are active there; one analysis and one
     /// sensitivity analysis.
     pub fn new(problem: &Problem, state: &State) -> Result<Self> {
-        let last = state.history.iter().rev().find(|c| c.accepted && c.cycle > 0);
-        let rows: Vec<RowId> = last.map_or(vec![], |c| c.active.iter().map(|a| a.row).collect());
+        let rows: Vec<RowId> = state.active_rows().iter().map(|active| active.row).collect();
         let b = &state.design;
         let (objective, gradients) = gradients(problem, b, &rows)?;
         let scale = problem.scales();

@@ -1,7 +1,7 @@
 //! The state of a run: one record that can be written to a file.
 
 use super::trace::Trace;
-use super::{AcceptedPoint, AutomaticState, Cycle, GlobalizationState};
+use super::{AcceptedPoint, ActiveRow, AutomaticState, Cycle, GlobalizationState};
 use crate::approximation::{Asymptotes, CycleData, LinearizationPoint, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId, Sensitivities};
 use error::{Error, Result};
@@ -85,6 +85,10 @@ pub struct State {
     pub confirmation: Option<Confirmation>,
     /// All trial steps so far, cycle 0 first.
     pub history: Vec<Cycle>,
+    /// Active rows at the design with their multipliers, as the stop test of the automatic method found them; `None` during a run and
+    /// for other methods.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub active: Option<Vec<ActiveRow>>,
     /// Numbers of analyses and iterations so far.
     pub counters: Counters,
     /// Status of the run.
@@ -232,6 +236,13 @@ impl State {
         }
         self.last_step = Some(design.iter().zip(&self.design).map(|(to, from)| to - from).collect());
         (self.design, self.responses, self.evaluation) = (design, responses, evaluation);
+    }
+
+    /// The active rows with their multipliers: at the design, from the stop test of the automatic method; else those of the subproblem
+    /// that gave the design.
+    pub fn active_rows(&self) -> &[ActiveRow] {
+        let last = || self.history.iter().rev().find(|c| c.accepted).map_or(&[][..], |cycle| &cycle.active);
+        self.active.as_deref().unwrap_or_else(last)
     }
 
     /// The active rows of the last accepted cycle with their multipliers.

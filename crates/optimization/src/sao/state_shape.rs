@@ -39,6 +39,7 @@ fn check(state: &State, problem: &Problem) -> Result<()> {
         let State { design, responses, evaluation, .. } = state.clone();
         memory.check(problem, &AnalyzedDesign { design, responses, evaluation }, data)?;
     }
+    rows_exist(state.active.iter().flatten().map(|active| active.row), problem)?;
     check_history(&state.history, problem)?;
     let last = state.history.iter().rev().find(|cycle| cycle.accepted);
     let is_last = |cycle: &Cycle| same(&cycle.design, &state.design) && cycle.objective == state.evaluation.objective;

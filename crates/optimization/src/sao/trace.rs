@@ -3,6 +3,8 @@
 use super::Cycle;
 use crate::approximation::{Asymptotes, DesignHistory};
 
+/// Part of an objective that is left by a step after which its range counts anew.
+const COLLAPSE: f64 = 1e-8;
 /// Number of objectives of accepted designs that are kept.
 pub(super) const OBJECTIVES: usize = 21;
 
@@ -18,6 +20,8 @@ pub(super) struct Trace {
     /// Range of the objective over the accepted designs, without the excursions of the run: designs to which it was displaced, and
     /// those after them until it has come back to the objective before.
     pub objective: Range,
+    /// That since the last step that made the objective smaller by many orders: a start far away says nothing about its size.
+    pub settled: Range,
     /// The last of these objectives, at most [`OBJECTIVES`].
     pub objectives: Vec<f64>,
     /// The objective from which an excursion has begun.
@@ -102,6 +106,11 @@ impl Trace {
             } else if self.left.is_none_or(|left| cycle.objective <= left) {
                 self.left = None;
                 self.objective.add(cycle.objective);
+                let is_collapse = |last: &f64| cycle.objective.abs() < COLLAPSE * last.abs();
+                if self.objectives.last().is_some_and(is_collapse) {
+                    self.settled = Range::default();
+                }
+                self.settled.add(cycle.objective);
                 self.stated.add(stated);
                 self.objectives.push(cycle.objective);
                 let surplus = self.objectives.len().saturating_sub(OBJECTIVES);

@@ -27,10 +27,12 @@ const BY_ITSELF: [f64; 3] = [1e-6, 1e-9, 1e-12];
 /// Largest change of the objective by a row, with its slopes at the last designs, relative to F and to that by the slopes of the
 /// objective. Rows whose slopes vanish or oppose each other have no bounded multipliers.
 const LARGEST_MULTIPLIER: f64 = 1e5;
-/// Number of accepted designs of the shorter range, without the start. A start with a huge objective must not count for ever.
+/// Number of accepted designs of the longer range, without the start. A start with a huge objective must not count for ever.
 pub(super) const LONGER: usize = 20;
-/// Objective, relative to its range in the run, that is a rounding error: in general, and where the step is zero.
+/// Objective, relative to its range, that is a rounding error: in general, and where the step is zero.
 const VANISHED: [f64; 2] = [1e-18, 1e-15];
+/// Objective, relative to its first-order change over the lengths, that is as good as zero.
+const STEEP: f64 = 1e-9;
 /// Predicted decrease, relative to the objective, from which on another step is made whatever the objective has been.
 const FAR: f64 = 10.0;
 /// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.
@@ -106,6 +108,8 @@ pub(super) struct StopTest<'a> {
     pub objectives: &'a [f64],
     /// Range of the objective over all accepted designs without excursions.
     pub objective_range: f64,
+    /// That since the last step that made the objective smaller by many orders.
+    pub settled_range: f64,
     /// Largest change of the objective by a rejected step from the current design.
     pub rejected_change: f64,
     /// Change of the objective that does not matter.
@@ -114,17 +118,32 @@ pub(super) struct StopTest<'a> {
 
 impl StopTest<'_> {
     /// F: the range of the objective over the last designs or its absolute value, whichever is smaller; at least a part of the
-    /// objective or of its change in the run, whichever is smaller: the change may come from a start far away.
+    /// objective or of its change, in the run or by its slopes, whichever is smaller: the change may come from a start far away, and a
+    /// run that starts at an optimum has none.
     pub fn objective_unit(&self) -> f64 {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
-        let range = |count: usize| {
-            let recent = &self.objectives[self.objectives.len().saturating_sub(count)..];
-            spread(recent.iter().copied())
-        };
-        let longer = LONGER.min(self.objectives.len().saturating_sub(1));
-        let change = range(longer).sqrt() * self.objective_range.sqrt();
+        let change = self.longer_range().sqrt() * self.objective_range.sqrt();
         let rounding = if self.is_last { ROUNDING[1] * self.objective_range } else { 0.0 };
-        range(RECENT).min(objective).max(LEAST * change.min(objective)).max(rounding)
+        let least = LEAST * change.max(self.optimality.largest_change).min(objective);
+        self.range(RECENT).min(objective).max(least).max(rounding)
+    }
+
+    /// True for an objective that has come down to its rounding error: in its range since it was far larger, or in its whole range if its
+    /// slopes are far larger than itself.
+    fn is_rounding(&self, objective: f64) -> bool {
+        let part = VANISHED[usize::from(self.is_last)];
+        let is_steep = objective <= STEEP * self.optimality.largest_change;
+        objective <= part * self.settled_range || (is_steep && objective <= part * self.objective_range)
+    }
+
+    /// Range of the objective over the last designs.
+    fn range(&self, count: usize) -> f64 {
+        spread(self.objectives[self.objectives.len().saturating_sub(count)..].iter().copied())
+    }
+
+    /// Range of the objective over more designs, but without the start.
+    fn longer_range(&self) -> f64 {
+        self.range(LONGER.min(self.objectives.len().saturating_sub(1)))
     }
 
     /// A change of the objective that does not matter at all.
@@ -166,8 +185,7 @@ impl StopTest<'_> {
         } else {
             allowed(PREDICTED[0], ROUNDING[0]).max(tolerance)
         };
-        // An objective that has come down to its rounding error is zero.
-        let is_zero = objective <= VANISHED[usize::from(self.is_last)] * self.objective_range
+        let is_zero = self.is_rounding(objective)
             && self.predicted.abs() <= FAR * objective
             && residual <= RESIDUAL[0] * LEAST * self.objective_range;
         let is_far = !self.is_last && self.predicted.abs() > FAR * objective;

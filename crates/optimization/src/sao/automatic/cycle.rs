@@ -11,7 +11,7 @@ use super::situation::Situation;
 use super::{Automatic, AutomaticState, noise, stationary};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Problem, RowId};
-use crate::sao::{Method, State, Status};
+use crate::sao::{ActiveRow, Method, State, Status};
 use error::Result;
 
 /// Number of designs whose extent is the first box of a run that is continued, and its least part of the lengths.
@@ -25,8 +25,8 @@ impl Automatic {
         let situation = Situation::new(self, problem, &state, &data, &memory);
         let proposal = match situation.propose()? {
             Next::Analyse(proposal) => *proposal,
-            Next::End(status, reason) => {
-                (state.status, state.reason) = (status, reason);
+            Next::End(status, reason, active) => {
+                (state.status, state.reason, state.active) = (status, reason, Some(active));
                 (state.automatic, state.data) = (Some(memory), Some(data));
                 return Ok(state);
             }
@@ -227,15 +227,17 @@ impl Situation<'_> {
             optimality,
             objectives: &objectives,
             objective_range: self.units.objective_range,
+            settled_range: self.state.trace().settled.width(),
             rejected_change: self.rejected_change(),
             tolerance: self.memory.tolerance,
         };
-        if self.is_flat_start() {
+        if self.is_flat_start() && self.memory.rejections < stationary::SIZES {
             return Ok(Next::Analyse(Box::new(self.displacement(stationary::DISPLACEMENTS[0], |_| true))));
         }
         if let Some(reason) = test.converged() {
             let unexplored = self.unexplored(test.negligible());
-            return Ok(unexplored.map_or(Next::End(Status::Converged, reason), |p| Next::Analyse(Box::new(p))));
+            let end = || Next::End(Status::Converged, reason, self.active_rows(&test.optimality));
+            return Ok(unexplored.map_or_else(end, |p| Next::Analyse(Box::new(p))));
         }
         let Some(reason) = stalled else { return Ok(Next::Analyse(Box::new(proposal))) };
         if noise.is_none()
@@ -243,6 +245,13 @@ impl Situation<'_> {
         {
             return Ok(Next::Analyse(Box::new(other)));
         }
-        Ok(Next::End(Status::Stalled, test.unbounded_multipliers().unwrap_or(reason)))
+        let reason = test.unbounded_multipliers().unwrap_or(reason);
+        Ok(Next::End(Status::Stalled, reason, self.active_rows(&test.optimality)))
+    }
+
+    /// The rows with a multiplier.
+    fn active_rows(&self, optimality: &Optimality) -> Vec<ActiveRow> {
+        let rows = self.here.rows.iter().zip(&optimality.multipliers);
+        rows.filter(|(_, λ)| **λ != 0.0).map(|(&row, &multiplier)| ActiveRow { row, multiplier }).collect()
     }
 }

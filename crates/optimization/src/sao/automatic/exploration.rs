@@ -32,6 +32,8 @@ const MOST_UNKNOWN: usize = 2;
 const MOSTLY: f64 = 0.5;
 /// Number of explorations from a design. A second design is explored if a flat direction led to it.
 const ROUND: usize = MOST_EXPLORATIONS + 2;
+/// The exploration that is a step along flat directions backwards.
+const BACKWARDS: usize = 2 * ROUND - 1;
 /// Distance from a bound in lengths within which a variable that its slope pushes to the bound is not free.
 const NEAR_BOUND: f64 = 1e-6;
 /// Part of a direction that is new, from which on it counts as another direction.
@@ -253,7 +255,7 @@ impl Situation<'_> {
     /// A variable on which nothing ever depended to first order may be at a maximum. A curvature that no step has shown is a
     /// guess: where a length was underestimated it is far too large, and the step and the predicted decrease far too small.
     pub(super) fn unexplored(&self, negligible: f64) -> Option<Proposal> {
-        if (0..self.n()).any(|j| self.is_unknown(j)) {
+        if !self.is_flat_start() && (0..self.n()).any(|j| self.is_unknown(j)) {
             return Some(self.displacement(DISPLACEMENT, |j| self.is_unknown(j)));
         }
         let tangent = Tangent::new(self, negligible);
@@ -276,7 +278,9 @@ impl Situation<'_> {
         let is_slope = slope.abs() > noise && tangent.is_steady(&direction, slope);
         let to_matter = if is_slope { MATTERS * noise / slope } else { 0.0 };
         let step = if purpose == Purpose::Flat { FLAT_STEP } else { STEP * SHORTER.powi(tangent.too_long() as i32) };
-        let size = (step / direction.amax()).max(to_matter.abs()).copysign(slope);
+        let is_backwards = self.memory.explorations == BACKWARDS;
+        let sign = if is_backwards { -1.0f64.copysign(slope) } else { slope };
+        let size = (step / direction.amax()).max(to_matter.abs()).copysign(sign);
         let box_size = (size.abs() * direction.amax()).max(1.0);
         let widths: Vec<f64> = lengths.iter().map(|l| l * box_size).collect();
         Some(self.along(&direction, size, &widths, purpose))
@@ -295,12 +299,13 @@ impl Situation<'_> {
         self.by_linear_surrogate(if is_shorter { backwards } else { forwards }, region, purpose)
     }
 
-    /// Number of explorations after this one; a step along flat directions is the last one, or the last but a round if it is accepted
-    /// for the first time.
+    /// Number of explorations after this one; a step along flat directions and one backwards are the last ones, or the last but a round if
+    /// one is accepted for the first time.
     pub(super) fn explorations_after(&self, purpose: Purpose, is_accepted: bool) -> usize {
         match purpose {
             Purpose::Curvature => self.memory.explorations + 1,
             Purpose::Flat if is_accepted && self.memory.explorations < ROUND => ROUND,
+            Purpose::Flat if !is_accepted && self.memory.explorations < BACKWARDS => BACKWARDS,
             Purpose::Flat => 2 * ROUND,
             Purpose::Improvement | Purpose::Displacement => self.memory.explorations,
         }
@@ -308,8 +313,13 @@ impl Situation<'_> {
 
     /// True if the derivatives at a proposal show the curvature here: it is no more than a length away.
     pub(super) fn shows_curvature(&self, proposal: &Proposal) -> bool {
+        let is_meant = match proposal.purpose {
+            Purpose::Curvature => true,
+            Purpose::Displacement => self.is_flat_start(),
+            Purpose::Improvement | Purpose::Flat => false,
+        };
         let steps = proposal.design.iter().zip(&self.state.design).zip(&self.units.lengths);
-        proposal.purpose == Purpose::Curvature && { steps }.all(|((to, from), length)| (to - from).abs() <= *length)
+        is_meant && { steps }.all(|((to, from), length)| (to - from).abs() <= *length)
     }
 
     /// True if a step shows that the run is not at its end: the Lagrangian is less along a tangent direction, and no inequality without

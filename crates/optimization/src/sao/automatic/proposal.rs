@@ -1,7 +1,7 @@
 //! What a cycle proposes: a design to be analysed, or the end of the run.
 
 use super::acceptance::Merit;
-use crate::sao::{Region, Status};
+use crate::sao::{ActiveRow, Region, Status};
 use nlp::Solution;
 
 /// A proposed design and what is predicted there.
@@ -31,5 +31,6 @@ pub(super) enum Purpose {
 /// The next action of a run.
 pub(super) enum Next {
     Analyse(Box<Proposal>),
-    End(Status, String),
+    /// The status, its reason, and the active rows with their multipliers at the design.
+    End(Status, String, Vec<ActiveRow>),
 }

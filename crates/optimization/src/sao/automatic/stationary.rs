@@ -43,7 +43,7 @@ impl Situation<'_> {
             let reason = format!(
                 "the violation is nearly stationary, but each of {MOST_DISPLACEMENTS} displacements led to a smaller one"
             );
-            return Ok(Some(Next::End(Status::Stalled, reason)));
+            return Ok(Some(Next::End(Status::Stalled, reason, vec![])));
         }
         let worst = self.state.evaluation.worst();
         let (name, by) = worst.map_or_else(Default::default, |(row, g)| {
@@ -55,7 +55,7 @@ impl Situation<'_> {
              searched",
             (self.violation - least).max(0.0) / self.violation
         );
-        Ok(Some(Next::End(Status::Infeasible, reason)))
+        Ok(Some(Next::End(Status::Infeasible, reason, vec![])))
     }
 
     /// Number of displacements since the last one that led to a better point, in today's units.
