@@ -304,7 +304,7 @@ fn the_tour_leads_to_the_optimum_that_it_names() {
         page.value("(() => { const f = document.getElementById('setting'); f.elements.key.value = 'design.link.upper'; f.elements.value.value = '0.3'; f.requestSubmit(); return 0; })()");
     };
     set(&mut page);
-    page.wait("document.getElementById('run-note').textContent.includes('exclude')");
+    page.wait("document.getElementById('run-fault').textContent.includes('exclude')");
     while page.value("Number(document.getElementById('run').dataset.tries)").as_u64().unwrap() > 0 {
         let before = page.text("document.getElementById('run').dataset.tries");
         page.click("[data-action=back]");

@@ -2,9 +2,9 @@
 
 import { element } from "./mechanism.js";
 import { make } from "./elements.js";
-import { short, ticks, withUnit } from "./plots.js";
+import { NARROW, labels, short, ticks, withUnit } from "./plots.js";
 
-const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [640, 240, 64, 12, 10, 34];
+const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [NARROW ? 350 : 640, 240, 64, 12, 10, 34];
 // Violation in percent above which a design counts as infeasible in the picture.
 const VIOLATED = 0.1;
 
@@ -37,15 +37,18 @@ export class Convergence {
     const x = (k) => LEFT + (k / last) * (WIDTH - LEFT - RIGHT);
     const y = (v) => TOP + ((high - v) / (high - low)) * (HEIGHT - TOP - BOTTOM);
     const text = (at, up, anchor, content) => element("text", { x: at, y: up, "text-anchor": anchor }, content);
-    const parts = ticks(low, high).flatMap((v) => [element("path", { class: "grid", d: `M${LEFT} ${y(v)}H${WIDTH - RIGHT}` }), text(LEFT - 6, y(v) + 4, "end", short(v))]);
-    ticks(0, last, 8).filter(Number.isInteger).forEach((k) => parts.push(text(x(k), HEIGHT - BOTTOM + 15, "middle", short(k))));
+    const up = ticks(low, high);
+    const { texts, note } = labels(up);
+    const parts = up.flatMap((v, k) => [element("path", { class: "grid", d: `M${LEFT} ${y(v)}H${WIDTH - RIGHT}` }), text(LEFT - 6, y(v) + 4, "end", texts[k])]);
+    if (note) parts.push(text(LEFT + 4, TOP + 12, "start", note));
+    ticks(0, last, NARROW ? 5 : 8).filter(Number.isInteger).forEach((k) => parts.push(text(x(k), HEIGHT - BOTTOM + 15, "middle", short(k))));
     parts.push(text(WIDTH - RIGHT, HEIGHT - 3, "end", "trial steps"));
     parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }));
     all.forEach(({ key, name, points: own }) => {
       const line = own.map((c, i) => `${i ? "L" : "M"}${x(c.k).toFixed(1)} ${y(c.objective).toFixed(1)}`).join("");
       const marks = own.map((c) => {
         const mark = element("circle", { cx: x(c.k).toFixed(1), cy: y(c.objective).toFixed(1), r: 3.5, class: c.violation > VIOLATED ? "violated" : "" });
-        mark.append(element("title", {}, `${name}, trial step ${c.k}: ${withUnit(c.objective, this.label.unit)}${c.violation === null ? "" : `, largest violation ${short(Math.max(c.violation, 0))} %`}`));
+        mark.append(element("title", {}, `${name}, trial step ${c.k}: ${withUnit(c.objective, this.label.unit)}${c.violation === null ? "" : `, largest violation ${short(c.violation)} %`}`));
         return mark;
       });
       parts.push(element("g", { class: `series ${key}` }, element("path", { d: line }), ...marks));

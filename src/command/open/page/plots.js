@@ -2,7 +2,9 @@
 
 import { element } from "./mechanism.js";
 
-const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [480, 220, 58, 10, 8, 30];
+// On a phone drawings are narrow, so that their letters keep their size.
+export const NARROW = window.matchMedia("(max-width: 40rem)").matches;
+const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [NARROW ? 330 : 480, 220, 58, 10, 8, 30];
 
 export const short = (value) => (value === null || value === undefined || !Number.isFinite(value) ? "–"
   : String(Number(value.toPrecision(5))).replaceAll("-", "\u2212"));
@@ -16,6 +18,29 @@ export function ticks(low, high, count = 5) {
   const all = [];
   for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k++) all.push(k * step);
   return all;
+}
+
+const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+const minus = (text) => text.replaceAll("-", "\u2212");
+
+// Labels of the ticks of an axis in at most seven characters, and the power of ten and the offset that they leave out, such as
+// "×10⁶ + 1000".
+export function labels(values) {
+  if (values.length < 2) return { texts: values.map(short), note: "" };
+  const step = Math.abs(values[1] - values[0]);
+  const largest = (all) => Math.max(...all.map(Math.abs));
+  const offset = largest(values) / step > 1e5 ? values[0] : 0;
+  const rest = values.map((v) => v - offset);
+  const order = Math.floor(Math.log10(largest(rest) || 1));
+  const power = order >= 5 || order < -3 ? 3 * Math.floor(order / 3) : 0;
+  const factor = 10 ** power;
+  const decimals = Math.max(0, -Math.floor(Math.log10(step / factor) + 1e-9));
+  const raised = `${power < 0 ? "⁻" : ""}${[...String(Math.abs(power))].map((digit) => SUPERSCRIPTS[digit]).join("")}`;
+  const shift = offset ? `${offset < 0 ? "\u2212" : "+"} ${Number(Math.abs(offset).toPrecision(12))}` : "";
+  return {
+    texts: rest.map((v) => minus((v / factor).toFixed(decimals)).replace(/^\u2212(0(\.0*)?)$/, "$1")),
+    note: [power ? `×10${raised}` : "", shift].filter(Boolean).join(" "),
+  };
 }
 
 export class Plot {
@@ -61,7 +86,15 @@ export class Plot {
       button.addEventListener("click", () => arm(relation === sign ? null : sign));
       return button;
     });
+    // The focus is on the button: Enter would press it again.
+    const keys = (event) => {
+      if (!this.figure.isConnected) return arm(null);
+      if (!["Enter", "Escape"].includes(event.key)) return undefined;
+      event.preventDefault();
+      return event.key === "Enter" ? end() : arm(null);
+    };
     const arm = (sign) => {
+      window[sign === null ? "removeEventListener" : "addEventListener"]("keydown", keys, { capture: true });
       // The observer may not have seen yet that the plot has come into view.
       if (this.stale) this.render();
       [relation, points, from] = [sign, [], null];
@@ -107,11 +140,6 @@ export class Plot {
       if (points.length === 2) end(); else show();
     });
     this.svg.addEventListener("dblclick", () => { if (relation) end(); });
-    this.svg.tabIndex = 0;
-    this.svg.addEventListener("keydown", (event) => {
-      if (relation && event.key === "Enter") end();
-      if (relation && event.key === "Escape") arm(null);
-    });
     this.tools.replaceChildren(...buttons);
   }
 
@@ -173,15 +201,18 @@ export class Plot {
     const [first, last, bottom] = [points[0], points[points.length - 1], HEIGHT - BOTTOM];
     const parts = [];
     const text = (x, y, anchor, content) => element("text", { x, y, "text-anchor": anchor }, content);
-    ticks(...this.range).forEach((v) => {
+    const [up, across] = [ticks(...this.range), ticks(first, last, NARROW ? 4 : 6)];
+    const [value, time] = [labels(up), labels(across)];
+    up.forEach((v, k) => {
       const y = this.y(v);
-      parts.push(element("path", { class: "grid", d: `M${LEFT} ${y}H${WIDTH - RIGHT}` }), text(LEFT - 6, y + 4, "end", short(v)));
+      parts.push(element("path", { class: "grid", d: `M${LEFT} ${y}H${WIDTH - RIGHT}` }), text(LEFT - 6, y + 4, "end", value.texts[k]));
     });
-    ticks(first, last, 6).forEach((t) => {
+    across.forEach((t, k) => {
       const x = this.x(t);
-      parts.push(element("path", { class: "grid", d: `M${x} ${TOP}V${bottom}` }), text(x, bottom + 14, "middle", short(t)));
+      parts.push(element("path", { class: "grid", d: `M${x} ${TOP}V${bottom}` }), text(x, bottom + 14, "middle", time.texts[k]));
     });
-    parts.push(text(WIDTH - RIGHT, HEIGHT - 3, "end", `${this.time.name} / ${this.time.unit}`));
+    parts.push(text(WIDTH - RIGHT, HEIGHT - 3, "end", [time.note, `${this.time.name} / ${this.time.unit}`].filter(Boolean).join(" ")));
+    if (value.note) parts.push(text(LEFT + 4, TOP + 12, "start", value.note));
     this.limits.forEach(({ relation, value, window, curve }) => {
       if (curve) return parts.push(...this.curvedLimit(relation, curve, bottom));
       const [from, to] = (window ?? [first, last]).map((t) => this.x(Math.min(Math.max(t, first), last)));

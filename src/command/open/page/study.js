@@ -2,9 +2,9 @@
 
 import { element } from "./mechanism.js";
 import { options } from "./elements.js";
-import { short, ticks, withUnit } from "./plots.js";
+import { NARROW, labels, short, ticks, withUnit } from "./plots.js";
 
-const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [640, 312, 70, 12, 22, 40];
+const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [NARROW ? 350 : 640, 312, 70, 12, 22, 40];
 // Distance in the units of the picture within which a click finds a point.
 const REACH = 24;
 
@@ -44,12 +44,15 @@ export class StudyPicture {
     const { columns, design } = this.now;
     const choices = columns.map((column, k) => [k, column.name]);
     [this.x, this.y].forEach((select) => options(select, choices));
-    // What varies against the first result.
+    // The first result over what was varied. Columns of an optimum begin with the objective and its violation, and what was varied is before
+    // them; its design is a result.
     const varies = (k) => new Set(this.now.rows.slice(0, 200).map((row) => row.values[k])).size > 1;
-    const inputs = columns.map((_, k) => k).filter((k) => (design.includes(k) || columns[k].name.startsWith("start ")) && varies(k));
-    const first = inputs[0] ?? columns.findIndex((_, k) => varies(k));
-    this.x.value = Math.max(first, 0);
-    this.y.value = Math.max(columns.findIndex((column, k) => !inputs.includes(k) && k !== first && !column.words.length && varies(k)), 0);
+    const optimum = columns.findIndex(({ name }) => name === "violation_pct") - 1;
+    const is_input = (k) => (optimum >= 0 ? k < optimum : design.includes(k));
+    const all = columns.map((_, k) => k).filter(varies);
+    const first = all.find(is_input) ?? all[0] ?? 0;
+    const results = all.filter((k) => k !== first && !is_input(k) && !columns[k].words.length);
+    [this.x.value, this.y.value] = [first, results[0] ?? 0];
     this.draw();
   }
 
@@ -73,11 +76,14 @@ export class StudyPicture {
     const x = (v) => LEFT + ((v - x0) / (x1 - x0)) * (WIDTH - LEFT - RIGHT);
     const y = (v) => TOP + ((y1 - v) / (y1 - y0)) * (HEIGHT - TOP - BOTTOM);
     const text = (at, up, anchor, content) => element("text", { x: at, y: up, "text-anchor": anchor }, content);
-    const word = (k, v) => (columns[k].words.length ? columns[k].words[v] ?? "" : short(v));
+    const named = (k, at) => (columns[k].words.length ? { texts: at.map((v) => columns[k].words[v] ?? ""), note: "" } : labels(at));
     const parts = [];
-    ticks(y0, y1).forEach((v) => parts.push(element("path", { class: "grid", d: `M${LEFT} ${y(v)}H${WIDTH - RIGHT}` }), text(LEFT - 6, y(v) + 4, "end", word(j, v))));
-    ticks(x0, x1, 6).forEach((v) => parts.push(element("path", { class: "grid", d: `M${x(v)} ${TOP}V${HEIGHT - BOTTOM}` }), text(x(v), HEIGHT - BOTTOM + 15, "middle", word(i, v))));
-    parts.push(text(WIDTH - RIGHT, HEIGHT - 5, "end", this.label(i)), element("text", { x: LEFT, y: TOP - 8 }, this.label(j)));
+    const [up, across] = [ticks(y0, y1), ticks(x0, x1, NARROW ? 3 : 6)];
+    const [left, below] = [named(j, up), named(i, across)];
+    up.forEach((v, k) => parts.push(element("path", { class: "grid", d: `M${LEFT} ${y(v)}H${WIDTH - RIGHT}` }), text(LEFT - 6, y(v) + 4, "end", left.texts[k])));
+    across.forEach((v, k) => parts.push(element("path", { class: "grid", d: `M${x(v)} ${TOP}V${HEIGHT - BOTTOM}` }), text(x(v), HEIGHT - BOTTOM + 15, "middle", below.texts[k])));
+    const label = (k, note) => [this.label(k), note].filter(Boolean).join(", ");
+    parts.push(text(WIDTH - RIGHT, HEIGHT - 5, "end", label(i, below.note)), text(LEFT, TOP - 8, "start", label(j, left.note)));
     parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }));
     this.points = own.map((row) => ({ row, x: x(row.values[i]), y: y(row.values[j]) })).sort((a, b) => a.x - b.x);
     const dots = this.points.map((point) => {
