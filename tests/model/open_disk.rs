@@ -82,7 +82,7 @@ fn a_file_that_is_gone_or_unreadable_is_written_again() {
     let text = place.read("impact-absorber.toml");
     std::fs::remove_file(&file).unwrap();
     page.wait(&format!("{STATE}.includes('cannot read') && !{SAVE}.disabled"));
-    assert!(page.text("document.getElementById('fault').textContent").contains("cannot read"));
+    page.wait("document.getElementById('fault').textContent.includes('cannot read')");
     page.click("#save");
     page.wait(&format!("{SAVE}.disabled && {STATE} === 'saved'"));
     assert_eq!(place.read("impact-absorber.toml"), text);

@@ -101,6 +101,7 @@ fn stored_runs_and_studies_are_listed_and_opened() {
         answer
     };
     let all = server.get("stored");
+    assert_eq!(all["others"], 1);
     let names = |key: &str| -> Vec<&str> {
         all[key].as_array().unwrap().iter().map(|one| one["folder"].as_str().unwrap()).collect()
     };

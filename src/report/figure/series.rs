@@ -142,7 +142,8 @@ mod tests {
         panel.add(Mark::points([[0.7, 0.2]], MarkerShape::Disc, Colour::BLUE, 3.0).named("last cycle"));
         let found = series(panel);
         assert_eq!(found["plane"], true);
-        let all: Vec<String> = found["series"].as_array().unwrap().iter().map(|s| format!("{} {}", s["name"], s["kind"])).collect();
+        let all: Vec<String> =
+            found["series"].as_array().unwrap().iter().map(|s| format!("{} {}", s["name"], s["kind"])).collect();
         let expected = [
             "\"torque = 1, part 1\" \"line\"",
             "\"torque = 1, part 2\" \"line\"",

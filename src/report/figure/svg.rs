@@ -246,7 +246,8 @@ mod tests {
 
     #[test]
     fn a_simplified_line_is_near_all_points() {
-        let points: Vec<[f64; 2]> = (0..=1000).map(|k| 0.2 * f64::from(k)).map(|x| [x, 50.0 * (0.05 * x).sin()]).collect();
+        let points: Vec<[f64; 2]> =
+            (0..=1000).map(|k| 0.2 * f64::from(k)).map(|x| [x, 50.0 * (0.05 * x).sin()]).collect();
         let few = simplified(&points, DEVIATION);
         assert!(few.len() < 200 && few[0] == points[0] && few.last() == points.last(), "{}", few.len());
         for point in points {

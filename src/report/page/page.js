@@ -126,8 +126,9 @@ window.addEventListener("DOMContentLoaded", () => {
     const [left, top, width, height] = panel.frame;
     const place = ([x, y]) => [left + scale(x, panel.x, panel.log[0]) * width, top + (1 - scale(y, panel.y, panel.log[1])) * height];
     let best = { far: REACH };
-    const offer = (name, [a, b]) => {
-      const far = Math.hypot(a - u, b - v);
+    // Points are read before the lines on which they lie.
+    const offer = (name, [a, b], handicap = 0) => {
+      const far = Math.hypot(a - u, b - v) + handicap;
       if (far < best.far) best = { far, name, at: [a, b] };
     };
     panel.series.forEach(({ name, kind, points }) => {
@@ -138,7 +139,7 @@ window.addEventListener("DOMContentLoaded", () => {
         const [[a, b], [c, d]] = [at[k - 1], here];
         const along = ((u - a) * (c - a) + (v - b) * (d - b)) / ((c - a) ** 2 + (d - b) ** 2 || 1);
         const part = Math.min(Math.max(along, 0), 1);
-        return offer(name, [a + part * (c - a), b + part * (d - b)]);
+        return offer(name, [a + part * (c - a), b + part * (d - b)], REACH / 4);
       });
     });
     const [a, b] = best.at ?? [u, v];

@@ -2,8 +2,8 @@
 
 use crate::Result;
 use crate::report::figure::{
-    Axis, Colour, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check, contour,
-    markup, round_levels, short,
+    Axis, Colour, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check, contour, markup,
+    round_levels, short,
 };
 
 /// The objective on a grid of the slice.

@@ -62,14 +62,15 @@ export class Editor {
 
   async write() {
     if (!(await this.send())) return;
+    let has_changed = false;
     try {
-      await this.post("save", { over: this.asked });
+      if (!(await this.post("save", { over: this.asked }))) return;
     } catch {
-      this.asked = "";
+      has_changed = true;
     }
     // What was found on disk may be newer than what this page has seen.
     const answer = await server.model();
-    if (this.asked !== null) this.asked = answer.found;
+    this.asked = has_changed ? answer.found : null;
     this.show(answer);
   }
 

@@ -425,8 +425,8 @@ async function load() {
     changed();
   }
   editor.show(answer);
-  await run.update(answer.revision);
   fault("file", answer.failure || report || model?.fault);
+  await run.update(answer.revision);
   if (!answer.model) status("errors in the file", "bad");
   return answer.news;
 }
