@@ -3,8 +3,9 @@
 import { element } from "./mechanism.js";
 
 // On a phone drawings are narrow, so that their letters keep their size.
-export const NARROW = window.matchMedia("(max-width: 40rem)").matches;
-const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [NARROW ? 330 : 480, 220, 58, 10, 8, 30];
+export const phone = window.matchMedia("(max-width: 40rem)");
+const width = () => (phone.matches ? 330 : 480);
+const [HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [220, 58, 10, 8, 30];
 
 export const short = (value) => (value === null || value === undefined || !Number.isFinite(value) ? "–"
   : String(Number(value.toPrecision(5))).replaceAll("-", "\u2212"));
@@ -51,7 +52,7 @@ export class Plot {
     const small = document.createElement("small");
     caption.append(name, " ", small);
     small.textContent = unit;
-    this.svg = element("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": `${name} over ${time.name}` });
+    this.svg = element("svg", { viewBox: `0 0 ${width()} ${HEIGHT}`, role: "img", "aria-label": `${name} over ${time.name}` });
     this.tools = document.createElement("div");
     this.tools.className = "tools";
     figure.append(this.tools, caption, this.svg);
@@ -106,8 +107,8 @@ export class Plot {
     const least = () => 0.01 * (all().at(-1) - all()[0]);
     const point = (event) => {
       const box = this.svg.getBoundingClientRect();
-      const [x, y] = [((event.clientX - box.left) / box.width) * WIDTH, ((event.clientY - box.top) / box.height) * HEIGHT];
-      const t = all()[0] + ((x - LEFT) / (WIDTH - LEFT - RIGHT)) * (all().at(-1) - all()[0]);
+      const [x, y] = [((event.clientX - box.left) / box.width) * width(), ((event.clientY - box.top) / box.height) * HEIGHT];
+      const t = all()[0] + ((x - LEFT) / (width() - LEFT - RIGHT)) * (all().at(-1) - all()[0]);
       return [Math.min(Math.max(t, all()[0]), all().at(-1)), this.range[1] - ((y - TOP) / (HEIGHT - TOP - BOTTOM)) * (this.range[1] - this.range[0])];
     };
     // A point at the time of another one takes its place.
@@ -145,7 +146,7 @@ export class Plot {
 
   x(t) {
     const points = this.time.points;
-    return LEFT + ((t - points[0]) / (points[points.length - 1] - points[0])) * (WIDTH - LEFT - RIGHT);
+    return LEFT + ((t - points[0]) / (points[points.length - 1] - points[0])) * (width() - LEFT - RIGHT);
   }
 
   y(v) {
@@ -178,7 +179,7 @@ export class Plot {
   // Draws the series, and the axes if they have changed.
   render() {
     this.scale();
-    const axes = JSON.stringify([this.range, this.limits]);
+    const axes = JSON.stringify([this.range, this.limits, width()]);
     if (axes !== this.axes) {
       this.axes = axes;
       this.drawAxes();
@@ -197,21 +198,22 @@ export class Plot {
   }
 
   drawAxes() {
+    this.svg.setAttribute("viewBox", `0 0 ${width()} ${HEIGHT}`);
     const { points } = this.time;
     const [first, last, bottom] = [points[0], points[points.length - 1], HEIGHT - BOTTOM];
     const parts = [];
     const text = (x, y, anchor, content) => element("text", { x, y, "text-anchor": anchor }, content);
-    const [up, across] = [ticks(...this.range), ticks(first, last, NARROW ? 4 : 6)];
+    const [up, across] = [ticks(...this.range), ticks(first, last, phone.matches ? 4 : 6)];
     const [value, time] = [labels(up), labels(across)];
     up.forEach((v, k) => {
       const y = this.y(v);
-      parts.push(element("path", { class: "grid", d: `M${LEFT} ${y}H${WIDTH - RIGHT}` }), text(LEFT - 6, y + 4, "end", value.texts[k]));
+      parts.push(element("path", { class: "grid", d: `M${LEFT} ${y}H${width() - RIGHT}` }), text(LEFT - 6, y + 4, "end", value.texts[k]));
     });
     across.forEach((t, k) => {
       const x = this.x(t);
       parts.push(element("path", { class: "grid", d: `M${x} ${TOP}V${bottom}` }), text(x, bottom + 14, "middle", time.texts[k]));
     });
-    parts.push(text(WIDTH - RIGHT, HEIGHT - 3, "end", [time.note, `${this.time.name} / ${this.time.unit}`].filter(Boolean).join(" ")));
+    parts.push(text(width() - RIGHT, HEIGHT - 3, "end", [time.note, `${this.time.name} / ${this.time.unit}`].filter(Boolean).join(" ")));
     if (value.note) parts.push(text(LEFT + 4, TOP + 12, "start", value.note));
     this.limits.forEach(({ relation, value, window, curve }) => {
       if (curve) return parts.push(...this.curvedLimit(relation, curve, bottom));
@@ -222,7 +224,7 @@ export class Plot {
       if (side !== undefined) parts.push(element("path", { class: "beyond", d: `M${from} ${y}H${to}V${side}H${from}Z` }));
       parts.push(element("path", { class: "limit", d: `M${from} ${y}H${to}` }));
     });
-    parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: bottom - TOP }));
+    parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: width() - LEFT - RIGHT, height: bottom - TOP }));
     this.cursor = element("path", { class: "now" });
     this.svg.replaceChildren(...parts, this.lines, this.cursor);
   }
