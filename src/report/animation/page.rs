@@ -14,7 +14,7 @@ const STYLE: &str = include_str!("player.css");
 const FEW_NAMES: usize = 6;
 /// Largest sizes in bytes of the motions of the scenes, and of those of cycles; beyond, they have fewer frames.
 const SCENES: usize = 150_000;
-const CYCLES: usize = 100_000;
+const CYCLES: usize = 80_000;
 const PAGE_STYLE: &str =
     ":root { color-scheme: light dark; }\nbody { margin: 1.5rem auto; max-width: 72rem; padding: 0 1rem; }";
 

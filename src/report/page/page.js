@@ -116,8 +116,8 @@ window.addEventListener("DOMContentLoaded", () => {
     if (!(part >= 0 && part <= 1)) return;
     const at = left + part * width;
     mark(one, "line", { x1: at, x2: at, y1: top, y2: top + height, class: "cursor" });
-    const values = panel.series.flatMap((s) => valuesAt(s, x).map((y) => `${s.name} ${short(y)}`));
-    one.readout.textContent = `${panel.label[0]} ${short(x)}: ${values.join(", ")}`;
+    const values = new Set(panel.series.flatMap((s) => valuesAt(s, x).map((y) => `${s.name} ${short(y)}`)));
+    one.readout.textContent = `${panel.label[0]} ${short(x)}: ${[...values].join(", ")}`;
   }
   // The mark of a plane that is nearest to a place, in points on paper; nothing beyond the reach of the pointer.
   const REACH = 12;

@@ -14,7 +14,7 @@ pub(super) struct CycleCurves {
 }
 
 /// Largest size of all curves in bytes; beyond, they have fewer points.
-const CURVES: usize = 100_000;
+const CURVES: usize = 80_000;
 /// Size of a point.
 const POINT: usize = 18;
 /// Design variables in the line of a cycle; the table of the cycles has all.
