@@ -4,7 +4,7 @@ use super::budget::Budget;
 use super::folder::{OutputFolder, has};
 use super::output::say;
 use super::progress::{Show, working};
-use super::run_directory::{PAGE, RunDirectory, fingerprint};
+use super::run_directory::{Change, PAGE, RunDirectory, fingerprint};
 use anyhow::Context;
 use clap::Args;
 use linkwright::model_file::Model;
@@ -293,9 +293,15 @@ fn listed(model: &Model, folder: &mut RunDirectory, text: &str) -> PageSection {
             fingerprint(model)
         ));
     for edit in &folder.record().edits {
-        let lines = edit.lines.join("\n");
-        section =
-            section.listing(format!("The model was edited after {} trial steps; new lines", edit.after_tries), lines);
+        let after = edit.after_tries;
+        section = if edit.lines.is_empty() {
+            // A decision by hand: what, and about which trial step.
+            let about = |change: &Change| change.before.as_ref().map_or_else(String::new, |step| format!(" ({step})"));
+            let decisions: Vec<String> = edit.changes.iter().map(|c| format!("{}{}", c.key, about(c))).collect();
+            section.paragraph(format!("After {after} trial steps: {}.", decisions.join(", ")))
+        } else {
+            section.listing(format!("The model was edited after {after} trial steps; new lines"), edit.lines.join("\n"))
+        };
     }
     section.listing("The model file of this run", text)
 }

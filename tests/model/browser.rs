@@ -208,6 +208,69 @@ fn the_page_answers_the_pointer_and_prints_whole() {
     assert_eq!(attribute(&dom, "data-closed"), "0");
 }
 
+/// The pointer reads the plotted values next to it: at a time point of a history, the nearest mark of a plane. The numbers of a plot are
+/// complete, and contents and choice of a cycle do not cover each other.
+#[test]
+fn the_pointer_reads_plotted_values() {
+    let Some(program) = browser() else { return };
+    let place = TempFolder::new("readout");
+    place.example("shaper");
+    place.run(&["optimize", "shaper", "--quiet"], 0);
+    place.run(&["report", "shaper", "--slice", "5", "--page-only"], 0);
+    let probe = "<script>window.addEventListener('load', () => {
+      const root = document.documentElement.dataset;
+      const of = (name) => {
+        const figure = document.querySelector(`figure[data-name^=${name}]`), svg = figure.querySelector('svg');
+        const panel = JSON.parse(figure.querySelector('script').textContent)[0], [left, top, width, height] = panel.frame;
+        const part = (v, [low, high]) => (v - low) / (high - low);
+        const point = ([x, y], dx = 0) => {
+          const box = svg.getBoundingClientRect(), view = svg.viewBox.baseVal;
+          svg.dispatchEvent(new PointerEvent('pointermove', { bubbles: true,
+            clientX: box.left + (left + dx + part(x, panel.x) * width) / view.width * box.width,
+            clientY: box.top + (top + (1 - part(y, panel.y)) * height) / view.height * box.height }));
+          return figure.querySelector('.readout').textContent;
+        };
+        return { figure, panel, point };
+      };
+      const short = (v) => String(Number(v.toPrecision(5))).replace('-', '\u{2212}');
+      const history = of('history'), [first] = history.panel.series, k = 20;
+      const [[t, v], [next]] = [first.points[k], first.points[k + 1]];
+      root.history = history.point([t + 0.3 * (next - t), v]);
+      root.expected = `${history.panel.label[0]} ${short(t)}: ${first.name} ${short(v)}`;
+      const plane = of('design-plane'), contour = plane.panel.series.find(({ name }) => name.includes(' = '));
+      root.contour = plane.point(contour.points[1]);
+      root.level = contour.name;
+      root.contours = new Set(plane.panel.series.filter(({ name }) => name.includes(' = ')).map(({ name }) => name.replace(/, part.*/, ''))).size;
+      const rows = of('promised-constraints'), last = rows.panel.series.find(({ name }) => name === 'last cycle');
+      root.rows = rows.point(last.points[0], 0.5);
+      rows.figure.querySelector('.tools:not(.zoom) button').click();
+      root.saved = rows.figure.dataset.saved.split('\\n').filter((line) => line.includes('last cycle')).length - last.points.length;
+      const variable = of('variable');
+      variable.figure.querySelector('.tools:not(.zoom) button').click();
+      root.regions = variable.figure.dataset.saved.includes('subregion of cycle 1');
+      scrollTo(0, 3000);
+      const [nav, bar] = [document.querySelector('nav'), document.getElementById('chooser')].map((e) => e.getBoundingClientRect());
+      root.bars = [nav.top >= 0, bar.top >= nav.bottom].join(' ');
+    });</script></body>";
+    let page = place.read("out/shaper/report.html").replace("</body>", probe).replace("scroll-behavior: smooth", "");
+    std::fs::write(place.0.join("probed.html"), page).unwrap();
+    let browser = Browser { program, place: &place };
+    let dom = browser.show(&address(&place.0.join("probed.html")), [1280, 900], "--dump-dom");
+    assert_eq!(attribute(&dom, "data-state"), "ready");
+    let (shown, expected) = (attribute(&dom, "data-history"), attribute(&dom, "data-expected"));
+    assert!(shown.starts_with(expected), "{shown} and {expected}");
+    let level = attribute(&dom, "data-level");
+    assert!(attribute(&dom, "data-contour").starts_with(&format!("{level}: ")), "{level}");
+    assert!(attribute(&dom, "data-contours").parse::<usize>().unwrap() > 2);
+    let rows = attribute(&dom, "data-rows");
+    // Points of other cycles may lie there, too.
+    let is_point = ["last cycle: computed ", "earlier cycles: computed "].iter().any(|begin| rows.starts_with(begin));
+    assert!(is_point && rows.contains(", predicted "), "{rows}");
+    assert_eq!(attribute(&dom, "data-saved"), "0");
+    assert_eq!(attribute(&dom, "data-regions"), "true");
+    assert_eq!(attribute(&dom, "data-bars"), "true true");
+}
+
 /// A mechanism in space turns with the pointer, with keys and by the choice of a view, and fits on a phone.
 #[test]
 fn a_mechanism_in_space_turns() {

@@ -28,7 +28,9 @@ mod notice;
 #[cfg(feature = "app")]
 mod open;
 #[cfg(feature = "app")]
+mod open_disk;
 mod open_journey;
+mod open_page;
 #[cfg(feature = "app")]
 mod open_results;
 #[cfg(feature = "cli")]

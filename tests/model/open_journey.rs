@@ -45,7 +45,7 @@ fn drags_a_point(page: &mut Page) {
         numbers(page, DESIGN) != before
     });
     assert!(moved, "no joint of {} can be dragged", joints.len());
-    page.wait(&format!("{SETTLED} || !document.getElementById('fault').hidden"));
+    page.wait(&format!("{SETTLED} || !document.getElementById('design-fault').hidden"));
     page.click("#reset");
     page.wait(SETTLED);
 }
@@ -195,11 +195,11 @@ fn a_design_that_does_not_assemble_keeps_the_last_picture() {
     // The crank is longer than the connecting rod.
     put(&mut page, 29.0);
     page.wait("document.getElementById('status').textContent === 'no analysis here'");
-    assert!(!page.text("document.getElementById('fault').textContent").is_empty());
+    assert!(!page.text("document.getElementById('design-fault').textContent").is_empty());
     assert!(page.value("document.querySelectorAll('#stage .linkage .joints circle').length").as_u64().unwrap() > 0);
     assert!(page.text("document.getElementById('note').textContent").contains("last good design"));
     put(&mut page, 7.6);
-    page.wait(&format!("document.getElementById('fault').hidden && {SETTLED}"));
+    page.wait(&format!("document.getElementById('design-fault').hidden && {SETTLED}"));
     assert_eq!(page.text("document.getElementById('objective-value').textContent"), objective);
 }
 

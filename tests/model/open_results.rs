@@ -101,6 +101,7 @@ fn stored_runs_and_studies_are_listed_and_opened() {
         answer
     };
     let all = server.get("stored");
+    assert_eq!(all["others"], 1);
     let names = |key: &str| -> Vec<&str> {
         all[key].as_array().unwrap().iter().map(|one| one["folder"].as_str().unwrap()).collect()
     };
@@ -304,7 +305,7 @@ fn the_tour_leads_to_the_optimum_that_it_names() {
         page.value("(() => { const f = document.getElementById('setting'); f.elements.key.value = 'design.link.upper'; f.elements.value.value = '0.3'; f.requestSubmit(); return 0; })()");
     };
     set(&mut page);
-    page.wait("document.getElementById('run-note').textContent.includes('exclude')");
+    page.wait("document.getElementById('run-fault').textContent.includes('exclude')");
     while page.value("Number(document.getElementById('run').dataset.tries)").as_u64().unwrap() > 0 {
         let before = page.text("document.getElementById('run').dataset.tries");
         page.click("[data-action=back]");

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::time::Instant;
 
-/// Largest number of differentiated time points of an output or a constraint; histories with more are thinned.
+/// Largest number of equally spaced time points at which histories are differentiated; their extreme values are added.
 const POINTS: usize = 240;
 /// Step of the differences of the motion, relative to the range of the variable. The motion is drawn, not computed with.
 const STEP: f64 = 1e-6;
@@ -71,6 +71,8 @@ struct Parts {
     guides: usize,
     plates: Vec<usize>,
     bars: Vec<usize>,
+    /// Elements of beams with a cross-section: outlines of four points.
+    beams: usize,
     springs: usize,
     lines: Vec<usize>,
     masses: usize,
@@ -196,28 +198,37 @@ struct Differentiated<'p> {
     analysed: &'p AnalyzedDesign,
     /// The variable that bounds a peak.
     bound: Option<usize>,
+    /// The differentiated time points of each grid, in their order.
+    points: Vec<Vec<usize>>,
     sensitivities: Sensitivities,
 }
 
 impl<'p> Differentiated<'p> {
-    /// Differentiates all responses at up to [`POINTS`] time points each, or at all of them if a quantity integrates over time.
+    /// Differentiates all responses at some of their time points, or at all of them if a quantity integrates over time.
     fn new(problem: &'p Problem, analysed: &'p AnalyzedDesign) -> Result<Self> {
         let whole = |quantity: &Quantity| quantity.grid().is_some() && !quantity.is_transient();
         let is_complete = whole(&problem.objective.quantity) || problem.constraints.iter().any(|c| whole(&c.quantity));
+        let points = differentiated_points(problem, analysed);
         let mut at: Vec<ResponseAt> = vec![];
         for (response, values) in analysed.responses.values.iter().enumerate() {
-            let points = if is_complete { (0..values.len()).collect() } else { thinned(values.len()) };
+            let thinned = problem.responses[response].grid.map(|grid| &points[grid]).filter(|_| !is_complete);
+            let points = thinned.cloned().unwrap_or_else(|| (0..values.len()).collect());
             at.extend(points.into_iter().map(|point| ResponseAt { response, point }));
         }
         let rows = problem.sensitivities(&analysed.design, &analysed.responses, &at)?;
         let bound = problem.objective.peak().map(|peak| peak.variable);
-        Ok(Self { problem, analysed, bound, sensitivities: Sensitivities { at, rows } })
+        Ok(Self { problem, analysed, bound, points, sensitivities: Sensitivities { at, rows } })
+    }
+
+    /// The differentiated points of a history on a grid, or the single point of a value without one.
+    fn points_of(&self, grid: Option<usize>) -> Vec<usize> {
+        grid.map_or_else(|| vec![0], |grid| self.points[grid].clone())
     }
 
     fn record(&self, motion: Option<Vec<Vec<Vec<f32>>>>) -> Result<Derivatives> {
         let Self { problem, analysed, bound, .. } = self;
         let outputs = analysed.responses.values.iter().enumerate().map(|(h, values)| {
-            let points = thinned(values.len());
+            let points = self.points_of(problem.responses[h].grid);
             let gradient = |point: usize| {
                 let gradient = self.sensitivities.gradient(ResponseAt { response: h, point });
                 self.without_bound(gradient.unwrap_or_else(|| vec![0.0; problem.n()]))
@@ -243,8 +254,9 @@ impl<'p> Differentiated<'p> {
 
     /// The gradients of sign · g of a constraint at the time points at which it holds.
     fn rows(&self, constraint: &Constraint, values: &[Option<f64>], sign: f64) -> Gradients {
-        let held: Vec<(usize, f64)> =
-            thinned(values.len()).into_iter().filter_map(|p| Some((p, sign * values[p]?))).collect();
+        let quantity = &constraint.quantity;
+        let points = self.points_of(quantity.grid().filter(|_| quantity.is_transient()));
+        let held: Vec<(usize, f64)> = points.into_iter().filter_map(|p| Some((p, sign * values[p]?))).collect();
         let quantity = SignedQuantity { quantity: &constraint.quantity, sign, bound: None };
         let gradients = held.iter().map(|(p, _)| self.without_bound(self.total(quantity, *p))).collect();
         Gradients::new(held.iter().map(|h| h.1).collect(), held.iter().map(|h| h.0).collect(), gradients)
@@ -271,9 +283,36 @@ impl Gradients {
     }
 }
 
-/// Indices of at most [`POINTS`] equally spaced time points.
-fn thinned(count: usize) -> Vec<usize> {
-    (0..count).step_by(count.div_ceil(POINTS).max(1)).collect()
+/// The time points of each grid at which its histories are differentiated: at most [`POINTS`] equally spaced ones, and those at which an
+/// output or a constrained quantity is largest or smallest. A margin is smallest, and a peak is reached, at one of the latter.
+fn differentiated_points(problem: &Problem, analysed: &AnalyzedDesign) -> Vec<Vec<usize>> {
+    let AnalyzedDesign { design, responses, evaluation, .. } = analysed;
+    let spaced = |count: usize| (0..count).step_by(count.div_ceil(POINTS).max(1)).collect();
+    let mut points: Vec<Vec<usize>> = problem.grids.iter().map(|grid| spaced(grid.len())).collect();
+    for (response, values) in problem.responses.iter().zip(&responses.values) {
+        if let Some(grid) = response.grid {
+            points[grid].extend(extremes(values.iter().copied().enumerate()));
+        }
+    }
+    for (j, constraint) in problem.constraints.iter().enumerate() {
+        if let Some(grid) = constraint.quantity.grid().filter(|_| constraint.quantity.is_transient()) {
+            let values = outcome::values(problem, j, design, evaluation);
+            points[grid].extend(extremes(values.into_iter().enumerate().filter_map(|(p, value)| Some((p, value?)))));
+        }
+    }
+    points.iter_mut().for_each(|points| {
+        points.sort_unstable();
+        points.dedup();
+    });
+    points
+}
+
+/// The first points of the largest and of the smallest value.
+fn extremes(values: impl Iterator<Item = (usize, f64)> + Clone) -> impl Iterator<Item = usize> {
+    let first = |is_better: fn(f64, f64) -> bool| {
+        values.clone().reduce(move |best, next| if is_better(next.1, best.1) { next } else { best })
+    };
+    [first(|a, b| a > b), first(|a, b| a < b)].into_iter().flatten().map(|(point, _)| point)
 }
 
 /// The frames of a motion; none without a mechanism or with a single time point.
@@ -326,6 +365,7 @@ impl Parts {
             guides: linkage.guides.len(),
             plates: linkage.plates.iter().map(Vec::len).collect(),
             bars: linkage.bars.iter().map(Vec::len).collect(),
+            beams: linkage.stressed.len(),
             springs: linkage.springs.len(),
             lines: linkage.lines.iter().map(Vec::len).collect(),
             masses: linkage.masses.len(),
@@ -339,9 +379,11 @@ impl Parts {
 /// The numbers of a frame in the order of [`Parts`].
 fn numbers(linkage: &Linkage) -> Vec<f64> {
     let Linkage { guides, plates, bars, springs, lines, masses, sliders, ground_joints, joints, .. } = linkage;
+    let beams = linkage.stressed.iter().map(|(outline, _)| outline);
     let mut all: Vec<f64> = vec![];
     all.extend(guides.iter().flatten().flatten());
     all.extend(plates.iter().chain(bars).flatten().flatten());
+    all.extend(beams.flatten().flatten());
     all.extend(springs.iter().flatten().flatten());
     all.extend(lines.iter().flatten().flatten());
     all.extend(masses.iter().flatten());
@@ -409,6 +451,39 @@ mod tests {
                         }
                     }
                 }
+            }
+        }
+    }
+
+    /// The derivatives include those of the smallest margins, and of the peak, also where the histories are thinned.
+    #[test]
+    fn thinned_histories_keep_the_points_of_the_margins() {
+        for (name, from, to) in [
+            ("vehicle-suspension", "", ""),
+            ("shaper", "points = 101", "points = 601"),
+            ("impact-absorber", "points = 101", "points = 1001"),
+        ] {
+            let path = format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+            let text = std::fs::read_to_string(path).unwrap();
+            assert!(text.contains(from), "{name}");
+            let mut at = AnalysedModel::new(read(name, &text.replacen(from, to, 1)).unwrap(), Budget::default());
+            let design: Vec<f64> = at.model.variables().iter().map(|v| v.start).collect();
+            let here = at.analyse(&design, true).unwrap();
+            let found = here.derivatives.as_ref().unwrap();
+            assert!(here.outputs.iter().any(|values| values.len() > POINTS), "{name} is not thinned");
+            for (record, rows) in here.constraints.iter().zip(&found.constraints) {
+                let margin = |value: f64| (value - record.limit).abs();
+                let worst = |values: &mut dyn Iterator<Item = f64>| {
+                    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+                    [low, high].map(margin)
+                };
+                let whole = worst(&mut record.values.iter().flatten().copied());
+                assert_eq!(worst(&mut rows.values.iter().copied()), whole, "{name}");
+            }
+            if !found.peak.is_empty() {
+                let largest = found.peak.iter().flat_map(|g| &g.values).fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+                let objective = here.objective.unwrap();
+                assert!((largest - objective).abs() <= 1e-12 * objective.abs(), "{name}: {largest} {objective}");
             }
         }
     }

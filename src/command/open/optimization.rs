@@ -1,7 +1,8 @@
 //! An optimization that is watched and steered: a thread that owns the folder of the run and does one trial step after another.
 //!
 //! The run is stored as `linkwright optimize` stores it, after each trial step, so that `resume`, `report` and `runs` know it. A
-//! trial step that is taken back, and a decision by hand, are recorded like edits of the model.
+//! trial step that is taken back, and a decision by hand, are recorded like edits of the model. The folder is claimed while the run goes
+//! on; while it rests, other processes can continue it, and the run is then read again before the next action.
 
 use super::super::budget::Budget;
 use super::super::model::{located, with_program};
@@ -207,12 +208,16 @@ impl SteeredRun {
         }
         let problem = located(&model, model.problem())?;
         budget.check(&problem, model.method())?;
+        let is_edited = folder.record().model != text;
         let state = folder.resume(&model, &problem, &text, false)?;
-        let state = match state {
+        let mut state = match state {
             Some(state) => state,
             None => located(&model, model.method().start(&problem))?,
         };
-        let mut state = model.method().restart(&problem, state)?;
+        // A run that has ended stays so, unless its settings have changed.
+        if is_edited || state.status == Status::Running {
+            state = model.method().restart(&problem, state)?;
+        }
         folder.save(&model, &problem, &mut state)?;
         Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None, budget })
     }
@@ -220,6 +225,9 @@ impl SteeredRun {
     /// Acts until the page closes the run or begins another one.
     fn serve(mut self, actions: &Receiver<Action>, publish: &dyn Fn(Value, &str)) {
         loop {
+            if !self.is_running {
+                self.folder.release();
+            }
             publish(self.record(), &self.text);
             let action = match actions.try_recv() {
                 Ok(action) => action,
@@ -232,9 +240,9 @@ impl SteeredRun {
             };
             let (is_step, was_running) = (matches!(action, Action::Step), self.is_running);
             self.fault = None;
-            // An edit opens the folder again, which this process still has claimed.
-            let done = match action {
-                Action::Set { key, value } => match self.changed(&key, &value) {
+            let done = match (self.claimed(), action) {
+                (Err(error), _) => Err(error),
+                (Ok(()), Action::Set { key, value }) => match self.changed(&key, &value) {
                     Ok(Ok(changed)) => {
                         self = changed;
                         Ok(())
@@ -245,7 +253,7 @@ impl SteeredRun {
                         return;
                     }
                 },
-                other => self.act(other),
+                (Ok(()), other) => self.act(other),
             };
             self.is_running = match &done {
                 Ok(()) if is_step => was_running && self.state.status == Status::Running,
@@ -254,6 +262,15 @@ impl SteeredRun {
             };
             self.fault = done.err().map(|error| message(&error));
         }
+    }
+
+    /// Claims the folder, and reads the run again if another process has continued it.
+    fn claimed(&mut self) -> anyhow::Result<()> {
+        if !self.folder.reclaim()? {
+            let directory = self.folder.folder().directory().clone();
+            *self = Self::reopened(directory, None, self.budget)?;
+        }
+        Ok(())
     }
 
     fn act(&mut self, action: Action) -> anyhow::Result<()> {
@@ -380,6 +397,11 @@ impl SteeredRun {
             "cycles": cycles(problem, state),
             "rows": rows,
             "region": region.map(|region| json!({ "lower": own(&region.lower), "upper": own(&region.upper) })),
+            "bounds": {
+                "names": self.model.variables().iter().map(|v| &v.name).collect::<Vec<_>>(),
+                "lower": own(&problem.variables.iter().map(|v| v.lower).collect::<Vec<_>>()),
+                "upper": own(&problem.variables.iter().map(|v| v.upper).collect::<Vec<_>>()),
+            },
             "factors": own(&state.factors),
             "method": linkwright::model_file::settings("", text).ok().and_then(|all| all.get("method.preset").map(|name| name.trim_matches('"').to_owned())),
             "methods": presets().iter().map(|preset| preset.name).collect::<Vec<_>>(),

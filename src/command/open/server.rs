@@ -273,8 +273,8 @@ struct Edit {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Save {
-    /// True if a file that has changed meanwhile is to be replaced.
-    over: bool,
+    /// Hash of the changed file that is to be replaced.
+    over: Option<String>,
 }
 
 /// The answer to an action that returns nothing, or its error.
@@ -343,7 +343,7 @@ async fn post(shared: &Arc<Shared>, route: &str, body: &str) -> Result<Response,
             let Edit { text, base } = parsed(body)?;
             done(session.edit(text, base))
         }
-        "save" => match session.save(parsed::<Save>(body)?.over) {
+        "save" => match session.save(parsed::<Save>(body)?.over.as_deref()) {
             Ok(Saved::Changed) => StatusCode::CONFLICT.into_response(),
             result => done(result.map(|_| ())),
         },

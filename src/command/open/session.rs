@@ -6,6 +6,7 @@
 use super::super::budget::Budget;
 use super::super::model::programs_are_allowed;
 use super::super::run_directory::fingerprint;
+use super::guard::message;
 use super::optimization::{Action, Optimization};
 use super::queue::{Queue, Reply};
 use super::stored;
@@ -42,9 +43,14 @@ pub struct Session {
 
 /// The file and the model in force.
 struct Project {
-    /// Text on disk, and the time and the length by which a change is noticed.
+    /// Text on disk, and the time and the length by which a change is noticed. While the file cannot be read, its last text.
     disk: String,
     stamp: Option<(SystemTime, u64)>,
+    /// Hash of what was found on disk last.
+    found: String,
+    /// Why the file cannot be read; a file that is being replaced is missing for a moment, so the second failure counts.
+    failure: Option<String>,
+    failures: u32,
     /// Text that was edited in a page and is not saved.
     draft: Option<Draft>,
     /// The edited text, or that on disk, with the files that it names.
@@ -77,6 +83,25 @@ pub enum Saved {
     Changed,
 }
 
+/// Looks at an unreadable file after which pages are told.
+const FAILURES: u32 = 2;
+
+impl Project {
+    /// Takes up the text on disk.
+    fn take_disk(&mut self, text: String) {
+        (self.found, self.disk) = (hash(&text), text);
+        (self.failure, self.failures) = (None, 0);
+    }
+
+    /// Notes that the file cannot be read.
+    fn fail(&mut self, why: &anyhow::Error) {
+        let why = message(why);
+        self.found = hash(&why);
+        self.failures += 1;
+        self.failure = (self.failures >= FAILURES).then_some(why);
+    }
+}
+
 impl Session {
     /// Opens a model file. That it has errors is shown in the page.
     pub fn open(file: &Path, budget: Budget) -> anyhow::Result<Self> {
@@ -96,6 +121,9 @@ impl Session {
         let project = Project {
             disk: String::new(),
             stamp: None,
+            found: String::new(),
+            failure: None,
+            failures: 0,
             draft: None,
             whole: Ok(String::new()),
             errors: None,
@@ -115,7 +143,7 @@ impl Session {
             news,
             path,
         };
-        session.project().disk = session.read()?;
+        session.project().take_disk(session.read()?);
         session.take_draft()?;
         session.update(&mut session.project());
         Ok(session)
@@ -131,21 +159,21 @@ impl Session {
         String::from_utf8(bytes).with_context(|| format!("the model {} is not UTF-8", self.path.display()))
     }
 
-    /// Reads the file again if it has changed, and the files that it names. A file that cannot be read, such as one that is being
-    /// replaced, is read later.
+    /// Reads the file again if it has changed, and the files that it names.
     pub fn look_at_the_file(&self) {
         let stamp = self.path.metadata().ok().and_then(|data| Some((data.modified().ok()?, data.len())));
         let mut project = self.project();
-        let mut has_changed = false;
-        if stamp.is_some()
-            && stamp != project.stamp
-            && let Ok(text) = self.read()
-        {
-            project.stamp = stamp;
-            has_changed = text != project.disk;
-            project.disk = text;
+        let (before, failure) = (project.disk.clone(), project.failure.clone());
+        if stamp.is_none() || stamp != project.stamp || project.failures > 0 {
+            match self.read() {
+                Ok(text) => {
+                    project.stamp = stamp;
+                    project.take_disk(text);
+                }
+                Err(error) => project.fail(&error),
+            }
         }
-        if has_changed || self.whole(&project) != project.whole {
+        if project.disk != before || project.failure != failure || self.whole(&project) != project.whole {
             self.update(&mut project);
         }
     }
@@ -219,17 +247,26 @@ impl Session {
         Ok(())
     }
 
-    /// Writes the edited text to the file, also with errors; not if the file has changed since, unless `over` it.
-    pub fn save(&self, over: bool) -> anyhow::Result<Saved> {
+    /// Writes the text to the file, also with errors. A file that has changed since is replaced only if `over` is the hash of what was
+    /// found on disk; one that is gone is written again.
+    pub fn save(&self, over: Option<&str>) -> anyhow::Result<Saved> {
         let mut project = self.project();
-        let on_disk = self.read()?;
-        let Some(draft) = &project.draft else { return Ok(Saved::Done) };
-        if draft.base != hash(&on_disk) && !over {
+        let is_gone = self.directory.entry(&self.name)?.is_none();
+        match self.read() {
+            Ok(text) => project.take_disk(text),
+            Err(error) => project.fail(&error),
+        }
+        let (text, base) = match &project.draft {
+            Some(draft) => (draft.text.clone(), draft.base.clone()),
+            None if project.failures == 0 => return Ok(Saved::Done),
+            None => (project.disk.clone(), hash(&project.disk)),
+        };
+        if !is_gone && base != project.found && over != Some(&project.found) {
             return Ok(Saved::Changed);
         }
-        let written = self.directory.replace(&self.name, draft.text.as_bytes(), true);
+        let written = self.directory.replace(&self.name, text.as_bytes(), true);
         written.with_context(|| format!("cannot write {}", self.path.display()))?;
-        project.disk = draft.text.clone();
+        project.take_disk(text);
         self.discard_of(&mut project).map(|()| Saved::Done)
     }
 
@@ -286,8 +323,10 @@ impl Session {
             "model": project.model,
             "text": project.draft.as_ref().map_or(&project.disk, |draft| &draft.text),
             "base": project.draft.as_ref().map_or_else(|| hash(&project.disk), |draft| draft.base.clone()),
-            "is_unsaved": project.draft.is_some(),
-            "has_changed": project.draft.as_ref().is_some_and(|draft| draft.base != hash(&project.disk)),
+            "found": project.found,
+            "failure": project.failure,
+            "is_unsaved": project.draft.is_some() || project.failure.is_some(),
+            "has_changed": project.draft.as_ref().is_some_and(|draft| draft.base != project.found),
             "errors": errors,
         })
     }

@@ -18,8 +18,8 @@ const ROWS: usize = 20_000;
 
 /// The runs and studies of a model with the text `text`, the newest first. Reads many files.
 pub fn list(text: &str, fingerprint: &str) -> Value {
-    let all: Vec<RunEntry> =
-        run_entry::below(&results()).into_iter().rev().filter(|entry| same_but_start(&entry.text, text)).collect();
+    let (all, others): (Vec<RunEntry>, Vec<RunEntry>) =
+        run_entry::below(&results()).into_iter().rev().partition(|entry| same_but_start(&entry.text, text));
     let of = |kind: &'static str| all.iter().filter(move |entry| entry.kind == kind).take(LISTED);
     let run = |entry: &RunEntry| {
         let result = entry.result.as_ref();
@@ -36,7 +36,10 @@ pub fn list(text: &str, fingerprint: &str) -> Value {
             "runs": progress.map(|p| p.runs), "done": progress.map(|p| p.done), "failed": progress.map(|p| p.failed),
         })
     };
-    json!({ "stored": of("run").map(run).collect::<Vec<_>>(), "studies": of("study").map(study).collect::<Vec<_>>() })
+    json!({
+        "stored": of("run").map(run).collect::<Vec<_>>(), "studies": of("study").map(study).collect::<Vec<_>>(),
+        "others": others.len(),
+    })
 }
 
 /// The folder of a run or study below the folder of results. Other folders are unknown here.

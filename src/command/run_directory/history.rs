@@ -165,6 +165,12 @@ impl HistoryFile {
         Ok(Self { place, file, read })
     }
 
+    /// True if the file has no line of another process.
+    #[cfg(feature = "app")]
+    pub fn is_whole(&self) -> bool {
+        self.file.length().is_ok_and(|length| length == self.read.length)
+    }
+
     /// Appends the cycles and edits that are not in the file yet, and flushes them. Returns the part up to the last cycle.
     pub fn update(&mut self, run: &RunRecord, state: &State) -> anyhow::Result<&Prefix> {
         let mut lines = vec![];

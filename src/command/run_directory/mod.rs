@@ -77,7 +77,8 @@ pub struct RunDirectory {
 }
 
 struct Active {
-    _claim: Claim,
+    /// `None` while other processes may run in the folder.
+    claim: Option<Claim>,
     history: Option<HistoryFile>,
     cycles: Option<CycleTable>,
     /// Number of trial steps in the stored state.
@@ -352,10 +353,25 @@ impl RunDirectory {
         explained(&directory.path().join(NOTE), done)
     }
 
-    /// Lets other processes run in the folder; this one only reads it from now on.
+    /// Lets other processes run in the folder until this one claims it again.
     #[cfg(feature = "app")]
     pub fn release(&mut self) {
-        self.active = None;
+        if let Some(active) = &mut self.active {
+            active.claim = None;
+        }
+    }
+
+    /// Claims a released folder again. Returns `false`, without a claim, if another process has written to it since.
+    #[cfg(feature = "app")]
+    pub fn reclaim(&mut self) -> anyhow::Result<bool> {
+        let directory = self.folder.directory();
+        let Some(active) = self.active.as_mut().filter(|active| active.claim.is_none()) else { return Ok(true) };
+        let claim = Claim::of(directory)?;
+        let limit = active.text.len() as u64 + 1;
+        let is_same = directory.read(STATE, limit).is_ok_and(|text| text.as_deref() == Some(active.text.as_bytes()))
+            && active.history.as_ref().is_some_and(HistoryFile::is_whole);
+        active.claim = is_same.then_some(claim);
+        Ok(is_same)
     }
 
     /// Appends rows to the table of cycles. The first time, the table is written as a whole.
@@ -420,7 +436,7 @@ impl RunDirectory {
 
 impl Active {
     fn new(claim: Claim) -> Self {
-        Self { _claim: claim, history: None, cycles: None, stored: None, text: String::new() }
+        Self { claim: Some(claim), history: None, cycles: None, stored: None, text: String::new() }
     }
 }
 

@@ -12,8 +12,9 @@ const PLAYER: &str = include_str!("player.js");
 const STYLE: &str = include_str!("player.css");
 /// Largest number of names that are shown at first.
 const FEW_NAMES: usize = 6;
-/// Largest size in bytes of the motions of cycles; beyond, they have fewer frames.
-const CYCLES: usize = 250_000;
+/// Largest sizes in bytes of the motions of the scenes, and of those of cycles; beyond, they have fewer frames.
+const SCENES: usize = 150_000;
+const CYCLES: usize = 80_000;
 const PAGE_STYLE: &str =
     ":root { color-scheme: light dark; }\nbody { margin: 1.5rem auto; max-width: 72rem; padding: 0 1rem; }";
 
@@ -116,21 +117,26 @@ impl Animation {
             Some(space) => json!(viewport.frame3(space)),
             None => json!(viewport.frame(linkage)),
         };
-        let frames = |scene: &super::Scene| scene.frames.iter().map(frame).collect::<Vec<Value>>();
+        let one = self.scenes.first().map_or(0, |scene| frame(&scene.frames[0]).to_string().len());
+        let most = |size: usize, motions: usize| (size / (one * motions).max(1)).max(2);
+        // The last frame belongs to every motion.
+        let last = self.times.len() - 1;
+        let apart = last.div_ceil(most(SCENES, self.scenes.len())).max(1);
+        let shown: Vec<usize> = (0..last).step_by(apart).chain([last]).collect();
+        let frames = |scene: &super::Scene| shown.iter().map(|&k| frame(&scene.frames[k])).collect::<Vec<Value>>();
         let view = View::default();
         let turned = json!({ "height": viewport.height(), "azimuth": view.azimuth, "elevation": view.elevation });
-        let one = self.scenes.first().map_or(0, |scene| frame(&scene.frames[0]).to_string().len());
-        let most = (CYCLES / (one * self.cycles.len()).max(1)).max(2);
-        let stride = self.times.len().div_ceil(most);
+        let stride = shown.len().div_ceil(most(CYCLES, self.cycles.len()));
         let thinned = |cycle: &super::CycleMotion| {
-            json!([cycle.cycle, cycle.frames.iter().step_by(stride).map(frame).collect::<Vec<Value>>()])
+            let frames = shown.iter().step_by(stride).map(|&k| frame(&cycle.frames[k]));
+            json!([cycle.cycle, frames.collect::<Vec<Value>>()])
         };
         json!({
             "space": viewport.is_spatial().then_some(turned),
             "stride": stride,
             "cycles": self.cycles.iter().map(thinned).collect::<Vec<_>>(),
             "seconds": self.seconds,
-            "times": self.times,
+            "times": shown.iter().map(|&k| self.times[k]).collect::<Vec<f64>>(),
             "time": [plain(&self.time.name), plain(&self.time.unit)],
             "scenes": self.scenes.iter().map(frames).collect::<Vec<_>>(),
         })
@@ -140,6 +146,18 @@ impl Animation {
 #[cfg(test)]
 mod tests {
     use super::super::tests::crank;
+    use super::*;
+
+    /// A long motion has fewer frames in a page, and its end.
+    #[test]
+    fn a_long_motion_is_thinned() {
+        let (short, long) = (crank(200).data(), crank(20_001).data());
+        assert_eq!(short["times"].as_array().unwrap().len(), 200);
+        let times = long["times"].as_array().unwrap();
+        assert!(times.len() > 100 && long["scenes"].to_string().len() <= SCENES + SCENES / 5, "{}", times.len());
+        assert_eq!(times.last(), crank(20_001).times.last().map(|t| json!(t)).as_ref());
+        assert!(long["scenes"].as_array().unwrap().iter().all(|scene| scene.as_array().unwrap().len() == times.len()));
+    }
 
     #[test]
     fn the_page_holds_its_data_and_loads_nothing() {

@@ -10,7 +10,7 @@ use super::{frame, label_placement, legend, markup, shapes, style};
 
 /// Numbers of markers from which those at nearly the same place are drawn once, and the fineness of these places.
 const FEW_MARKERS: usize = 300;
-const MARKERS_PER_POINT: f64 = 2.0;
+const MARKERS_PER_POINT: f64 = 1.0;
 
 /// Draws a panel: marks that are clipped at the frame, the frame, and marks over the frame.
 pub(crate) fn panel(svg: &mut Svg, panel: &Panel, area: Area, outer: Area) {

@@ -100,16 +100,23 @@ pub(crate) enum MarkKind {
 pub struct Mark {
     pub(crate) kind: MarkKind,
     pub(crate) name: Option<String>,
+    pub(crate) description: Option<String>,
 }
 
 impl Mark {
     fn of(kind: MarkKind) -> Self {
-        Self { kind, name: None }
+        Self { kind, name: None, description: None }
     }
 
     /// Adds an entry in the legend.
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.name = Some(name.into());
+        self
+    }
+
+    /// Sets the name in the numbers of a page, if it is another one than in the legend.
+    pub fn described(mut self, description: impl Into<String>) -> Self {
+        self.description = Some(description.into());
         self
     }
 

@@ -29,6 +29,7 @@ mod mark;
 pub(crate) mod markup;
 mod panel;
 mod raster;
+mod series;
 mod shapes;
 mod style;
 mod svg;
@@ -49,6 +50,7 @@ pub(crate) use ticks::short;
 
 use crate::{Error, Result};
 use margins::Margins;
+use series::{LARGEST_SERIES, PanelSeries};
 use svg::{Area, Svg};
 
 /// A figure with a size on paper.
@@ -114,13 +116,12 @@ impl Figure {
         Ok(self.draw(id)?.inline(self.size(), &markup::plain(&self.description)))
     }
 
-    /// The plotted numbers for the script of a page: a list with `frame` (left, top, width, height in points), limits `x` and `y`, `log` of both
-    /// scales, `label` of both axes and `series` with `name` and `points` for each panel with curves; `None` if there is no curve, or too many numbers.
+    /// The plotted numbers for the script of a page as a list of panels; `None` if nothing is plotted, or too many numbers.
     pub(crate) fn series(&self) -> Option<String> {
         let shown = self.panels.iter().zip(self.frames()).filter(|(panel, _)| panel.framed && !panel.equal);
-        let panels: Vec<serde_json::Value> = shown.filter_map(|(panel, area)| panel_series(panel, area)).collect();
-        let text = serde_json::Value::from(panels).to_string();
-        (text.len() > 2 && text.len() < LARGEST_SERIES).then_some(text)
+        let panels: Vec<PanelSeries> = shown.filter_map(|(panel, area)| PanelSeries::new(panel, area)).collect();
+        let text = serde_json::to_string(&panels).ok()?;
+        (!panels.is_empty() && text.len() < LARGEST_SERIES).then_some(text)
     }
 
     /// The frames of the panels.
@@ -206,53 +207,6 @@ impl Figure {
         }
         Ok(())
     }
-}
-
-/// Largest size in bytes of the numbers of a figure in a page.
-const LARGEST_SERIES: usize = 60_000;
-
-/// The numbers of the curves of a panel, in five digits; `None` if it has none.
-fn panel_series(panel: &Panel, area: Area) -> Option<serde_json::Value> {
-    let view = view::View::new(panel, area);
-    let digits = |v: f64| format!("{v:.4e}").parse::<f64>().unwrap_or(v);
-    let frame = [area.left, area.top, area.width, area.height].map(|v| (100.0 * v).round() / 100.0);
-    let is_log = [&panel.x, &panel.y].map(|axis| axis.scale == Scale::Logarithmic);
-    let label = |axis: &Axis, ticks: &ticks::Ticks| markup::plain(&axis.label(ticks));
-    let single = |mark: &Mark| match &mark.kind {
-        mark::MarkKind::Curves { curves, .. } => match curves.as_slice() {
-            [curve] if curve.len() > 1 && curve.iter().flatten().all(|v| v.is_finite()) => Some(curve.clone()),
-            _ => None,
-        },
-        _ => None,
-    };
-    let curves: Vec<(Option<&String>, Vec<[f64; 2]>)> =
-        panel.marks.iter().filter_map(|mark| Some((mark.name.as_ref(), single(mark)?))).collect();
-    let has_names = curves.iter().any(|(name, _)| name.is_some());
-    let longest = curves.iter().map(|(_, curve)| curve.len()).max().unwrap_or(0);
-    // Of curves without names the longest one counts: the others are bounds.
-    let counts = |(name, curve): &&(Option<&String>, Vec<[f64; 2]>)| {
-        if has_names { name.is_some() } else { curve.len() == longest }
-    };
-    let series: Vec<serde_json::Value> = curves
-        .iter()
-        .filter(counts)
-        .map(|(name, curve)| {
-            let name = name.map_or_else(|| label(&panel.y, &view.y_ticks), |name| markup::plain(name));
-            let points: Vec<[f64; 2]> = curve.iter().map(|p| p.map(digits)).collect();
-            serde_json::json!({ "name": name, "points": points })
-        })
-        .collect();
-    let labels = [label(&panel.x, &view.x_ticks), label(&panel.y, &view.y_ticks)];
-    (!series.is_empty()).then(|| {
-        serde_json::json!({
-            "frame": frame,
-            "x": view.x,
-            "y": view.y,
-            "log": is_log,
-            "label": labels,
-            "series": series,
-        })
-    })
 }
 
 #[cfg(test)]

@@ -39,6 +39,8 @@ pub struct Panel {
     pub legend: Legend,
     /// `true` if a unit has the same length on both axes, as for the drawing of a mechanism.
     pub equal: bool,
+    /// `true` if the vertical axis is no function of the horizontal one, such as in a plane of two design variables.
+    pub plane: bool,
     /// `true` if the frame with its ticks is drawn.
     pub framed: bool,
     /// Its share of the height of the figure, relative to the other rows.
@@ -55,6 +57,7 @@ impl Panel {
             title: String::new(),
             legend: Legend::Inside,
             equal: false,
+            plane: false,
             framed: true,
             share: 1.0,
             marks: Vec::new(),
@@ -86,6 +89,11 @@ impl Panel {
     /// Sets the same length of a unit on both axes.
     pub fn equal(self) -> Self {
         Self { equal: true, ..self }
+    }
+
+    /// Makes both axes independent: in a page, the pointer reads the nearest mark instead of the values at its abscissa.
+    pub fn plane(self) -> Self {
+        Self { plane: true, ..self }
     }
 
     /// Sets the share of the height.

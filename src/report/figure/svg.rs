@@ -66,9 +66,12 @@ impl Lettering {
 pub(crate) struct Svg {
     body: String,
     clips: usize,
-    /// Prefix of ids, so that several SVGs fit into one page.
+    /// Prefix of ids, so that several SVGs fit into one page; empty for a file.
     prefix: String,
 }
+
+/// Deviation in points by which a line in a page may differ from that of a file.
+const DEVIATION: f64 = 0.03;
 
 impl Svg {
     pub fn new(prefix: &str) -> Self {
@@ -116,13 +119,18 @@ impl Svg {
         self.body.push_str("</g>\n");
     }
 
+    /// The points of a line; in a page, only those that change its course.
+    fn path_data(&self, points: &[[f64; 2]]) -> String {
+        if self.prefix.is_empty() { path_data(points) } else { path_data(&simplified(points, DEVIATION)) }
+    }
+
     pub fn polyline(&mut self, points: &[[f64; 2]], stroke: Stroke) {
         self.polylines(std::slice::from_ref(&points), stroke);
     }
 
     /// Polylines in one path.
     pub fn polylines<P: AsRef<[[f64; 2]]>>(&mut self, curves: &[P], stroke: Stroke) {
-        let d: String = curves.iter().map(|curve| path_data(curve.as_ref())).collect();
+        let d: String = curves.iter().map(|curve| self.path_data(curve.as_ref())).collect();
         if !d.is_empty() {
             let _ = writeln!(self.body, "<path d=\"{d}\" fill=\"none\" {}/>", stroke_attributes(stroke));
         }
@@ -186,6 +194,30 @@ pub(crate) fn number(value: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
+/// A line through some of the points that is nowhere farther than `deviation` from them: the algorithm of Ramer, Douglas and Peucker.
+fn simplified(points: &[[f64; 2]], deviation: f64) -> Vec<[f64; 2]> {
+    let mut kept = vec![false; points.len()];
+    let mut open = vec![(0, points.len().saturating_sub(1))];
+    while let Some((first, last)) = open.pop() {
+        let (Some(a), Some(b)) = (points.get(first), points.get(last)) else { break };
+        (kept[first], kept[last]) = (true, true);
+        let far = |k: usize| distance(points[k], *a, *b);
+        let farthest = (first + 1..last).max_by(|i, j| far(*i).total_cmp(&far(*j)));
+        if let Some(k) = farthest.filter(|k| far(*k) > deviation) {
+            open.extend([(first, k), (k, last)]);
+        }
+    }
+    points.iter().zip(kept).filter(|(_, is_kept)| *is_kept).map(|(point, _)| *point).collect()
+}
+
+/// The distance of a point from the line segment between two others.
+fn distance([x, y]: [f64; 2], [x0, y0]: [f64; 2], [x1, y1]: [f64; 2]) -> f64 {
+    let [u, v] = [x1 - x0, y1 - y0];
+    let part = ((x - x0) * u + (y - y0) * v) / (u * u + v * v).max(f64::MIN_POSITIVE);
+    let part = part.clamp(0.0, 1.0);
+    (x - x0 - part * u).hypot(y - y0 - part * v)
+}
+
 fn path_data(points: &[[f64; 2]]) -> String {
     let mut d = String::with_capacity(12 * points.len());
     for (k, [x, y]) in points.iter().enumerate() {
@@ -206,4 +238,26 @@ fn stroke_attributes(stroke: Stroke) -> String {
     };
     let (colour, width) = (stroke.colour.hex(), number(w));
     format!("stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dash}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_simplified_line_is_near_all_points() {
+        let points: Vec<[f64; 2]> =
+            (0..=1000).map(|k| 0.2 * f64::from(k)).map(|x| [x, 50.0 * (0.05 * x).sin()]).collect();
+        let few = simplified(&points, DEVIATION);
+        assert!(few.len() < 200 && few[0] == points[0] && few.last() == points.last(), "{}", few.len());
+        for point in points {
+            let near = few.windows(2).map(|pair| distance(point, pair[0], pair[1])).fold(f64::INFINITY, f64::min);
+            assert!(near <= DEVIATION, "{near}");
+        }
+        // A closed line, a line that goes back, and short ones.
+        let square = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 0.0]];
+        assert_eq!(simplified(&square, DEVIATION), [square[0], square[2], square[3], square[4]]);
+        assert_eq!(simplified(&[[0.0, 0.0], [5.0, 0.0], [1.0, 0.0]], DEVIATION).len(), 3);
+        assert_eq!((simplified(&[], DEVIATION).len(), simplified(&[[1.0, 1.0]], DEVIATION).len()), (0, 1));
+    }
 }

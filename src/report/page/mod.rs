@@ -142,14 +142,16 @@ impl Page {
                 body {
                     a class="skip" href="#main" { "Skip to the content" }
                     (self.head())
-                    nav aria-label="Contents" {
-                        ul {
-                            @for section in &self.sections {
-                                li { a href={ "#" (section.id) } { (section.title) } }
+                    div class="bars" {
+                        nav aria-label="Contents" {
+                            ul {
+                                @for section in &self.sections {
+                                    li { a href={ "#" (section.id) } { (section.title) } }
+                                }
                             }
                         }
+                        (self.chooser())
                     }
-                    (self.chooser())
                     main id="main" {
                         @for section in &sections { (section) }
                     }

@@ -72,7 +72,8 @@ window.addEventListener("DOMContentLoaded", () => {
     box.prepend(tools(copy, button("CSV", () => save(box, named(table.caption.textContent) + ".csv", csv(cells())))));
   });
 
-  // Figures: the values at the pointer, in all histories over the same time at once.
+  // Figures: the values at the plotted abscissa next to the pointer, in all histories over the same time at once; in a plane of two
+  // quantities, the nearest mark.
   const figures = [...document.querySelectorAll("figure.plotted")].map((figure) => ({
     figure, svg: figure.querySelector("svg"), panels: JSON.parse(figure.querySelector("script[type='application/json']").textContent), marks: [],
   }));
@@ -83,24 +84,68 @@ window.addEventListener("DOMContentLoaded", () => {
   const back = (part, [low, high], logarithmic) =>
     logarithmic ? low * Math.pow(high / low, part) : low + part * (high - low);
   const short = (v) => String(Number(v.toPrecision(5))).replace("-", "\u2212");
-  const nearest = (points, x) => points.reduce((best, p) => (Math.abs(p[0] - x) < Math.abs(best[0] - x) ? p : best));
   function clear(one) {
     one.marks.forEach((mark) => mark.remove());
     one.marks = [];
     one.readout.textContent = "";
+  }
+  function mark(one, name, attributes) {
+    const made = document.createElementNS(one.svg.namespaceURI, name);
+    Object.entries(attributes).forEach(([k, v]) => made.setAttribute(k, v));
+    one.svg.append(made);
+    one.marks.push(made);
+  }
+  // The abscissa of a plotted point that is nearest to a value; null without functions.
+  function sample(panel, x) {
+    const all = panel.series.filter(({ kind }) => kind === "function").flatMap(({ points }) => points.map(([at]) => at));
+    const far = (at) => Math.abs(scale(at, panel.x, panel.log[0]) - scale(x, panel.x, panel.log[0]));
+    return all.reduce((best, at) => (best === null || far(at) < far(best) ? at : best), null);
+  }
+  // Values of a series at an abscissa: on the line of a function, or of the points that have it.
+  function valuesAt({ kind, points }, x) {
+    if (kind === "points") return points.filter(([at]) => at === x).map(([, y]) => y);
+    const k = kind === "function" ? points.findLastIndex(([at]) => at <= x) : -1;
+    if (k < 0 || (k === points.length - 1 && points[k][0] < x)) return [];
+    const [[x0, y0], [x1, y1]] = [points[k], points[k + 1] ?? points[k]];
+    return [x1 > x0 ? y0 + ((x - x0) / (x1 - x0)) * (y1 - y0) : y0];
   }
   function show(one, panel, x) {
     clear(one);
     const [left, top, width, height] = panel.frame;
     const part = scale(x, panel.x, panel.log[0]);
     if (!(part >= 0 && part <= 1)) return;
-    const line = document.createElementNS(one.svg.namespaceURI, "line");
     const at = left + part * width;
-    Object.entries({ x1: at, x2: at, y1: top, y2: top + height, class: "cursor" }).forEach(([k, v]) => line.setAttribute(k, v));
-    one.svg.append(line);
-    one.marks.push(line);
-    const values = panel.series.map((s) => [s.name, nearest(s.points, x)]).map(([name, p]) => `${name} ${short(p[1])}`);
-    one.readout.textContent = `${panel.label[0]} ${short(x)}: ${values.join(", ")}`;
+    mark(one, "line", { x1: at, x2: at, y1: top, y2: top + height, class: "cursor" });
+    const values = new Set(panel.series.flatMap((s) => valuesAt(s, x).map((y) => `${s.name} ${short(y)}`)));
+    one.readout.textContent = `${panel.label[0]} ${short(x)}: ${[...values].join(", ")}`;
+  }
+  // The mark of a plane that is nearest to a place, in points on paper; nothing beyond the reach of the pointer.
+  const REACH = 12;
+  function showNearest(one, panel, [u, v]) {
+    clear(one);
+    const [left, top, width, height] = panel.frame;
+    const place = ([x, y]) => [left + scale(x, panel.x, panel.log[0]) * width, top + (1 - scale(y, panel.y, panel.log[1])) * height];
+    let best = { far: REACH };
+    // Points are read before the lines on which they lie.
+    const offer = (name, [a, b], handicap = 0) => {
+      const far = Math.hypot(a - u, b - v) + handicap;
+      if (far < best.far) best = { far, name, at: [a, b] };
+    };
+    panel.series.forEach(({ name, kind, points }) => {
+      const at = points.map(place);
+      at.forEach((here, k) => {
+        if (kind === "points") return offer(name, here);
+        if (k === 0) return undefined;
+        const [[a, b], [c, d]] = [at[k - 1], here];
+        const along = ((u - a) * (c - a) + (v - b) * (d - b)) / ((c - a) ** 2 + (d - b) ** 2 || 1);
+        const part = Math.min(Math.max(along, 0), 1);
+        return offer(name, [a + part * (c - a), b + part * (d - b)], REACH / 4);
+      });
+    });
+    const [a, b] = best.at ?? [u, v];
+    if (best.at) mark(one, "circle", { cx: a, cy: b, r: 3, class: "cursor" });
+    const [x, y] = [back((a - left) / width, panel.x, panel.log[0]), back(1 - (b - top) / height, panel.y, panel.log[1])];
+    one.readout.textContent = `${best.name ? `${best.name}: ` : ""}${panel.label[0]} ${short(x)}, ${panel.label[1]} ${short(y)}`;
   }
   // The design of a chosen cycle: its numbers, its curves, its row, and, by the event `cycle`, its motion.
   const chooser = document.getElementById("chooser");
@@ -121,7 +166,7 @@ window.addEventListener("DOMContentLoaded", () => {
       one.panels.forEach((panel) => { panel.series = panel.series.filter(({ chosen }) => !chosen); });
       const [panel] = one.panels;
       const points = found && found[2][one.figure.dataset.name];
-      if (points) panel.series.push({ name: `cycle ${number}`, points, chosen: true });
+      if (points) panel.series.push({ name: `cycle ${number}`, kind: "function", points, chosen: true });
       const [left, top, width, height] = panel.frame;
       const at = ([x, y]) => [left + scale(x, panel.x, panel.log[0]) * width,
         top + (1 - Math.min(Math.max(scale(y, panel.y, panel.log[1]), 0), 1)) * height].map((v) => v.toFixed(1)).join(" ");
@@ -175,9 +220,13 @@ window.addEventListener("DOMContentLoaded", () => {
       const y = view.y + ((event.clientY - box.top) / box.height) * view.height;
       const panel = one.panels.find(({ frame: [left, top, width, height] }) => x >= left && x <= left + width && y >= top && y <= top + height);
       if (!panel) return figures.forEach(clear);
-      const value = back((x - panel.frame[0]) / panel.frame[2], panel.x, panel.log[0]);
+      const value = panel.plane ? null : sample(panel, back((x - panel.frame[0]) / panel.frame[2], panel.x, panel.log[0]));
+      if (value === null) {
+        figures.forEach(clear);
+        return showNearest(one, panel, [x, y]);
+      }
       figures.forEach((other) => {
-        const same = other === one ? panel : other.panels.find((p) => p.label[0] === panel.label[0]);
+        const same = other === one ? panel : other.panels.find((p) => !p.plane && p.label[0] === panel.label[0]);
         if (same) show(other, same, value); else clear(other);
       });
       window.dispatchEvent(new CustomEvent("moment", { detail: { label: panel.label[0], value } }));

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::report::figure::{
-    Axis, Colour, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check, contour,
+    Axis, Colour, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check, contour, markup,
     round_levels, short,
 };
 
@@ -63,7 +63,7 @@ pub fn design_space_slice(data: &DesignSpaceSlice) -> Result<Figure> {
     check_path(data)?;
     let [[x0, y0], [x1, y1]] = data.objective.grid.corners();
     let [x, y] = &data.variables;
-    let mut panel = Panel::new(Axis::of(x).limits(x0, x1), Axis::of(y).limits(y0, y1)).legend(Legend::Below);
+    let mut panel = Panel::new(Axis::of(x).limits(x0, x1), Axis::of(y).limits(y0, y1)).legend(Legend::Below).plane();
     add_contours(&mut panel, &data.objective);
     for (k, bound) in data.bounds.iter().enumerate() {
         add_bound(&mut panel, bound, k);
@@ -100,7 +100,8 @@ fn add_contours(panel: &mut Panel, objective: &ObjectiveContours) {
     let mut labels = Vec::new();
     for &level in levels {
         let curves = contour(objective.grid, level);
-        panel.add(Mark::curves(curves.clone(), Stroke::solid(LINE, 0.7).dash(Dash::Dotted)).named(objective.name));
+        let line = Mark::curves(curves.clone(), Stroke::solid(LINE, 0.7).dash(Dash::Dotted)).named(objective.name);
+        panel.add(line.described(format!("{} = {}", markup::plain(objective.name), markup::plain(&short(level)))));
         labels.push(Mark::contour_label(curves, short(level), Colour(60, 60, 60)));
     }
     panel.extend(labels);
@@ -114,8 +115,9 @@ fn add_bound(panel: &mut Panel, bound: &Bound, index: usize) {
 }
 
 fn add_path(panel: &mut Panel, path: &[Iterate], span: [f64; 2]) {
-    for limits in path.iter().filter_map(|iterate| iterate.move_limits) {
-        panel.add(Mark::rectangle(limits, Stroke::solid(Colour::SKY, 0.6).dash(Dash::Dashed)).named("move limits"));
+    for (cycle, limits) in path.iter().filter_map(|iterate| Some((iterate.cycle, iterate.move_limits?))) {
+        let line = Mark::rectangle(limits, Stroke::solid(Colour::SKY, 0.6).dash(Dash::Dashed)).named("move limits");
+        panel.add(line.described(format!("move limits of cycle {cycle}")));
     }
     let designs = |accepted: bool| -> Vec<[f64; 2]> {
         path.iter().filter(|i| i.accepted == accepted).map(|i| i.design).collect()

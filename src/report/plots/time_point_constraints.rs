@@ -40,8 +40,9 @@ pub fn time_point_constraints(data: &TimePointConstraints) -> Result<Figure> {
     check::finite_points("window", &window)?;
     let [low, high] = window;
     let [x, y] = &data.variables;
-    let mut panel =
-        Panel::new(Axis::of(x).limits(low[0], high[0]), Axis::of(y).limits(low[1], high[1])).legend(Legend::Below);
+    let mut panel = Panel::new(Axis::of(x).limits(low[0], high[0]), Axis::of(y).limits(low[1], high[1]))
+        .legend(Legend::Below)
+        .plane();
     for (k, family) in data.families.iter().enumerate() {
         add_family(&mut panel, family, k, data.hatched);
     }

@@ -14,16 +14,16 @@ pub(super) struct CycleCurves {
 }
 
 /// Largest size of all curves in bytes; beyond, they have fewer points.
-const CURVES: usize = 150_000;
-/// Size of a number.
-const NUMBER: usize = 9;
+const CURVES: usize = 80_000;
+/// Size of a point.
+const POINT: usize = 18;
 /// Design variables in the line of a cycle; the table of the cycles has all.
 const MOST: usize = 8;
 
 impl OptimizationReport<'_> {
     /// The cycles that a reader can choose, with their curves.
     pub(super) fn choices(&self, curves: &[CycleCurves]) -> Vec<PageChoice> {
-        let most = (CURVES / (NUMBER * self.cycles.len() * curves.len()).max(1)).max(10);
+        let most = (CURVES / (POINT * self.cycles.len() * curves.len()).max(1)).max(10);
         let of = |k: usize| {
             let one = |all: &CycleCurves| {
                 let stride = all.times.len().div_ceil(most);

@@ -109,15 +109,18 @@ impl OptimizationReport<'_> {
         let regions = history.iter().filter_map(|c| {
             let region = c.region.as_ref()?;
             let x = c.cycle as f64;
-            Some(vec![[x, region.lower[k]], [x, region.upper[k]]])
+            Some((c.cycle, [[x, region.lower[k]], [x, region.upper[k]]]))
         });
-        let regions: Vec<Vec<[f64; 2]>> = regions.collect();
-        let shown = regions.concat().into_iter().map(|p| p[1]).chain(history.iter().map(|c| c.design[k]));
+        let regions: Vec<(usize, [[f64; 2]; 2])> = regions.collect();
+        let shown = regions.iter().flat_map(|(_, ends)| ends).map(|p| p[1]).chain(history.iter().map(|c| c.design[k]));
         let [low, high] = range(shown);
         let mut panel =
             Panel::new(self.cycle_axis(), Axis::of(&QuantityLabel::literal(&variable.name, &variable.unit)));
         panel = panel.legend(Legend::Absent);
-        panel.add(Mark::curves(regions, Stroke::solid(Colour::LIGHT_GREY, 3.0)));
+        for (cycle, region) in regions {
+            let line = Mark::curve(region, Stroke::solid(Colour::LIGHT_GREY, 3.0));
+            panel.add(line.described(format!("subregion of cycle {cycle}")));
+        }
         let last = history.last().map_or(1.0, |c| c.cycle as f64);
         for (bound, ends) in [(variable.upper, [-0.3, last + 0.3]), (variable.lower, [last + 0.3, -0.3])] {
             // A distant bound would compress the curves.
@@ -128,9 +131,10 @@ impl OptimizationReport<'_> {
         let of = |accepted: bool| -> Vec<[f64; 2]> {
             history.iter().filter(|c| c.accepted == accepted).map(|c| [c.cycle as f64, c.design[k]]).collect()
         };
-        panel.add(Mark::curve(of(true), Stroke::solid(Colour::BLUE, 1.0)));
+        panel.add(Mark::curve(of(true), Stroke::solid(Colour::BLUE, 1.0)).described(&variable.name));
         panel.add(Mark::points(of(true), MarkerShape::Disc, Colour::BLUE, 3.4));
-        panel.add(Mark::points(of(false), MarkerShape::Cross, Colour::VERMILLION, 4.6));
+        let rejected = Mark::points(of(false), MarkerShape::Cross, Colour::VERMILLION, 4.6);
+        panel.add(rejected.described("rejected step"));
         Figure::new(format!("{} over the cycles", literal(&variable.name)), 100.0, 54.0).with(panel)
     }
 

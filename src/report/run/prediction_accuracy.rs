@@ -112,7 +112,7 @@ fn rows_figure(known: &[(&Cycle, &Prediction)]) -> Figure {
     let margin = 0.06 * (high - low).max(0.02);
     let [low, high] = [low - margin, high + margin];
     let axis = |name: &str| Axis::new(name, "").limits(low, high);
-    let mut panel = Panel::new(axis("computed"), axis("predicted")).legend(Legend::Below);
+    let mut panel = Panel::new(axis("computed"), axis("predicted")).legend(Legend::Below).plane();
     let limit = Stroke::solid(Colour::GREY, 0.7).dash(Dash::Dashed);
     panel.add(Mark::curve(vec![[1.0, low], [1.0, high]], limit).named("limit"));
     panel.add(Mark::curve(vec![[low, 1.0], [high, 1.0]], limit));

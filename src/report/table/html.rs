@@ -3,6 +3,10 @@
 use super::{Cell, Table, readable};
 use maud::{Markup, html};
 
+/// Numbers of columns from which a printed table lies across the paper, and from which its letters are small.
+const WIDE: usize = 12;
+const WIDEST: usize = 22;
+
 impl Table {
     /// The table as HTML, all text escaped.
     ///
@@ -15,8 +19,13 @@ impl Table {
     pub(crate) fn markup(&self) -> Markup {
         let classes: Vec<Option<&str>> =
             (0..self.columns.len()).map(|c| self.is_numeric(c).then_some("number")).collect();
+        let width = match self.columns.len() {
+            WIDEST.. => "table wide widest",
+            WIDE.. => "table wide",
+            _ => "table",
+        };
         html! {
-            div class="table" {
+            div class=(width) {
                 p aria-hidden="true" { (self.title) }
                 div tabindex="0" role="group" aria-label=(self.title) {
                     table {

@@ -4,66 +4,94 @@ import * as server from "./server.js";
 
 // Rest of the keyboard after which the text is sent.
 const REST = 250;
+// Time after which a text that could not be sent is sent again.
+const AGAIN = 1000;
 
 export class Editor {
   constructor({ text, marks, save, discard, state, errors }) {
-    Object.assign(this, { area: text, marks, save, discard, state, errors, timer: 0, hash: "", sent: null });
-    text.addEventListener("input", () => {
-      this.number();
-      clearTimeout(this.timer);
-      this.timer = setTimeout(() => this.send(), REST);
-    });
+    // `unsent`: the text differs from what the server has; `asked`: hash of the changed file about which the user was asked.
+    Object.assign(this, { area: text, marks, save, discard, state, errors, timer: 0, hash: "", unsent: false, asked: null });
+    text.addEventListener("input", () => this.edited(REST));
     text.addEventListener("scroll", () => { marks.scrollTop = text.scrollTop; });
     text.addEventListener("keydown", (event) => {
       if (event.key === "s" && (event.ctrlKey || event.metaKey)) { event.preventDefault(); this.write(); }
     });
     save.addEventListener("click", () => this.write());
     discard.addEventListener("click", async () => {
+      if (!(await this.post("discard", {}))) return;
       clearTimeout(this.timer);
-      this.sent = null;
+      this.unsent = false;
       this.area.blur();
-      await server.post("discard", {});
+      this.show(await server.model());
     });
+    window.addEventListener("beforeunload", (event) => { if (this.unsent) event.preventDefault(); });
   }
 
+  // The answer to a request, or null; then the reason is shown.
+  async post(route, body) {
+    try {
+      const answer = await server.post(route, body);
+      if (!answer.error) return answer;
+      this.state.textContent = `not saved: ${answer.error}`;
+    } catch (error) {
+      if (error instanceof server.Outdated) throw error;
+      this.state.textContent = `not sent: ${error.message}. It is sent when the server answers; keep this page open.`;
+    }
+    return null;
+  }
+
+  // Sends the text after a rest.
+  edited(rest) {
+    this.unsent = true;
+    if (this.state.textContent === "saved") this.state.textContent = "not saved";
+    this.save.disabled = this.discard.disabled = false;
+    this.number();
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.send(), rest);
+  }
+
+  // Returns whether the server has the text; otherwise it is sent again later.
   async send() {
     clearTimeout(this.timer);
-    this.timer = 0;
-    this.sent = this.area.value;
-    const answer = await server.post("edit", { text: this.sent, base: this.hash });
-    if (answer.error) this.state.textContent = answer.error;
+    const text = this.area.value;
+    const is_done = Boolean(await this.post("edit", { text, base: this.hash }));
+    if (this.area.value === text) this.unsent = !is_done;
+    if (!is_done) this.edited(AGAIN);
+    return is_done;
   }
 
   async write() {
-    await this.send();
+    if (!(await this.send())) return;
+    let has_changed = false;
     try {
-      const answer = await server.post("save", { over: this.save.dataset.over === "true" });
-      if (answer.error) this.state.textContent = answer.error;
-    } catch (error) {
-      if (!(error instanceof server.Outdated)) throw error;
-      this.save.dataset.over = "true";
-      this.save.textContent = "Replace the changed file";
-      this.state.textContent = "The file has changed on disk. Saving again replaces it; Discard shows the file.";
+      if (!(await this.post("save", { over: this.asked }))) return;
+    } catch {
+      has_changed = true;
     }
+    // What was found on disk may be newer than what this page has seen.
+    const answer = await server.model();
+    this.asked = has_changed ? answer.found : null;
+    this.show(answer);
   }
 
   // Replaces the text as an edit of the user, such as a limit that was drawn.
   async replace(text) {
     this.area.value = text;
-    this.number();
-    await this.send();
+    this.edited(0);
   }
 
   // Shows the text of the server, unless it is being edited here.
   show(answer) {
     // Text that is not sent yet was edited from the text before.
-    if (this.timer === 0) this.hash = answer.base;
-    if (this.timer === 0 && this.area.value !== answer.text) this.area.value = answer.text;
-    this.save.disabled = this.discard.disabled = !answer.is_unsaved;
-    this.save.dataset.over = "false";
-    this.save.textContent = "Save";
-    this.state.textContent = !answer.is_unsaved ? "saved"
-      : `not saved: kept in ${answer.file}.unsaved${answer.has_changed ? "; the file has changed on disk" : ""}`;
+    if (!this.unsent) {
+      this.hash = answer.base;
+      if (this.area.value !== answer.text) this.area.value = answer.text;
+      this.save.disabled = this.discard.disabled = !answer.is_unsaved;
+      this.state.textContent = this.words(answer);
+    }
+    // The question is about the file that was found then.
+    if (!answer.is_unsaved || answer.found !== this.asked) this.asked = null;
+    this.save.textContent = this.asked === null ? "Save" : "Replace the changed file";
     this.lines = new Set(answer.errors.map((e) => e.line));
     this.number();
     this.errors.replaceChildren(...answer.errors.map((e) => {
@@ -81,6 +109,16 @@ export class Editor {
     }));
   }
 
+  // What is known of the text, in words.
+  words(answer) {
+    const kept = `not saved: kept in ${answer.file}.unsaved`;
+    if (answer.failure) return `${answer.failure}. Save writes the text to ${answer.file}.`;
+    if (!answer.is_unsaved) return "saved";
+    if (!answer.has_changed) return kept;
+    return this.asked !== null && answer.found === this.asked ? "The file has changed on disk. Saving again replaces it; Discard shows the file."
+      : `${kept}; the file has changed on disk`;
+  }
+
   // Numbers of the lines, those with errors marked.
   number() {
     const count = this.area.value.split("\n").length;
@@ -96,7 +134,7 @@ export class Editor {
 
 // The text of a constraint that keeps an output on one side of a line through points (t, v) of increasing t, in the units of
 // the plot. A plain number of `at_most` is in the unit of the output; formulas are in SI units.
-export function limitText(text, { name: output, factor: unit }, relation, drawn, digits, { variable, factor }) {
+export function limitText(text, { name: output, unit: shown, factor: unit }, relation, drawn, digits, { variable, factor }) {
   const round = (v) => Number(v.toPrecision(digits));
   const points = drawn.map(([t, v]) => [t * factor, v * unit]);
   const names = new Set([...text.matchAll(/name\s*=\s*"([^"]*)"/g)].map((found) => found[1]));
@@ -107,13 +145,15 @@ export function limitText(text, { name: output, factor: unit }, relation, drawn,
   const [low, high] = [Math.min(...values), Math.max(...values)];
   const [[t0, v0], [t1, v1]] = [points[0], points[points.length - 1]];
   const head = (value, limit) => `${text.trimEnd()}\n\n[[constraint]]\nname = "drawn limit ${k}"\nvalue = "${value}"\n${key} = ${limit}\nfrom = ${round(t0)}\nto = ${round(t1)}\n`;
+  // The margin of a formula is shown in the unit of its limit.
+  const zero = shown ? JSON.stringify(`0 ${shown}`) : 0;
   if (high - low < 0.02 * Math.max(Math.abs(low), Math.abs(high))) return head(output, round((low + high) / 2 / unit));
   if (points.length === 2) {
     const slope = (v1 - v0) / (t1 - t0);
-    return head(`${output} - (${round(v0)} + ${round(slope)}*(${variable} - ${round(t0)}))`.replaceAll("+ -", "- ").replaceAll("- -", "+ "), 0);
+    return head(`${output} - (${round(v0)} + ${round(slope)}*(${variable} - ${round(t0)}))`.replaceAll("+ -", "- ").replaceAll("- -", "+ "), zero);
   }
   let n = k;
   while (text.includes(`[table.drawn_${n}]`)) n += 1;
   const list = (numbers) => `[${numbers.map(round).join(", ")}]`;
-  return `${head(`${output} - drawn_${n}(${variable})`, 0)}\n[table.drawn_${n}]\nx = ${list(points.map(([t]) => t))}\ny = ${list(values)}\ninterpolation = "linear"\n`;
+  return `${head(`${output} - drawn_${n}(${variable})`, zero)}\n[table.drawn_${n}]\nx = ${list(points.map(([t]) => t))}\ny = ${list(values)}\ninterpolation = "linear"\n`;
 }

@@ -19,7 +19,11 @@ export const button = (text, act, attributes = {}) => {
 export const cells = (row, values) => row.append(...values.map((v) => (v instanceof Node ? make("td", {}, v)
   : make("td", typeof v === "number" || v === null || v === undefined ? { class: "number", text: short(v) } : { text: v }))));
 
-export const table = (heads, rows) => [make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col", text })))), make("tbody", {}, ...rows)];
+// A table; the heading of a column of numbers is aligned as they are.
+export const table = (heads, rows) => {
+  const head = (text, k) => make("th", { scope: "col", text, ...(rows.length && rows.every((row) => row.cells[k]?.classList.contains("number")) ? { class: "number" } : {}) });
+  return [make("thead", {}, make("tr", {}, ...heads.map(head))), make("tbody", {}, ...rows)];
+};
 
 // Options of a selection; the chosen one stays if it is still there.
 export function options(select, choices) {

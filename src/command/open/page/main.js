@@ -3,7 +3,7 @@
 import * as server from "./server.js";
 import { effects, predict, predictFrame } from "./predict.js";
 import { Mechanism } from "./mechanism.js";
-import { Plot, short, withUnit } from "./plots.js";
+import { Plot, phone, short, withUnit } from "./plots.js";
 import { draggable } from "./point.js";
 import { Run } from "./run.js";
 import { Editor, limitText } from "./editor.js";
@@ -46,25 +46,42 @@ function status(word, kind, note = "") {
   by("note").textContent = note;
 }
 
-// Errors of the file and of the present design; each stays until its own reason is gone.
-const faults = { file: null, design: null };
+// Errors of the file, and of the present design; each stays until its own reason is gone. Those of the design lie over the end of the
+// window: nothing moves under the pointer that drags a slider or a point.
+const places = { file: "fault", design: "design-fault" };
 function fault(kind, text) {
-  faults[kind] = text || null;
-  const all = Object.values(faults).filter(Boolean);
-  by("fault").hidden = all.length === 0;
-  by("fault").textContent = all.join("\n\n");
+  const place = by(places[kind]);
+  place.hidden = !text;
+  place.textContent = text || "";
 }
 
 // ---- Sliders
 
-function range(variable) {
+// Bounds of a variable: those of the file, and closer ones that were set in the run.
+let of_run = null;
+function bounds(k) {
+  const { lower, upper } = model.variables[k];
+  const closest = (pick, all) => { const known = all.filter((v) => v !== null && v !== undefined); return known.length ? pick(...known) : null; };
+  return { lower: closest(Math.max, [lower, of_run?.lower[k]]), upper: closest(Math.min, [upper, of_run?.upper[k]]) };
+}
+
+function boundsOfRun(found) {
+  const is_same = JSON.stringify(found) === JSON.stringify(of_run);
+  const fits = !found || String(found.names) === String(model.variables.map(({ name }) => name));
+  if (is_same || !fits) return;
+  of_run = found;
+  buildSliders();
+}
+
+function range(k) {
+  const variable = { ...model.variables[k], ...bounds(k) };
   const size = Math.max(Math.abs(variable.start), 1);
   return [variable.lower ?? Math.min(variable.start - size, (variable.upper ?? Infinity) - size), variable.upper ?? variable.start + size];
 }
 
 function buildSliders() {
   controls = model.variables.map((variable, k) => {
-    const [low, high] = range(variable);
+    const [low, high] = range(k);
     const label = make("label", { for: `value-${k}` }, variable.name, " ", make("small", { text: variable.unit }));
     const number = make("input", { type: "number", id: `value-${k}`, step: "any", value: design[k] });
     const slider = make("input", { type: "range", min: low, max: high, step: "any", value: design[k], "aria-label": `${variable.name} in ${variable.unit || "no unit"}`, "data-variable": variable.name });
@@ -83,14 +100,26 @@ function buildSliders() {
     ["pointerenter", "focusin"].forEach((kind) => row.addEventListener(kind, () => choose(k)));
     row.addEventListener("pointerleave", () => { if (!row.contains(document.activeElement)) choose(null); });
     row.addEventListener("focusout", () => choose(null));
-    return { row, slider, number, box };
+    return { row, slider, number, box, ends };
   });
   by("sliders").replaceChildren(...controls.map((control) => control.row));
+  controls.forEach((_, k) => markBounds(k));
 }
 
 function clamp(k, value) {
-  const { lower, upper } = model.variables[k];
+  const { lower, upper } = bounds(k);
   return Math.min(Math.max(value, lower ?? -Infinity), upper ?? Infinity);
+}
+
+// Marks the end of a slider where the variable is at its bound.
+function markBounds(k) {
+  const { lower, upper } = bounds(k);
+  const near = (bound) => bound !== null && Math.abs(design[k] - bound) <= 1e-9 * Math.max(Math.abs(bound), (upper ?? 0) - (lower ?? 0));
+  [lower, upper].forEach((bound, end) => {
+    const mark = controls[k].ends.children[end];
+    mark.textContent = near(bound) ? `at its bound, ${short(bound)}` : short(range(k)[end]);
+    mark.classList.toggle("reached", near(bound));
+  });
 }
 
 function place(k, value) {
@@ -98,6 +127,7 @@ function place(k, value) {
   const { slider, number } = controls[k];
   if (Number(slider.value) !== design[k]) slider.value = design[k];
   number.value = Number(design[k].toPrecision(8));
+  markBounds(k);
   slider.setAttribute("aria-valuetext", withUnit(design[k], model.variables[k].unit));
 }
 
@@ -110,7 +140,7 @@ function move(k, value) {
 function showBox(region) {
   controls.forEach(({ box }, k) => {
     if (!region) return box.replaceChildren();
-    const [low, high] = range(model.variables[k]);
+    const [low, high] = range(k);
     const part = (v) => 100 * Math.min(Math.max((v - low) / (high - low), 0), 1);
     const mark = make("i");
     Object.assign(mark.style, { left: `${part(region.lower[k])}%`, width: `${part(region.upper[k]) - part(region.lower[k])}%` });
@@ -149,7 +179,7 @@ async function send(derivatives) {
   clearInterval(timers.clock);
   timers.clock = setInterval(() => {
     const seconds = (performance.now() - mine.since) / 1000;
-    if (seconds > 0.5) status("analysing", "fair", `${seconds.toFixed(1)} s${last_seconds > 0.5 ? ` of about ${short(last_seconds)} s` : ""}`);
+    if (seconds > 0.5) status("analysing", "fair", `${seconds.toFixed(1)} s${last_seconds > Math.max(0.5, seconds) ? ` of about ${short(last_seconds)} s` : ""}`);
   }, 200);
   try {
     const record = await server.analyze(revision, at, derivatives);
@@ -201,6 +231,7 @@ function take(record) {
     plot.limit(limitsOf(output, constraint));
     plot.draw();
   });
+  if (record.derivatives) follow();
   if (record.number === sequence) root.dataset.settled = `${record.number}${record.derivatives || !model.objective ? " differentiated" : ""}`;
 }
 
@@ -275,7 +306,7 @@ function choose(k) {
     return mechanism.arrows(null, null, 0);
   }
   const variable = model.variables[k];
-  const [low, high] = range(variable);
+  const [low, high] = range(k);
   const step = (high - low) / 100;
   const all = effects(base, k, model);
   const most = Math.max(...all.map(({ slope, size }) => Math.abs(slope * step) / (size || 1)), 1e-300);
@@ -285,7 +316,7 @@ function choose(k) {
     Object.assign(bar.style, part < 0 ? { left: `${50 + part}%`, width: `${-part}%` } : { width: `${part}%` });
     return make("div", { class: "bar" }, make("span", { text: name }), make("div", { class: "track" }, bar), make("output", { text: `${slope > 0 ? "+" : ""}${withUnit(slope * step, unit)}` }));
   });
-  by("bars").replaceChildren(make("p", { text: `${variable.name} + ${withUnit(step, variable.unit)}, a hundredth of its range, moves:` }), ...rows);
+  by("bars").replaceChildren(make("p", { text: `${variable.name} + ${withUnit(step, variable.unit)}, a hundredth of its range, moves the objective and the margins by:` }), ...rows);
   const motion = base.derivatives.motion;
   mechanism.arrows(base.motion?.parts, motion ? (frame) => motion[k][frame] : null, 5 * step);
 }
@@ -319,7 +350,9 @@ function showPins() {
     });
   });
   plots.forEach(({ plot }) => plot.draw());
-  const heads = ["", ...model.variables.map((v) => v.name), ...(model.objective ? [model.objective.name] : []), ...model.constraints.map((c) => `margin of ${c.name}`), ""];
+  const named = (name, unit) => (unit ? `${name} [${unit}]` : name);
+  const limit = (c, j) => named(`margin of ${c.name} ${c.relation} ${short(shown?.constraints[j].limit)}`, c.unit);
+  const heads = ["", ...model.variables.map((v) => named(v.name, v.unit)), ...(model.objective ? [named(model.objective.name, model.objective.unit)] : []), ...model.constraints.map(limit), ""];
   const head = make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col", text }))));
   const rows = pins.map((one) => {
     const { record, slot } = one;
@@ -353,14 +386,14 @@ function buildPlots() {
 }
 
 const editor = new Editor({ text: by("text"), marks: by("lines"), save: by("save"), discard: by("discard"), state: by("source-state"), errors: by("errors") });
-const run = new Run(by("run"), { design: () => design, show: (values) => { if (model && values.length === design.length) moveTo(values); }, pin: pinDesign, box: showBox });
-new Completer(by("text"), by("words"), () => { editor.number(); editor.send(); });
+const run = new Run(by("run"), { design: () => design, show: (values) => { if (model && values.length === design.length) moveTo(values); }, pin: pinDesign, box: showBox, bounds: boundsOfRun });
+new Completer(by("text"), by("words"), () => editor.edited(0));
 
-draggable(mechanism, () => ({
+const follow = draggable(mechanism, () => ({
   base,
-  ranges: model.variables.map((v) => range(v)[1] - range(v)[0]),
-  lower: model.variables.map((v) => v.lower ?? -Infinity),
-  upper: model.variables.map((v) => v.upper ?? Infinity),
+  ranges: model.variables.map((_, k) => range(k)[1] - range(k)[0]),
+  lower: model.variables.map((_, k) => bounds(k).lower ?? -Infinity),
+  upper: model.variables.map((_, k) => bounds(k).upper ?? Infinity),
 }), moveTo);
 
 async function load() {
@@ -379,7 +412,7 @@ async function load() {
       const value = k >= 0 ? design[k] : variable.start;
       return Math.min(Math.max(value, variable.lower ?? -Infinity), variable.upper ?? Infinity);
     });
-    [shown, base, prediction, pins, chosen] = [null, null, null, [], null];
+    [shown, base, prediction, pins, chosen, of_run] = [null, null, null, [], null, null];
     answered = 0;
     mechanism.groups.forEach((_, key) => mechanism.set(key, null, null));
     if (model.drawing_times) mechanism.begin(model.drawing_times, model.time.name, model.time.unit);
@@ -392,12 +425,18 @@ async function load() {
     changed();
   }
   editor.show(answer);
-  await run.update();
-  fault("file", report || model?.fault);
+  fault("file", answer.failure || report || model?.fault);
+  await run.update(answer.revision);
   if (!answer.model) status("errors in the file", "bad");
   return answer.news;
 }
 
+// On a phone, the mechanism stays in sight down to the optimization.
+new IntersectionObserver(([{ isIntersecting, boundingClientRect }]) => {
+  by("picture").classList.toggle("apart", isIntersecting || boundingClientRect.bottom < 0);
+}, { rootMargin: "0px 0px -45% 0px" }).observe(by("run"));
+
+phone.addEventListener("change", () => plots.forEach(({ plot }) => plot.draw()));
 by("pin").addEventListener("click", () => pin(shown));
 by("reset").addEventListener("click", () => moveTo(model.variables.map((v) => v.start)));
 by("cancel").addEventListener("click", async () => {
@@ -410,4 +449,7 @@ mechanism.listeners.push((time) => plots.forEach(({ plot }) => plot.now(time)));
 
 const news = await load();
 root.dataset.state ||= "ready";
-server.follow(news, load, (error) => status("no connection", "bad", `${error.message}; is the server still running?`));
+server.follow(news, load, (error) => {
+  status("no connection", "bad", `${error.message}; is the server still running?`);
+  run.lost();
+});

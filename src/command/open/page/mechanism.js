@@ -21,6 +21,7 @@ export function layout(parts) {
   add("guides", parts.guides, 4);
   parts.plates.forEach((points) => add("plates", 1, 2 * points));
   parts.bars.forEach((points) => add("bars", 1, 2 * points));
+  add("beams", parts.beams, 8);
   add("springs", parts.springs, 4);
   parts.lines.forEach((points) => add("lines", 1, 2 * points));
   add("masses", parts.masses, 2);
@@ -53,6 +54,7 @@ const made = {
   guides: () => element("path"),
   plates: () => element("path"),
   bars: () => element("path"),
+  beams: () => element("path"),
   springs: () => element("path"),
   lines: () => element("path"),
   masses: () => element("circle", { r: 9 }),
@@ -72,6 +74,7 @@ export class Mechanism {
     this.controls.append(this.button, this.slider, this.readout);
     place.replaceChildren(this.svg, this.controls);
     this.groups = new Map();
+    this.is_held = false;
     this.window = null;
     this.frame = 0;
     this.playing = !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -96,6 +99,7 @@ export class Mechanism {
     Object.assign(this, { times, name, unit, window: null, time: times[0] });
     this.slider.max = times.length - 1;
     this.seconds = Math.min(Math.max(times[times.length - 1] - times[0], 2), 12);
+    this.show(0);
   }
 
   play(playing) {
@@ -177,8 +181,15 @@ export class Mechanism {
     this.groups.forEach((one) => this.draw(one));
   }
 
+  // Keeps the view while a point is held by the pointer.
+  hold(is_held) {
+    this.is_held = is_held;
+    this.keepInside();
+  }
+
   // Fits the view again if a motion leaves it.
   keepInside() {
+    if (this.is_held) return;
     const group = this.groups.get("analysed");
     if (!group || !this.window) return;
     const { x, y } = this.window;
@@ -212,7 +223,7 @@ export class Mechanism {
       const flat = [];
       for (let i = at; i < at + length; i += 2) flat.push(...this.place(all[i], all[i + 1]));
       if (["masses", "ground", "joints"].includes(name)) return node.setAttribute("transform", `translate(${flat[0].toFixed(1)} ${flat[1].toFixed(1)})`);
-      node.setAttribute("d", name === "springs" ? spring(flat) : path(flat, name === "plates"));
+      node.setAttribute("d", name === "springs" ? spring(flat) : path(flat, ["plates", "beams"].includes(name)));
     });
   }
 

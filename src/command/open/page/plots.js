@@ -2,7 +2,10 @@
 
 import { element } from "./mechanism.js";
 
-const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [480, 220, 58, 10, 8, 30];
+// On a phone drawings are narrow, so that their letters keep their size.
+export const phone = window.matchMedia("(max-width: 40rem)");
+const width = () => (phone.matches ? 330 : 480);
+const [HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [220, 58, 10, 8, 30];
 
 export const short = (value) => (value === null || value === undefined || !Number.isFinite(value) ? "–"
   : String(Number(value.toPrecision(5))).replaceAll("-", "\u2212"));
@@ -18,6 +21,29 @@ export function ticks(low, high, count = 5) {
   return all;
 }
 
+const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+const minus = (text) => text.replaceAll("-", "\u2212");
+
+// Labels of the ticks of an axis in at most seven characters, and the power of ten and the offset that they leave out, such as
+// "×10⁶ + 1000".
+export function labels(values) {
+  if (values.length < 2) return { texts: values.map(short), note: "" };
+  const step = Math.abs(values[1] - values[0]);
+  const largest = (all) => Math.max(...all.map(Math.abs));
+  const offset = largest(values) / step > 1e5 ? values[0] : 0;
+  const rest = values.map((v) => v - offset);
+  const order = Math.floor(Math.log10(largest(rest) || 1));
+  const power = order >= 5 || order < -3 ? 3 * Math.floor(order / 3) : 0;
+  const factor = 10 ** power;
+  const decimals = Math.max(0, -Math.floor(Math.log10(step / factor) + 1e-9));
+  const raised = `${power < 0 ? "⁻" : ""}${[...String(Math.abs(power))].map((digit) => SUPERSCRIPTS[digit]).join("")}`;
+  const shift = offset ? `${offset < 0 ? "\u2212" : "+"} ${Number(Math.abs(offset).toPrecision(12))}` : "";
+  return {
+    texts: rest.map((v) => minus((v / factor).toFixed(decimals)).replace(/^\u2212(0(\.0*)?)$/, "$1")),
+    note: [power ? `×10${raised}` : "", shift].filter(Boolean).join(" "),
+  };
+}
+
 export class Plot {
   constructor(place, { name, unit, time }) {
     const figure = document.createElement("figure");
@@ -26,7 +52,7 @@ export class Plot {
     const small = document.createElement("small");
     caption.append(name, " ", small);
     small.textContent = unit;
-    this.svg = element("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": `${name} over ${time.name}` });
+    this.svg = element("svg", { viewBox: `0 0 ${width()} ${HEIGHT}`, role: "img", "aria-label": `${name} over ${time.name}` });
     this.tools = document.createElement("div");
     this.tools.className = "tools";
     figure.append(this.tools, caption, this.svg);
@@ -61,7 +87,15 @@ export class Plot {
       button.addEventListener("click", () => arm(relation === sign ? null : sign));
       return button;
     });
+    // The focus is on the button: Enter would press it again.
+    const keys = (event) => {
+      if (!this.figure.isConnected) return arm(null);
+      if (!["Enter", "Escape"].includes(event.key)) return undefined;
+      event.preventDefault();
+      return event.key === "Enter" ? end() : arm(null);
+    };
     const arm = (sign) => {
+      window[sign === null ? "removeEventListener" : "addEventListener"]("keydown", keys, { capture: true });
       // The observer may not have seen yet that the plot has come into view.
       if (this.stale) this.render();
       [relation, points, from] = [sign, [], null];
@@ -73,8 +107,8 @@ export class Plot {
     const least = () => 0.01 * (all().at(-1) - all()[0]);
     const point = (event) => {
       const box = this.svg.getBoundingClientRect();
-      const [x, y] = [((event.clientX - box.left) / box.width) * WIDTH, ((event.clientY - box.top) / box.height) * HEIGHT];
-      const t = all()[0] + ((x - LEFT) / (WIDTH - LEFT - RIGHT)) * (all().at(-1) - all()[0]);
+      const [x, y] = [((event.clientX - box.left) / box.width) * width(), ((event.clientY - box.top) / box.height) * HEIGHT];
+      const t = all()[0] + ((x - LEFT) / (width() - LEFT - RIGHT)) * (all().at(-1) - all()[0]);
       return [Math.min(Math.max(t, all()[0]), all().at(-1)), this.range[1] - ((y - TOP) / (HEIGHT - TOP - BOTTOM)) * (this.range[1] - this.range[0])];
     };
     // A point at the time of another one takes its place.
@@ -107,17 +141,12 @@ export class Plot {
       if (points.length === 2) end(); else show();
     });
     this.svg.addEventListener("dblclick", () => { if (relation) end(); });
-    this.svg.tabIndex = 0;
-    this.svg.addEventListener("keydown", (event) => {
-      if (relation && event.key === "Enter") end();
-      if (relation && event.key === "Escape") arm(null);
-    });
     this.tools.replaceChildren(...buttons);
   }
 
   x(t) {
     const points = this.time.points;
-    return LEFT + ((t - points[0]) / (points[points.length - 1] - points[0])) * (WIDTH - LEFT - RIGHT);
+    return LEFT + ((t - points[0]) / (points[points.length - 1] - points[0])) * (width() - LEFT - RIGHT);
   }
 
   y(v) {
@@ -150,7 +179,7 @@ export class Plot {
   // Draws the series, and the axes if they have changed.
   render() {
     this.scale();
-    const axes = JSON.stringify([this.range, this.limits]);
+    const axes = JSON.stringify([this.range, this.limits, width()]);
     if (axes !== this.axes) {
       this.axes = axes;
       this.drawAxes();
@@ -169,19 +198,23 @@ export class Plot {
   }
 
   drawAxes() {
+    this.svg.setAttribute("viewBox", `0 0 ${width()} ${HEIGHT}`);
     const { points } = this.time;
     const [first, last, bottom] = [points[0], points[points.length - 1], HEIGHT - BOTTOM];
     const parts = [];
     const text = (x, y, anchor, content) => element("text", { x, y, "text-anchor": anchor }, content);
-    ticks(...this.range).forEach((v) => {
+    const [up, across] = [ticks(...this.range), ticks(first, last, phone.matches ? 4 : 6)];
+    const [value, time] = [labels(up), labels(across)];
+    up.forEach((v, k) => {
       const y = this.y(v);
-      parts.push(element("path", { class: "grid", d: `M${LEFT} ${y}H${WIDTH - RIGHT}` }), text(LEFT - 6, y + 4, "end", short(v)));
+      parts.push(element("path", { class: "grid", d: `M${LEFT} ${y}H${width() - RIGHT}` }), text(LEFT - 6, y + 4, "end", value.texts[k]));
     });
-    ticks(first, last, 6).forEach((t) => {
+    across.forEach((t, k) => {
       const x = this.x(t);
-      parts.push(element("path", { class: "grid", d: `M${x} ${TOP}V${bottom}` }), text(x, bottom + 14, "middle", short(t)));
+      parts.push(element("path", { class: "grid", d: `M${x} ${TOP}V${bottom}` }), text(x, bottom + 14, "middle", time.texts[k]));
     });
-    parts.push(text(WIDTH - RIGHT, HEIGHT - 3, "end", `${this.time.name} / ${this.time.unit}`));
+    parts.push(text(width() - RIGHT, HEIGHT - 3, "end", [time.note, `${this.time.name} / ${this.time.unit}`].filter(Boolean).join(" ")));
+    if (value.note) parts.push(text(LEFT + 4, TOP + 12, "start", value.note));
     this.limits.forEach(({ relation, value, window, curve }) => {
       if (curve) return parts.push(...this.curvedLimit(relation, curve, bottom));
       const [from, to] = (window ?? [first, last]).map((t) => this.x(Math.min(Math.max(t, first), last)));
@@ -191,7 +224,7 @@ export class Plot {
       if (side !== undefined) parts.push(element("path", { class: "beyond", d: `M${from} ${y}H${to}V${side}H${from}Z` }));
       parts.push(element("path", { class: "limit", d: `M${from} ${y}H${to}` }));
     });
-    parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: bottom - TOP }));
+    parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: width() - LEFT - RIGHT, height: bottom - TOP }));
     this.cursor = element("path", { class: "now" });
     this.svg.replaceChildren(...parts, this.lines, this.cursor);
   }

@@ -8,6 +8,9 @@ import { handles } from "./mechanism.js";
 
 // Regularization, relative to the largest diagonal entry of J S² Jᵀ.
 const EPSILON = 1e-6;
+// Least step, relative to the range, that is worth an analysis; largest number of corrections while the pointer rests.
+const LEAST = 1e-4;
+const CORRECTIONS = 8;
 // Reach of the pointer in pixels.
 const REACH = 24;
 
@@ -37,7 +40,7 @@ export function leastSquares(columns, ranges, distance, low, high) {
   return step;
 }
 
-// `at()` gives { base, ranges, lower, upper }; `propose(design)` shows a design.
+// `at()` gives { base, ranges, lower, upper }; `propose(design)` shows a design. Returns a function to call after new derivatives.
 export function draggable(mechanism, at, propose) {
   const { svg } = mechanism;
   let held = null;
@@ -54,24 +57,40 @@ export function draggable(mechanism, at, propose) {
     const best = all.sort((a, b) => a.far - b.far)[0];
     return best && best.far <= REACH ? best.i : null;
   };
+  // The view stays while a point is held, so that the pointer keeps its meaning.
+  const hold = (point) => {
+    held = point;
+    mechanism.hold(point !== null);
+  };
+  const follow = () => {
+    const { base, ranges, lower, upper } = at();
+    const { i, frame, pointer } = held;
+    if (!base?.derivatives?.motion) return;
+    const numbers = base.motion.frames[frame];
+    const target = mechanism.unplace(...pointer);
+    const columns = base.derivatives.motion.map((rows) => [rows[frame][i], rows[frame][i + 1]]);
+    const step = leastSquares(columns, ranges, [target[0] - numbers[i], target[1] - numbers[i + 1]],
+      base.design.map((b, k) => lower[k] - b), base.design.map((b, k) => upper[k] - b));
+    if (step.some((size, k) => Math.abs(size) > LEAST * ranges[k])) propose(base.design.map((b, k) => b + step[k]));
+  };
   svg.addEventListener("pointerdown", (event) => {
     const i = nearest(event);
     if (i === null) return;
     event.preventDefault();
     mechanism.play(false);
     svg.setPointerCapture(event.pointerId);
-    held = { i, frame: mechanism.frame };
+    hold({ i, frame: mechanism.frame, pointer: null, corrections: 0 });
   });
   svg.addEventListener("pointermove", (event) => {
     if (!held) { svg.style.cursor = nearest(event) === null ? "" : "grab"; return; }
-    const { base, ranges, lower, upper } = at();
-    const { i, frame } = held;
-    const numbers = base.motion.frames[frame];
-    const target = mechanism.unplace(event.clientX, event.clientY);
-    const columns = base.derivatives.motion.map((rows) => [rows[frame][i], rows[frame][i + 1]]);
-    const step = leastSquares(columns, ranges, [target[0] - numbers[i], target[1] - numbers[i + 1]],
-      base.design.map((b, k) => lower[k] - b), base.design.map((b, k) => upper[k] - b));
-    propose(base.design.map((b, k) => b + step[k]));
+    Object.assign(held, { pointer: [event.clientX, event.clientY], corrections: 0 });
+    follow();
   });
-  ["pointerup", "pointercancel"].forEach((kind) => svg.addEventListener(kind, () => { held = null; }));
+  ["pointerup", "pointercancel"].forEach((kind) => svg.addEventListener(kind, () => { if (held) hold(null); }));
+  // After new derivatives: corrects the point if the pointer rests.
+  return () => {
+    if (!held?.pointer || held.corrections >= CORRECTIONS) return;
+    held.corrections += 1;
+    follow();
+  };
 }

@@ -1,5 +1,10 @@
 // Linear approximations at a design near one that was analysed and differentiated: r(b) ≈ r(b₀) + Σ ∂r/∂b_k (b_k − b₀_k).
 
+import { short } from "./plots.js";
+
+// Relative rounding error of an analysis.
+const ROUNDING = 1e-12;
+
 const changes = (base, design) => design.map((value, k) => value - base.design[k]);
 
 function history(gradients, step) {
@@ -35,7 +40,8 @@ export function predictFrame(base, design, frame) {
   return base.motion.frames[frame].map((value, i) => by.reduce((sum, rows, k) => sum + rows[frame][i] * step[k], value));
 }
 
-// Derivatives of objective and margins with respect to variable k, where each margin is smallest.
+// Derivatives of objective and margins with respect to variable k, where each margin is smallest. What is below the rounding of the values
+// over a step of the variable's size counts as zero.
 export function effects(base, k, model) {
   const { derivatives } = base;
   const all = [];
@@ -52,7 +58,8 @@ export function effects(base, k, model) {
     if (i < 0) return;
     const sign = relation === "≥" ? 1 : relation === "≤" ? -1 : -Math.sign(rows.values[i] - limit);
     const size = Math.max(Math.abs(limit), ...rows.values.map(Math.abs));
-    all.push({ name: `margin of ${name} ${relation} ${Number(limit.toPrecision(4))}`, unit, slope: sign * rows.by[k][i], size });
+    all.push({ name: `${name} ${relation} ${short(limit)}`, unit, slope: sign * rows.by[k][i], size });
   });
-  return all;
+  const change = Math.abs(base.design[k]) || 1;
+  return all.map((one) => (Math.abs(one.slope) * change < ROUNDING * one.size ? { ...one, slope: 0 } : one));
 }

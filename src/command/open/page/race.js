@@ -6,7 +6,7 @@ import { button, cells, make, options, table } from "./elements.js";
 export class Race {
   // `convergence` is the plot of both, `show(design)` puts a design on the sliders.
   constructor(place, { convergence, show }) {
-    Object.assign(this, { place, convergence, show, rival: null });
+    Object.assign(this, { place, convergence, show, rival: null, asked: false });
     this.select = place.querySelector("#rival-method");
     this.begin = place.querySelector("#rival-begin");
     this.begin.addEventListener("click", () => this.start());
@@ -15,8 +15,17 @@ export class Race {
   }
 
   async start() {
+    // A rival that runs is not ended without a question.
+    if (this.rival?.status === "Running" && !this.asked) return this.ask(true);
+    this.ask(false);
     const answer = await server.post("race", { method: this.select.value });
     this.note.textContent = answer.error ?? "";
+  }
+
+  ask(asked) {
+    this.asked = asked;
+    this.begin.textContent = asked ? "Stop it and race anew" : "Race against it";
+    if (asked) this.note.textContent = `${this.rival.method ?? "automatic"} still runs. A new rival takes its place; its folder stays.`;
   }
 
   // Passes run, pause or step to the rival if there is one.
@@ -26,6 +35,10 @@ export class Race {
 
   update(run, rival) {
     this.rival = rival?.cycles ? rival : null;
+    if (this.asked && this.rival?.status !== "Running") {
+      this.ask(false);
+      this.note.textContent = "";
+    }
     const is_there = Boolean(run?.cycles);
     this.place.hidden = !is_there;
     if (!is_there) return;
@@ -40,7 +53,7 @@ export class Race {
       const row = make("tr");
       const acts = make("span", {}, button("Show", () => this.show(one.design), { "aria-label": `Show the design of ${one.method ?? "automatic"}` }));
       if (key === "rival") acts.append(button("Close", () => server.post("rival", { action: "close" }), { "aria-label": "Close the rival" }));
-      cells(row, [one.method ?? "automatic", one.status, one.cycles.length - 1, one.analyses, one.sensitivity_analyses, last(one).objective, last(one).violation === null ? null : Math.max(last(one).violation, 0), acts]);
+      cells(row, [one.method ?? "automatic", one.status, one.cycles.length - 1, one.analyses, one.sensitivity_analyses, last(one).objective, last(one).violation, acts]);
       return row;
     })));
   }

@@ -2,19 +2,23 @@
 
 import * as server from "./server.js";
 import { cells, make, options, table } from "./elements.js";
+import { short } from "./plots.js";
 import { Convergence } from "./convergence.js";
 import { Race } from "./race.js";
 import { Stored } from "./stored.js";
 import { StudyPicture } from "./study.js";
+
+// A text with its numbers written as elsewhere in the page.
+const readable = (text) => text?.replace(/\d\.\de-?\d+/g, (number) => short(Number(number)));
 
 // Actions that a race passes to both runs.
 const OF_BOTH = ["run", "pause", "step"];
 
 export class Run {
   // `design()` is that of the sliders, `show(design)` puts one on them, `pin(design, name)` pins one, `box(region)` draws the move
-  // limits.
-  constructor(place, { design, show, pin, box }) {
-    Object.assign(this, { place, design, show, box, record: null, shown: null });
+  // limits, `bounds(found)` takes the bounds of the run.
+  constructor(place, { design, show, pin, box, bounds }) {
+    Object.assign(this, { place, design, show, box, bounds, record: null, shown: null });
     this.buttons = Object.fromEntries(["start", "run", "pause", "step", "back", "accept", "refuse", "close"].map((action) => {
       const button = place.querySelector(`[data-action=${action}]`);
       button.addEventListener("click", () => this.act(action === "start" ? { action, design: design() } : { action }));
@@ -36,8 +40,24 @@ export class Run {
   }
 
   async act(action) {
+    if (action.action === "pause") this.pausing();
     await server.post("run", action);
     if (OF_BOTH.includes(action.action)) await this.race.act(action.action);
+  }
+
+  // A trial step is not interrupted: until it is done, the page says that it was asked to pause.
+  pausing() {
+    const pill = this.place.querySelector("#run-status");
+    if (this.place.dataset.status === "Running") pill.textContent = "Pausing after this trial step";
+    this.buttons.pause.disabled = true;
+  }
+
+  // Without an answer of the server nothing is known of the run.
+  lost() {
+    const pill = this.place.querySelector("#run-status");
+    if (this.place.dataset.status === "none") return;
+    pill.textContent = "no connection";
+    pill.className = "pill bad";
   }
 
   // The name and the unit of the objective, for the plot of convergence.
@@ -46,8 +66,8 @@ export class Run {
     this.convergence.draw();
   }
 
-  // Reads the run; called after each change on the server.
-  async update() {
+  // Reads the run; called after each change on the server. `revision` is that of the model.
+  async update(revision) {
     const { run, rival } = await server.get("run");
     this.record = run;
     const find = (id) => this.place.querySelector(id);
@@ -58,7 +78,10 @@ export class Run {
     pill.className = `pill ${status === "Converged" ? "good" : ["Failed", "Infeasible", "Stalled"].includes(status) ? "bad" : "fair"}`;
     this.place.dataset.status = status;
     this.place.dataset.tries = is_there ? run.cycles.length - 1 : "";
-    find("#run-note").textContent = run ? [run.folder && `in ${run.folder}`, run.reason, run.fault].filter(Boolean).join("; ") : "Starts at the design on the sliders.";
+    find("#run-note").textContent = run ? [run.folder && `in ${run.folder}`, readable(run.reason)].filter(Boolean).join("; ") : "Starts at the design on the sliders.";
+    const fault = find("#run-fault");
+    fault.hidden = !run?.fault;
+    fault.textContent = run?.fault ?? "";
     const last = is_there ? run.cycles[run.cycles.length - 1] : null;
     this.race.update(run, rival);
     const either = (wanted) => status === wanted || rival?.status === wanted;
@@ -75,7 +98,9 @@ export class Run {
     }
     find("#run-tables").hidden = !is_there;
     if (is_there) this.tables(run);
+    this.bounds(is_there ? run.bounds : null);
     this.box(is_there && status !== "Converged" ? run.region : null);
+    this.stored.refresh([revision, status, rival?.status, run?.folder, rival?.folder].join(" "));
     // The sliders follow the accepted design of the run.
     const key = is_there ? `${run.folder} ${run.cycles.length} ${run.design}` : null;
     if (key && key !== this.shown) { this.shown = key; this.show(run.design); }

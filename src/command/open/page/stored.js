@@ -9,7 +9,7 @@ const OVERLAYS = 4;
 export class Stored {
   // `show(design)` puts a design on the sliders, `pin(design, name)` pins it, `resume(folder)` continues a run.
   constructor(place, { convergence, show, pin, resume, study }) {
-    Object.assign(this, { place, convergence, show, pin, resume, study, chosen: [] });
+    Object.assign(this, { place, convergence, show, pin, resume, study, chosen: [], seen: "" });
     this.find = (id) => place.querySelector(id);
     place.addEventListener("toggle", () => { if (place.open) this.list(); });
   }
@@ -21,11 +21,19 @@ export class Stored {
     return answer.error ? null : answer;
   }
 
+  // Reads the lists again after a change of the model or of a run, unless a note is being written. `state` names both.
+  refresh(state) {
+    const is_changed = state !== this.seen;
+    this.seen = state;
+    if (is_changed && this.place.open && !this.place.contains(document.activeElement?.closest("input[type=text]"))) this.list();
+  }
+
   // Reads the lists; there may be many folders.
   async list() {
     const answer = await this.ask("stored");
     if (!answer) return;
-    const { stored, studies } = answer;
+    const { stored, studies, others } = answer;
+    this.find("#stored-others").textContent = others ? `${others} runs and studies of other problems are not listed; an unsaved edit of the problem makes it another one.` : "";
     this.find("#stored").replaceChildren(...table(["plot", "folder", "begun", "method", "status", "analyses", "objective", "note", ""], stored.map((one) => this.row(one))));
     this.find("#studies").replaceChildren(...table(["folder", "begun", "kind", "status", "runs", "failed", ""], studies.map((one) => {
       const row = make("tr");

@@ -2,9 +2,10 @@
 
 import { element } from "./mechanism.js";
 import { options } from "./elements.js";
-import { short, ticks, withUnit } from "./plots.js";
+import { labels, phone, short, ticks, withUnit } from "./plots.js";
 
-const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [640, 312, 70, 12, 22, 40];
+const width = () => (phone.matches ? 350 : 640);
+const [HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [312, 70, 12, 22, 40];
 // Distance in the units of the picture within which a click finds a point.
 const REACH = 24;
 
@@ -13,9 +14,10 @@ export class StudyPicture {
     Object.assign(this, { place, show, study: null, at: null });
     const find = (id) => place.querySelector(id);
     [this.phase, this.x, this.y, this.note, this.title] = ["#study-phase", "#study-x", "#study-y", "#study-row", "#study-title"].map(find);
-    this.svg = element("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, tabindex: "0", role: "img" });
+    this.svg = element("svg", { tabindex: "0", role: "img" });
     find("#study-picture").append(this.svg);
     this.phase.addEventListener("change", () => this.choosePhase());
+    phone.addEventListener("change", () => { if (this.study) this.draw(); });
     [this.x, this.y].forEach((select) => select.addEventListener("change", () => this.draw()));
     this.svg.addEventListener("click", (event) => this.select(this.nearest(event)));
     this.svg.addEventListener("keydown", (event) => {
@@ -44,16 +46,20 @@ export class StudyPicture {
     const { columns, design } = this.now;
     const choices = columns.map((column, k) => [k, column.name]);
     [this.x, this.y].forEach((select) => options(select, choices));
-    // What varies against the first result.
+    // The first result over what was varied. Columns of an optimum begin with the objective and its violation, and what was varied is before
+    // them; its design is a result.
     const varies = (k) => new Set(this.now.rows.slice(0, 200).map((row) => row.values[k])).size > 1;
-    const inputs = columns.map((_, k) => k).filter((k) => (design.includes(k) || columns[k].name.startsWith("start ")) && varies(k));
-    const first = inputs[0] ?? columns.findIndex((_, k) => varies(k));
-    this.x.value = Math.max(first, 0);
-    this.y.value = Math.max(columns.findIndex((column, k) => !inputs.includes(k) && k !== first && !column.words.length && varies(k)), 0);
+    const optimum = columns.findIndex(({ name }) => name === "violation_pct") - 1;
+    const is_input = (k) => (optimum >= 0 ? k < optimum : design.includes(k));
+    const all = columns.map((_, k) => k).filter(varies);
+    const first = all.find(is_input) ?? all[0] ?? 0;
+    const results = all.filter((k) => k !== first && !is_input(k) && !columns[k].words.length);
+    [this.x.value, this.y.value] = [first, results[0] ?? 0];
     this.draw();
   }
 
   draw() {
+    this.svg.setAttribute("viewBox", `0 0 ${width()} ${HEIGHT}`);
     const [i, j] = [this.x, this.y].map((select) => Number(select.value));
     const { columns, rows } = this.now;
     const own = rows.filter((row) => Number.isFinite(row.values[i] ?? NaN) && Number.isFinite(row.values[j] ?? NaN));
@@ -70,15 +76,18 @@ export class StudyPicture {
       return this.svg.replaceChildren();
     }
     const [[x0, x1], [y0, y1]] = [span(i), span(j)];
-    const x = (v) => LEFT + ((v - x0) / (x1 - x0)) * (WIDTH - LEFT - RIGHT);
+    const x = (v) => LEFT + ((v - x0) / (x1 - x0)) * (width() - LEFT - RIGHT);
     const y = (v) => TOP + ((y1 - v) / (y1 - y0)) * (HEIGHT - TOP - BOTTOM);
     const text = (at, up, anchor, content) => element("text", { x: at, y: up, "text-anchor": anchor }, content);
-    const word = (k, v) => (columns[k].words.length ? columns[k].words[v] ?? "" : short(v));
+    const named = (k, at) => (columns[k].words.length ? { texts: at.map((v) => columns[k].words[v] ?? ""), note: "" } : labels(at));
     const parts = [];
-    ticks(y0, y1).forEach((v) => parts.push(element("path", { class: "grid", d: `M${LEFT} ${y(v)}H${WIDTH - RIGHT}` }), text(LEFT - 6, y(v) + 4, "end", word(j, v))));
-    ticks(x0, x1, 6).forEach((v) => parts.push(element("path", { class: "grid", d: `M${x(v)} ${TOP}V${HEIGHT - BOTTOM}` }), text(x(v), HEIGHT - BOTTOM + 15, "middle", word(i, v))));
-    parts.push(text(WIDTH - RIGHT, HEIGHT - 5, "end", this.label(i)), element("text", { x: LEFT, y: TOP - 8 }, this.label(j)));
-    parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }));
+    const [up, across] = [ticks(y0, y1), ticks(x0, x1, phone.matches ? 3 : 6)];
+    const [left, below] = [named(j, up), named(i, across)];
+    up.forEach((v, k) => parts.push(element("path", { class: "grid", d: `M${LEFT} ${y(v)}H${width() - RIGHT}` }), text(LEFT - 6, y(v) + 4, "end", left.texts[k])));
+    across.forEach((v, k) => parts.push(element("path", { class: "grid", d: `M${x(v)} ${TOP}V${HEIGHT - BOTTOM}` }), text(x(v), HEIGHT - BOTTOM + 15, "middle", below.texts[k])));
+    const label = (k, note) => [this.label(k), note].filter(Boolean).join(", ");
+    parts.push(text(width() - RIGHT, HEIGHT - 5, "end", label(i, below.note)), text(LEFT, TOP - 8, "start", label(j, left.note)));
+    parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: width() - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }));
     this.points = own.map((row) => ({ row, x: x(row.values[i]), y: y(row.values[j]) })).sort((a, b) => a.x - b.x);
     const dots = this.points.map((point) => {
       point.dot = element("circle", { cx: point.x.toFixed(1), cy: point.y.toFixed(1), r: 3.2, class: point.row === this.at ? "chosen" : "" });
@@ -96,7 +105,7 @@ export class StudyPicture {
 
   nearest(event) {
     const box = this.svg.getBoundingClientRect();
-    const [x, y] = [((event.clientX - box.left) / box.width) * WIDTH, ((event.clientY - box.top) / box.height) * HEIGHT];
+    const [x, y] = [((event.clientX - box.left) / box.width) * width(), ((event.clientY - box.top) / box.height) * HEIGHT];
     const far = (point) => Math.hypot(point.x - x, point.y - y);
     const best = this.points.reduce((found, point) => (!found || far(point) < far(found) ? point : found), null);
     return best && far(best) <= REACH ? best : null;

@@ -1,0 +1,157 @@
+//! The page of `linkwright open`: what is drawn, where it stays, and what keys do.
+
+use crate::browser::browser;
+use crate::devtools::Page;
+use crate::open::Server;
+use crate::shell::TempFolder;
+use serde_json::json;
+
+const SETTLED: &str = "document.documentElement.dataset.settled?.endsWith('differentiated')";
+const STOP: &str = "(() => { const b = document.querySelector('#stage .controls button'); if (b.textContent === 'Pause') b.click(); return 0; })()";
+
+/// The page of an example, at rest.
+fn opened(name: &str, example: &str, size: [u32; 2]) -> Option<(TempFolder, Server, Page)> {
+    let program = browser()?;
+    let place = TempFolder::new(name);
+    place.example(example);
+    let server = Server::start(&place.0, &format!("{example}.toml"));
+    let mut page = Page::open(&program, &place.0, size);
+    page.show(&server.address());
+    page.wait(SETTLED);
+    page.value(STOP);
+    Some((place, server, page))
+}
+
+fn numbers<const N: usize>(page: &mut Page, expression: &str) -> [f64; N] {
+    let found: Vec<f64> = serde_json::from_value(page.value(expression)).unwrap();
+    found.try_into().unwrap()
+}
+
+/// Beams with a cross-section are drawn element by element.
+#[test]
+fn beams_are_drawn() {
+    let Some((_place, _server, mut page)) = opened("open-beams", "slider-crank-flexible", [1400, 1000]) else { return };
+    let drawn = "[...document.querySelectorAll('#stage .linkage .beams path')].filter((e) => e.getBBox().width + e.getBBox().height > 5).length";
+    assert!(page.value(drawn).as_u64().unwrap() >= 2);
+    page.views("beams", "#picture");
+}
+
+/// A point that is dragged stays at the pointer, however far; nothing moves under it, also where a design cannot be analysed.
+#[test]
+fn a_dragged_point_stays_at_the_pointer() {
+    let Some((_place, _server, mut page)) = opened("open-drag", "shaper", [1280, 900]) else { return };
+    page.value("(() => { const s = document.querySelector('#stage .controls input'); s.value = 30; s.dispatchEvent(new Event('input')); scrollTo(0, 0); return 0; })()");
+    let joint = "(() => { const b = [...document.querySelectorAll('#stage .linkage .joints circle')].pop().getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()";
+    let top = "[document.getElementById('stage').getBoundingClientRect().top]";
+    let [x, y] = numbers(&mut page, joint);
+    let [before] = numbers(&mut page, top);
+    page.mouse("mousePressed", [x, y]);
+    for far in [4.0, 8.0, 12.0, 16.0, 20.0, 24.0] {
+        page.mouse("mouseMoved", [x + far, y]);
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    page.wait(&format!("(([u, v]) => Math.hypot(u - {}, v - {y}) < 2)({joint})", x + 24.0));
+    page.mouse("mouseReleased", [x + 24.0, y]);
+
+    // Far beyond what the mechanism can do, the page stays in place.
+    page.click("#reset");
+    page.wait(SETTLED);
+    page.value("scrollTo({ top: 0, behavior: 'instant' })");
+    let [x, y] = numbers(&mut page, joint);
+    page.drag([x, y], [x + 300.0, y]);
+    page.value("(() => { const s = [...document.querySelectorAll('#sliders input[type=range]')]; s.forEach((e, k) => { e.value = k % 2 ? e.max : e.min; e.dispatchEvent(new Event('input')); }); return 0; })()");
+    page.wait(&format!("{SETTLED} || !document.getElementById('design-fault').hidden"));
+    assert_eq!(numbers(&mut page, top), [before]);
+}
+
+/// A limit that is drawn ends with Enter and is dropped by Escape, also while the focus is on its button.
+#[test]
+fn enter_ends_a_drawn_limit_and_escape_drops_it() {
+    let Some((_place, _server, mut page)) = opened("open-keys", "shaper", [1400, 1000]) else { return };
+    let limits = "document.querySelectorAll('.margin').length";
+    let count = page.value(limits).as_u64().unwrap();
+    let points = |page: &mut Page| {
+        page.click(".plot .tools button");
+        let [x, y] = page.middle(".plot svg");
+        for (dx, dy) in [(-80.0, -30.0), (0.0, -10.0), (80.0, -40.0)] {
+            page.mouse("mousePressed", [x + dx, y + dy]);
+            page.mouse("mouseReleased", [x + dx, y + dy]);
+        }
+    };
+    let key = |page: &mut Page, key: &str| {
+        for kind in ["keyDown", "keyUp"] {
+            let code = if key == "Enter" { 13 } else { 27 };
+            let text = if key == "Enter" && kind == "keyDown" { "\r" } else { "" };
+            page.call(
+                "Input.dispatchKeyEvent",
+                json!({ "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code, "text": text }),
+            );
+        }
+    };
+    points(&mut page);
+    key(&mut page, "Escape");
+    assert_eq!(page.value("document.querySelectorAll('.drawn, .drawing').length"), 0);
+    let [x, y] = page.middle(".plot svg");
+    page.mouse("mousePressed", [x, y]);
+    page.mouse("mouseReleased", [x, y]);
+    points(&mut page);
+    page.value("document.querySelector('.plot .tools button').focus()");
+    key(&mut page, "Enter");
+    page.wait(&format!("{limits} === {}", count + 1));
+    assert_eq!(page.value("document.querySelectorAll('.drawn, .drawing').length"), 0);
+    // Its margin is in the unit of the history.
+    page.wait(SETTLED);
+    let unit = page.text("document.querySelector('.plot figcaption small').textContent");
+    let margin = page.text("[...document.querySelectorAll('.margin')].pop().querySelector('p').textContent");
+    assert!(unit.is_empty() || margin.contains(&unit), "{margin}");
+}
+
+/// Tick labels have at most seven characters and differ from each other, for any size and offset of the values.
+#[test]
+fn tick_labels_are_short_and_differ() {
+    let Some((_place, _server, mut page)) = opened("open-ticks", "two-bar-truss", [1400, 1000]) else { return };
+    let labels = |page: &mut Page, low: f64, high: f64| -> (Vec<String>, String) {
+        let found = page.value(&format!(
+            "import('./plots.js').then(({{ ticks, labels }}) => {{ const {{ texts, note }} = labels(ticks({low:e}, {high:e})); return [texts, note]; }})"
+        ));
+        serde_json::from_value(found).unwrap()
+    };
+    for (low, high) in
+        [(-1e9, 1e9), (0.0, 3.2e8), (1e6, 1e6 + 1e-3), (-2e-7, 3e-7), (0.1, 0.6), (-350.0, 120.0), (99999.0, 100001.0)]
+    {
+        let (texts, note) = labels(&mut page, low, high);
+        assert!(
+            texts.len() > 2 && texts.iter().all(|text| text.chars().count() <= 7),
+            "{low} {high}: {texts:?} {note}"
+        );
+        let mut different = texts.clone();
+        different.dedup();
+        assert_eq!(different, texts, "{low} {high}");
+    }
+    assert_eq!(
+        labels(&mut page, 0.0, 2e9),
+        (["0.0", "0.5", "1.0", "1.5", "2.0"].map(str::to_owned).to_vec(), "×10⁹".to_owned())
+    );
+    assert_eq!(labels(&mut page, -0.5, 0.5).0[0], "\u{2212}0.4");
+}
+
+/// On a phone, what has the focus is not behind the mechanism, and the mechanism leaves with the last history.
+#[test]
+fn the_focus_is_in_sight_on_a_phone() {
+    let Some((_place, _server, mut page)) = opened("open-focus", "shaper", [375, 667]) else { return };
+    let covered = "(() => { const e = document.activeElement, b = e.getBoundingClientRect(), p = document.getElementById('picture').getBoundingClientRect(); \
+        return !document.getElementById('picture').contains(e) && b.bottom <= p.bottom && b.bottom > 0 ? e.id || e.textContent || e.className : ''; })()";
+    page.value("document.querySelector('[data-action=start]').focus()");
+    for _ in 0..25 {
+        for kind in ["keyDown", "keyUp"] {
+            page.call(
+                "Input.dispatchKeyEvent",
+                json!({ "type": kind, "key": "Tab", "code": "Tab", "windowsVirtualKeyCode": 9, "modifiers": 8 }),
+            );
+        }
+        page.value("new Promise((done) => setTimeout(() => done(0), 400))");
+        assert_eq!(page.text(covered), "");
+    }
+    page.value("document.getElementById('source').scrollIntoView({ behavior: 'instant' })");
+    page.wait("document.getElementById('picture').getBoundingClientRect().bottom < 0");
+}
