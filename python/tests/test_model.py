@@ -323,7 +323,7 @@ def test_a_model_of_several_files(tmp_path):
     model = linkwright.Model.from_file(tmp_path / "m.toml")
     assert model.analyze()["r"] == 10.0 and pickle.loads(pickle.dumps(model)).analyze()["r"] == 10.0
     (tmp_path / "s.toml").write_text('version = 1\nmodel = "m.toml"\nkind = "grid"\n[vary.a]\nfrom = 0\nto = 1\npoints = 3\n')
-    assert linkwright.Study.from_file(tmp_path / "s.toml").run().table()["r"] == [0.0, 10.0, 20.0]
+    assert linkwright.Study.from_file(tmp_path / "s.toml").run().table()["objective"] == [0.0, 10.0, 20.0]
 
 
 PROGRAM = """
@@ -359,8 +359,8 @@ def test_a_program_runs_only_if_that_is_allowed(tmp_path):
     assert model.optimize().design[0] == pytest.approx(2.0, abs=1e-4)
     assert pickle.loads(pickle.dumps(model)).analyze()["f"] == 1.0
     study = linkwright.Study.from_file(tmp_path / "s.toml", allow_programs=True)
-    assert study.run(file=rows).table()["f"] == [4.0, 1.0, 0.0]
-    assert pickle.loads(pickle.dumps(study)).run(1).table()["f"] == [4.0, 1.0, 0.0]
+    assert study.run(file=rows).table()["objective"] == [4.0, 1.0, 0.0]
+    assert pickle.loads(pickle.dumps(study)).run(1).table()["objective"] == [4.0, 1.0, 0.0]
 
 
 def test_a_program_that_cannot_be_started_ends_a_study_without_rows(tmp_path):
@@ -371,7 +371,7 @@ def test_a_program_that_cannot_be_started_ends_a_study_without_rows(tmp_path):
     (tmp_path / "missing").write_text(f"#!{sys.executable}\n{PROGRAM}")
     (tmp_path / "missing").chmod(0o755)
     study = linkwright.Study.from_file(tmp_path / "s.toml", allow_programs=True)
-    assert study.run(file=tmp_path / "rows.jsonl").table()["f"] == [4.0, 1.0, 0.0]
+    assert study.run(file=tmp_path / "rows.jsonl").table()["objective"] == [4.0, 1.0, 0.0]
 
 
 def test_ctrl_c_ends_the_analysis_of_many_designs():
