@@ -384,7 +384,7 @@ mod tests {
             let name = differences.formula.name();
             let differences = differences.with_variables(&variables);
             // At bounds, within a step of them, and off them.
-            for b in [[1.0, 0.5, 0.0], [3.0, -2.0, 0.0], [1.0 + 1e-8, 0.5 - 1e-8, 1e-8], [2.0, -1.0, 1.0]] {
+            for b in [[1.0, 0.5, 0.0], [3.0, -2.0, 0.0], [1.0 + 1e-8, 0.5 - 1e-8, 1.0], [2.0, -1.0, 1.0]] {
                 let at = [ResponseAt { response: 0, point: 0 }];
                 let rows = differences.sensitivities(&b, &differences.analyze(&b).unwrap(), &at).unwrap();
                 for (found, exact) in rows.iter().zip([1.0 / b[0], -0.5 / (1.0 - b[1]).sqrt(), 2.0 * b[2]]) {
