@@ -25,6 +25,12 @@ fn methods() -> Vec<(&'static str, &'static str)> {
     presets().iter().map(|preset| (preset.name, preset.title)).collect()
 }
 
+/// Ends the programs that analyses have started, at the end of this process.
+#[pyfunction]
+fn end_programs(py: Python<'_>) {
+    py.detach(linkwright::responses::program::end_programs);
+}
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
@@ -33,7 +39,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<study::Study>()?;
     module.add_class::<study::RowFile>()?;
     module.add_function(wrap_pyfunction!(methods, module)?)?;
+    module.add_function(wrap_pyfunction!(problem::model_text, module)?)?;
     module.add_function(wrap_pyfunction!(study::study_model, module)?)?;
+    module.add_function(wrap_pyfunction!(end_programs, module)?)?;
     module.add_function(wrap_pyfunction!(work::after_fork, module)?)?;
     module.add_function(wrap_pyfunction!(work::panic, module)?)
 }

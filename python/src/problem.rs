@@ -14,6 +14,9 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::fs::read_to_string;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// A problem: a model file, or a problem whose responses are computed by Python functions.
 #[pyclass(module = "linkwright._core", frozen)]
@@ -25,6 +28,10 @@ pub struct Problem {
     /// True if Python functions compute the responses.
     pub is_function: bool,
 }
+
+/// Designs of the first call of a model's analysis between two looks at signals, and the time that a call should take.
+const FIRST_CALL: usize = 16;
+const CALL_TIME: Duration = Duration::from_millis(100);
 
 /// The name of finite differences, and their relative step.
 type Differencing = (String, Option<f64>);
@@ -39,21 +46,28 @@ type CheckedTable = (Vec<String>, Vec<CheckedRow>, Vec<(String, String)>);
 
 #[pymethods]
 impl Problem {
-    /// Reads a model file; `name` is its name in messages. The functions replace the analysis.
+    /// Reads a model file; `name` is its name in messages. The functions replace the analysis. `programs` is the folder in which the program
+    /// of the file may run.
     #[new]
-    #[pyo3(signature = (name, text, functions=None, differences=None))]
+    #[pyo3(signature = (name, text, functions=None, differences=None, programs=None))]
     fn new(
         py: Python<'_>,
         name: &str,
         text: &str,
         functions: Option<&Bound<'_, PyDict>>,
         differences: Option<Differencing>,
+        programs: Option<PathBuf>,
     ) -> PyResult<Self> {
         let functions = functions.map(read_functions).transpose()?;
         let is_function = functions.is_some();
+        let read = if is_function { model_file::read_generated } else { model_file::read };
         let (model, problem) = work(py, || {
-            Ok(model_file::read(name, text).map(|model| {
-                let problem = model.problem().map(|problem| with_functions(problem, functions, differences));
+            Ok(read(name, text).map(|mut model| {
+                if let Some(folder) = programs {
+                    model.allow_programs(&folder);
+                }
+                let problem = if model.is_problem() { model.problem() } else { model.simulation() };
+                let problem = problem.map(|problem| with_functions(problem, functions, differences));
                 (model, problem)
             }))
         })?
@@ -62,7 +76,7 @@ impl Problem {
         Ok(Self { model, problem, is_function })
     }
 
-    /// Title, name of the objective with its unit, and its sign: −1 for a maximum.
+    /// Title, name of the objective with its unit, and its sign: −1 for a maximum. Without an objective its name is empty.
     #[getter]
     fn head(&self) -> (&str, &str, &str, f64) {
         let objective = &self.problem.objective;
@@ -129,7 +143,8 @@ impl Problem {
         Ok((values, evaluation.objective, constraints, violation, responses.warnings))
     }
 
-    /// Analyses of many designs, one row of each array for each: NaN where the analysis failed, with the reason.
+    /// Analyses of many designs, one row of each array for each: NaN where the analysis failed, with the reason. An error that concerns all
+    /// designs is raised.
     #[expect(clippy::type_complexity, reason = "one tuple for one call of the Python part")]
     fn analyze_many<'py>(
         &self,
@@ -143,7 +158,10 @@ impl Problem {
         Vec<Option<String>>,
     )> {
         let designs: Vec<Vec<f64>> = designs.as_array().outer_iter().map(|b| b.to_vec()).collect();
-        let all = work(py, || Ok(self.problem.analyze_designs(&designs)))?;
+        let all = self.analyze_in_calls(py, &designs)?;
+        if let Some(error) = all.iter().filter_map(|a| a.as_ref().err()).find(|error| error.ends_run()) {
+            return Err(raise(py, error));
+        }
         let problem = &self.problem;
         let number = |of: fn(&Evaluation) -> f64| -> Bound<'py, PyArray1<f64>> {
             all.iter().map(|a| a.as_ref().map_or(f64::NAN, |a| of(&a.evaluation))).collect::<Vec<_>>().into_pyarray(py)
@@ -236,6 +254,7 @@ impl Problem {
         observe: &Bound<'py, PyAny>,
         state: Option<&State>,
     ) -> PyResult<Py<State>> {
+        self.check_objective(py)?;
         let chosen = method.map(|text| method_of(py, text)).transpose()?;
         let method = chosen.as_ref().map_or(self.model.method(), Model::method);
         let (problem, start) = (&self.problem, vector(&start));
@@ -267,6 +286,7 @@ impl Problem {
     /// residual of the optimality conditions; or the reason why it did not run.
     #[expect(clippy::type_complexity, reason = "one tuple for one row of a table")]
     fn compare(&self, py: Python<'_>, name: &str) -> PyResult<(String, f64, f64, usize, usize, usize, f64, Vec<f64>)> {
+        self.check_objective(py)?;
         let preset = preset(name).map_err(|error| raise(py, &error))?;
         let method = Method { stop: self.model.method().stop, ..(preset.method)() };
         let outcome = work(py, || {
@@ -290,6 +310,31 @@ impl Problem {
 }
 
 impl Problem {
+    /// Analyses designs. Ctrl-C is seen between two calls; Python functions see it themselves.
+    fn analyze_in_calls(&self, py: Python<'_>, designs: &[Vec<f64>]) -> PyResult<Vec<Result<AnalyzedDesign>>> {
+        if self.is_function {
+            return work(py, || Ok(self.problem.analyze_designs(designs)));
+        }
+        let (mut all, mut size) = (Vec::with_capacity(designs.len()), FIRST_CALL);
+        while all.len() < designs.len() {
+            let begun = Instant::now();
+            let some = &designs[all.len()..designs.len().min(all.len() + size)];
+            all.extend(work(py, || Ok(self.problem.analyze_designs(some)))?);
+            py.check_signals()?;
+            size = if begun.elapsed() < CALL_TIME { 2 * size } else { size };
+        }
+        Ok(all)
+    }
+
+    /// Rejects an optimization of a simulation.
+    fn check_objective(&self, py: Python<'_>) -> PyResult<()> {
+        if self.is_function || self.model.is_problem() {
+            return Ok(());
+        }
+        let why = "there is no objective";
+        Err(raise(py, &Error::definition(self.model.title(), why, "add [objective] with minimize = \"…\"")))
+    }
+
     /// Does work; an error shows the part of the model file that it names.
     fn located<T: Send>(&self, py: Python<'_>, task: impl FnOnce() -> Result<T> + Send) -> PyResult<T> {
         work(py, || Ok(task()))?.map_err(|error| {
@@ -316,7 +361,7 @@ impl Problem {
             let own: Vec<&str> = analysis.gradient_methods().iter().map(|method| method.name).collect();
             return Err(Error::unknown("method of derivatives", name, own.into_iter().chain(DIFFERENCES)));
         }
-        differences(analysis, name, None)?.with_typical_sizes(self.problem.start()).sensitivities(b, here, wanted)
+        differences(analysis, name, None)?.with_variables(&self.problem.variables).sensitivities(b, here, wanted)
     }
 }
 
@@ -336,6 +381,14 @@ fn differences<A: Analysis>(analysis: A, name: &str, step: Option<f64>) -> Resul
         }
         _ => Err(Error::unknown("kind of differences", name, DIFFERENCES)),
     }
+}
+
+/// The text of a model file with the files that it names.
+#[pyfunction]
+pub fn model_text(py: Python<'_>, path: &str) -> PyResult<String> {
+    let text = read_to_string(path)?;
+    let folder = Path::new(path).parent().unwrap_or(Path::new(""));
+    model_file::with_files(path, &text, folder).map_err(|report| raise_report(py, &report))
 }
 
 fn read_functions(functions: &Bound<'_, PyDict>) -> PyResult<Functions> {
@@ -360,7 +413,7 @@ fn with_functions(
     let (name, step) = differencing.unwrap_or_else(|| ("central".to_owned(), None));
     problem.analysis = match analysis.has_derivatives() {
         true => Box::new(analysis),
-        false => Box::new(differences(analysis, &name, step)?.with_typical_sizes(problem.start())),
+        false => Box::new(differences(analysis, &name, step)?.with_variables(&problem.variables)),
     };
     Ok(problem)
 }

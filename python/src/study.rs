@@ -7,7 +7,7 @@ use linkwright::{Error, Result};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 /// Largest size of a row file in bytes.
@@ -25,10 +25,19 @@ type Conclusions = (Vec<String>, Vec<(String, Vec<String>)>, Vec<(String, String
 
 #[pymethods]
 impl Study {
-    /// Reads the text of a study file and that of its model; the names are for messages.
+    /// Reads the text of a study file and that of its model; the names are for messages. `programs` is the folder in which the program of
+    /// the model may run.
     #[new]
-    fn new(py: Python<'_>, name: &str, text: &str, model_name: &str, model: &str) -> PyResult<Self> {
-        let source = ModelSource { name: model_name.to_owned(), text: model.to_owned(), programs: None };
+    #[pyo3(signature = (name, text, model_name, model, programs=None))]
+    fn new(
+        py: Python<'_>,
+        name: &str,
+        text: &str,
+        model_name: &str,
+        model: &str,
+        programs: Option<PathBuf>,
+    ) -> PyResult<Self> {
+        let source = ModelSource { name: model_name.to_owned(), text: model.to_owned(), programs };
         let made = work(py, || {
             let read = StudyFile::read(name, text).map_err(StudyError::from);
             Ok(read.and_then(|file| study::Study::new(file, &source)))
@@ -73,7 +82,8 @@ impl Study {
                     "give runs of this study",
                 ));
             }
-            Ok(runs.par_iter().with_max_len(1).map(|run| self.0.row(phase, *run, &known).line()).collect())
+            let line = |run: &usize| Ok(self.0.row(phase, *run, &known)?.line());
+            runs.par_iter().with_max_len(1).map(line).collect()
         })
     }
 

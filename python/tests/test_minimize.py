@@ -124,3 +124,33 @@ def test_an_exception_of_the_function_arrives():
 
     with pytest.raises(OverflowError, match="mine"):
         linkwright.minimize(f, [1.0], bounds=[(-1, 1)])
+
+
+def test_forms_of_scipy():
+    def fun(x, factor=1.0):
+        return factor * (x[0] - 3.0) ** 2
+
+    assert linkwright.minimize(fun, [1.0], constraints=None).x[0] == pytest.approx(3.0, abs=1e-4)
+    assert linkwright.minimize(fun, [1.0], args=2.0).x[0] == pytest.approx(3.0, abs=1e-4)
+    equal = {"type": "EQ", "fun": lambda x, c: x[0] - c, "args": 2.0}
+    assert linkwright.minimize(fun, [1.0], constraints=equal).x[0] == pytest.approx(2.0, abs=1e-4)
+    assert linkwright.minimize(fun, [1.0], jac="2-point").x[0] == pytest.approx(3.0, abs=1e-4)
+    for jac in ("nope", 3):
+        with pytest.raises(linkwright.DefinitionError, match="`jac` is a function"):
+            linkwright.minimize(fun, [1.0], jac=jac)
+    with pytest.raises(linkwright.DefinitionError, match="give a pair"):
+        linkwright.minimize(fun, [1.0, 1.0], bounds=(0, 1))
+    with pytest.raises(linkwright.DefinitionError, match="the same option"):
+        linkwright.minimize(fun, [1.0], options={"maxiter": 3, "max_cycles": 5})
+    stopped = linkwright.minimize(fun, [1.0], callback=lambda x: np.all(x > -9))
+    assert stopped.status == 4 and stopped.nit == 1
+
+
+def test_the_default_method_says_that_it_does_not_use_tol():
+    with pytest.warns(UserWarning, match="does not use `tol`"):
+        linkwright.minimize(lambda x: (x[0] - 3.0) ** 2, [1.0], tol=1e-3)
+
+
+def test_an_unbounded_problem_is_named():
+    found = linkwright.minimize(lambda x: -x[0], [1.0])
+    assert not found.success and "seems to be unbounded" in found.message

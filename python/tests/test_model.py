@@ -1,6 +1,10 @@
 """Models: files, dictionaries, analyses, derivatives, checks, runs, reports, pickles."""
 
+import json
 import pickle
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -247,3 +251,180 @@ def test_points_of_a_sweep_are_in_its_unit():
 def test_the_package_is_typed():
     package = Path(linkwright.__file__).parent
     assert (package / "py.typed").exists() and (package / "_core.pyi").exists()
+
+
+SQUARES = {"design": {"c": {"start": 0.3}, "k": {"start": 1.0}}, "output": [{"name": "r", "value": "10*c + k"}]}
+SQUARES_PROBLEM = {**SQUARES, "objective": {"minimize": "r"}}
+
+
+def test_designs_of_pandas_are_matched_by_name():
+    pandas = pytest.importorskip("pandas")
+    model = linkwright.Model.from_dict({**SQUARES_PROBLEM, "design": {"k": {"start": 1.0}, "c": {"start": 0.3}}})
+    assert model.variable_names == ("k", "c")
+    series = pandas.Series({"c": 0.5, "k": 2.0})
+    assert model.analyze(series)["r"] == model.analyze({"c": 0.5, "k": 2.0})["r"] == 7.0
+    assert model.analyze(pandas.Series([2.0, 0.5]))["r"] == 7.0
+    frame = pandas.DataFrame({"c": [0.5, 0.1], "note": ["a", "b"], "k": [2.0, 3.0]})
+    np.testing.assert_array_equal(model.analyze_many(frame).responses["r"], [7.0, 4.0])
+    again = model.analyze_many(model.analyze_many(frame).to_pandas())
+    np.testing.assert_array_equal(again.responses["r"], [7.0, 4.0])
+    with pytest.raises(linkwright.DefinitionError, match="no column `k`"):
+        model.analyze_many(frame[["c"]])
+    with pytest.raises(linkwright.DefinitionError, match="no design variable `d`"):
+        model.analyze(pandas.Series({"d": 0.5}))
+
+
+def test_designs_with_masked_or_logical_values_are_refused():
+    model = linkwright.Model.from_dict(SQUARES_PROBLEM)
+    with pytest.raises(linkwright.DefinitionError, match="masked"):
+        model.analyze(np.ma.array([0.3, 1.0], mask=[True, False]))
+    for design in ({"k": True}, [True, 0.5]):
+        with pytest.raises(linkwright.DefinitionError, match="real numbers"):
+            model.analyze(design)
+
+
+def test_tables_have_the_responses_that_are_numbers():
+    pytest.importorskip("pandas")
+    model = linkwright.Model.from_dict(SQUARES_PROBLEM)
+    assert model.analyze().to_pandas().to_dict("list") == {"r": [4.0]}
+    assert model.sensitivities().to_pandas().to_dict("list") == {("r", "c"): [10.0], ("r", "k"): [1.0]}
+    mixed = linkwright.Model.from_dict(
+        {**SQUARES_PROBLEM, "time": {"to": 1.0, "points": 3}, "output": [*SQUARES["output"], {"name": "h", "value": "k*time"}]}
+    )
+    frame = mixed.analyze().to_pandas()
+    assert frame.to_dict("list") == {"r": [4.0, 4.0, 4.0], "h": [0.0, 0.5, 1.0]}
+    assert frame.index.tolist() == [0.0, 0.5, 1.0]
+    assert mixed.sensitivities().to_pandas()["r", "c"].tolist() == [10.0, 10.0, 10.0]
+
+
+def test_a_model_without_an_objective_is_a_simulation():
+    model = linkwright.Model.from_dict(SQUARES)
+    here = model.analyze({"c": 0.1})
+    assert here["r"] == 2.0 and np.isnan(here.objective) and here.constraints == {}
+    np.testing.assert_array_equal(model.sensitivities()["r"], [10.0, 1.0])
+    many = model.analyze_many([[0.1, 1.0], [0.2, 1.0]])
+    np.testing.assert_array_equal(many.responses["r"], [2.0, 3.0])
+    assert np.isnan(many.objective).all() and pickle.loads(pickle.dumps(model)).analyze()["r"] == 4.0
+    for run in (model.optimize, model.compare):
+        with pytest.raises(linkwright.DefinitionError, match="there is no objective; add"):
+            run()
+    study = linkwright.Study({"kind": "grid", "vary": {"c": {"from": 0.0, "to": 0.2, "points": 3}}}, model)
+    assert study.run().table()["r"] == [1.0, 2.0, 3.0]
+
+
+def test_a_model_of_several_files(tmp_path):
+    (tmp_path / "t.csv").write_text("x,y\n0,0\n1,10\n")
+    (tmp_path / "c.toml").write_text('[constants]\nfactor = 2.0\n')
+    text = (
+        'version = 2\ninclude = "c.toml"\n[design.a]\nstart = 0.5\nlower = 0\nupper = 1\n[table.f]\nfile = "t.csv"\ninterpolation = "linear"\n'
+        '[[output]]\nname = "r"\nvalue = "factor*f(a)"\n[objective]\nminimize = "r"\n'
+    )
+    (tmp_path / "m.toml").write_text(text)
+    model = linkwright.Model.from_file(tmp_path / "m.toml")
+    assert model.analyze()["r"] == 10.0 and pickle.loads(pickle.dumps(model)).analyze()["r"] == 10.0
+    (tmp_path / "s.toml").write_text('version = 1\nmodel = "m.toml"\nkind = "grid"\n[vary.a]\nfrom = 0\nto = 1\npoints = 3\n')
+    assert linkwright.Study.from_file(tmp_path / "s.toml").run().table()["objective"] == [0.0, 10.0, 20.0]
+
+
+PROGRAM = """
+import json, sys
+for line in sys.stdin:
+    request = json.loads(line)
+    x = request["design"]["x"]
+    print(json.dumps({"id": request["id"], "responses": {"f": (x - 2) ** 2}}), flush=True)
+"""
+
+
+def program(folder, command):
+    (folder / "program.py").write_text(PROGRAM)
+    text = (
+        f'version = 2\n[analysis]\nkind = "program"\ncommand = {json.dumps(command)}\nderivatives = "central"\n[design.x]\nstart = 1.0\nlower = 0.0\n'
+        'upper = 5.0\n[[output]]\nname = "f"\nprogram = "number"\n[objective]\nminimize = "f"\n'
+    )
+    (folder / "m.toml").write_text(text)
+    (folder / "s.toml").write_text('version = 1\nmodel = "m.toml"\nkind = "grid"\n[vary.x]\nfrom = 0\nto = 2\npoints = 3\n')
+    return folder / "m.toml"
+
+
+def test_a_program_runs_only_if_that_is_allowed(tmp_path):
+    path = program(tmp_path, [sys.executable, "program.py"])
+    model = linkwright.Model.from_file(path)
+    rows = tmp_path / "rows.jsonl"
+    study = linkwright.Study.from_file(tmp_path / "s.toml")
+    for run in (model.analyze, model.optimize, lambda: model.analyze_many([[1.0]]), lambda: study.run(file=rows)):
+        with pytest.raises(linkwright.DefinitionError, match="allow_programs=True"):
+            run()
+    assert len(rows.read_text().splitlines()) == 1, "the header only"
+    model = linkwright.Model.from_file(path, allow_programs=True)
+    assert model.optimize().design[0] == pytest.approx(2.0, abs=1e-4)
+    assert pickle.loads(pickle.dumps(model)).analyze()["f"] == 1.0
+    study = linkwright.Study.from_file(tmp_path / "s.toml", allow_programs=True)
+    assert study.run(file=rows).table()["objective"] == [4.0, 1.0, 0.0]
+    assert pickle.loads(pickle.dumps(study)).run(1).table()["objective"] == [4.0, 1.0, 0.0]
+
+
+def test_a_program_that_cannot_be_started_ends_a_study_without_rows(tmp_path):
+    program(tmp_path, ["./missing"])
+    study = linkwright.Study.from_file(tmp_path / "s.toml", allow_programs=True)
+    with pytest.raises(linkwright.DefinitionError, match="the program cannot be started"):
+        study.run(file=tmp_path / "rows.jsonl")
+    (tmp_path / "missing").write_text(f"#!{sys.executable}\n{PROGRAM}")
+    (tmp_path / "missing").chmod(0o755)
+    study = linkwright.Study.from_file(tmp_path / "s.toml", allow_programs=True)
+    assert study.run(file=tmp_path / "rows.jsonl").table()["objective"] == [4.0, 1.0, 0.0]
+
+
+def test_ctrl_c_ends_the_analysis_of_many_designs():
+    code = (
+        "import sys, threading, time, os, signal, numpy, linkwright\n"
+        "model = linkwright.Model.from_file(sys.argv[1])\n"
+        "designs = numpy.tile(model.start, (1_000_000, 1))\n"
+        "designs[:, 0] = numpy.linspace(0.3, 0.6, len(designs))\n"
+        "threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
+        "try:\n    model.analyze_many(designs)\nexcept KeyboardInterrupt:\n    print('interrupted')\n"
+    )
+    begun = time.monotonic()
+    done = subprocess.run([sys.executable, "-c", code, str(MODELS / "impact-absorber.toml")], capture_output=True, text=True, timeout=200)
+    assert done.stdout.strip() == "interrupted", done.stderr
+    assert time.monotonic() - begun < 30
+
+
+def test_arguments_are_checked():
+    model = linkwright.Model.from_dict(SQUARES_PROBLEM | {"constraint": [{"name": "g", "value": "r", "at_least": 1.0}]})
+    other = linkwright.Model.from_dict(SQUARES_PROBLEM | {"constraint": [{"name": "g", "value": "r", "at_least": 2.0}]})
+    result = model.optimize({"preset": "slp", "max_cycles": 1})
+    assert [row["method"] for row in model.compare("slp").rows] == ["slp"]
+    for call, message in [
+        (lambda: model.sensitivities(method=3), "is a name"),
+        (lambda: model.compare([1]), "names of methods"),
+        (lambda: model.check(points=None), "`points` is a whole number"),
+        (lambda: model.check(points=2.5), "`points` is a whole number"),
+        (lambda: result.report(slice=-1), "`slice` is a whole number"),
+        (lambda: model.optimize(resume=result, start=[1.0, 1.0]), "give `resume` or `start`"),
+        (lambda: model.optimize(resume=3), "`resume` is a result"),
+        (lambda: other.optimize(resume=result), "constraint `g` has the limit 2 instead of 1"),
+    ]:
+        with pytest.raises(linkwright.DefinitionError, match=message):
+            call()
+    assert len(model.optimize("slp", lambda cycle: np.bool_(True)).history["cycle"]) == 1
+
+
+def test_results_have_short_forms(absorber):
+    for result in (absorber.analyze(), absorber.sensitivities(), absorber.analyze_many([absorber.start]), absorber.check(points=1)):
+        assert len(repr(result)) < 1500 and "array(" not in repr(result)
+        assert result._repr_html_().startswith("<p>")
+    assert "acceleration: 101 values" in repr(absorber.analyze())
+
+
+def test_variables_with_names_of_columns():
+    model = linkwright.Model.from_dict(
+        {
+            "design": {"cycle": {"start": 3.0, "lower": 0.0, "upper": 9.0}, "failure": {"start": 1.0, "lower": 0.0, "upper": 9.0}},
+            "output": [{"name": "r", "value": "(cycle - 1)^2 + failure"}],
+            "objective": {"minimize": "r"},
+        }
+    )
+    history = model.optimize("slp").history
+    assert list(history["cycle"])[:2] == [0, 1] and history["design.cycle"][0] == 3.0 and history["design.failure"][0] == 1.0
+    many = model.analyze_many([[1.0, 2.0]]).to_pandas()
+    assert many["cycle"][0] == 1.0 and many["failure"][0] is None and many["design.failure"][0] == 2.0

@@ -134,3 +134,67 @@ def test_a_failed_design_and_an_exception():
     assert any(isinstance(text, str) for text in problem.driver.found.history["failure"])
     with pytest.raises(ZeroDivisionError):
         run(ZeroDivisionError)
+
+
+def parabola(driver, constraint, variable):
+    """min (x − 10)² subject to limits of g = x."""
+    problem = om.Problem(reports=False)
+    problem.model.add_subsystem("c", om.ExecComp(["f = (x - 10)**2", "g = 1.0*x"], x=1.0), promotes=["*"])
+    problem.model.add_design_var("x", lower=-100, upper=100, **variable)
+    problem.model.add_objective("f")
+    problem.model.add_constraint("g", **constraint)
+    problem.driver = driver
+    problem.setup()
+    return problem
+
+
+@pytest.mark.parametrize(
+    "constraint, variable, expected",
+    [
+        ({"upper": 5.0, "ref": 10.0}, {}, 5.0),
+        ({"upper": 5.0, "scaler": 1e-3}, {}, 5.0),
+        ({"upper": 5.0, "scaler": -2.0}, {}, 5.0),
+        ({"lower": 20.0, "upper": 30.0, "ref0": 2.0, "ref": 4.0}, {}, 20.0),
+        ({"equals": 5.0, "ref": 10.0}, {}, 5.0),
+        ({"upper": 200.0}, {"ref": 1000.0}, 10.0),
+        ({"upper": 200.0}, {"scaler": 100.0}, 10.0),
+        ({"upper": 200.0}, {"adder": 95.0}, 10.0),
+    ],
+)
+def test_limits_are_scaled_as_values_are(constraint, variable, expected):
+    problem = parabola(Driver(), constraint, variable)
+    result = problem.run_driver()
+    assert result.success
+    assert problem.get_val("x")[0] == pytest.approx(expected, abs=1e-4)
+    assert problem.driver.found.problem.variable_names == ("x",)
+
+
+def test_a_driver_needs_one_objective_and_a_variable():
+    two = om.Problem(reports=False)
+    two.model.add_subsystem("c", om.ExecComp(["f = (x - 3)**2", "g = x**2"], x=1.0), promotes=["*"])
+    two.model.add_design_var("x", lower=-9, upper=9)
+    two.model.add_objective("f")
+    two.model.add_objective("g")
+    two.driver = Driver()
+    two.setup()
+    with pytest.raises(RuntimeError, match="one objective, the model has 2: f, g"):
+        two.run_driver()
+    for objectives, variables, message in [([], ["x"], "one objective, the model has 0"), (["f"], [], "no design variables")]:
+        problem = om.Problem(reports=False)
+        problem.model.add_subsystem("c", om.ExecComp("f = (x - 3)**2", x=1.0), promotes=["*"])
+        [problem.model.add_design_var(name) for name in variables]
+        [problem.model.add_objective(name) for name in objectives]
+        problem.driver = Driver()
+        problem.setup()
+        with pytest.raises(RuntimeError, match=message):
+            problem.run_driver()
+
+
+def test_a_component_has_the_units_of_the_model():
+    model = linkwright.Model.from_dict({"design": {"l": {"start": "300 mm"}}, "output": [{"name": "area", "value": "l^2"}]})
+    problem = om.Problem(reports=False)
+    problem.model.add_subsystem("m", Component(model=model), promotes=["*"])
+    problem.setup()
+    problem.run_model()
+    assert problem.get_val("l")[0] == 300.0
+    assert problem.get_val("area")[0] == pytest.approx(0.09)

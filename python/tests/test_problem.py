@@ -256,3 +256,41 @@ def test_arrays_of_other_processes_may_be_unaligned():
         problem = linkwright.Problem({"x": 3.0, "y": -2.0}, ["f"], lambda b: float(b @ b), objective="f", **more)
         np.testing.assert_allclose(problem.sensitivities([3.0, -2.0])["f"], [6.0, -4.0], rtol=1e-6)
         assert problem.analyze_many([[1.0, 2.0], [0.0, 1.0]]).objective.tolist() == [5.0, 1.0]
+
+
+@pytest.mark.parametrize("differences", ["forward", "central", "richardson", "noise-aware"])
+@pytest.mark.parametrize("start", [0.0, 2.0])
+def test_differences_stay_inside_the_bounds(differences, start):
+    def analyze(b):
+        return float("nan") if not 0.0 <= b[0] <= 2.0 else (b[0] - 1.5) ** 2 + b[1]
+
+    variables = {"a": {"start": start, "lower": 0.0, "upper": 2.0}, "b": {"start": 1.0, "lower": 0.5, "upper": 3.0}}
+    problem = linkwright.Problem(variables, ["r"], analyze, objective="r", differences=differences)
+    assert problem.sensitivities()["r"] == pytest.approx([2 * (start - 1.5), 1.0], abs=1e-4)
+    found = problem.optimize()
+    assert found.success and found.design == pytest.approx([1.5, 0.5], abs=1e-3)
+
+
+def test_a_problem_may_be_longer_than_a_file():
+    time = np.linspace(0.0, 1.0, 100_000)
+    problem = linkwright.Problem({"a": 1.0}, ["r"], lambda b: b[0] * time, objective={"minimize": "r", "over": "mean"}, time=time)
+    assert problem.analyze().objective == pytest.approx(0.5)
+    names = [f"r{i}" for i in range(10_000)]
+    problem = linkwright.Problem(
+        {"a": 1.0}, names, lambda b: np.full(len(names), b[0]), objective="a", constraints={name: {"at_least": 0.5} for name in names}
+    )
+    assert len(problem.analyze().constraints) == 10_000
+
+
+def test_arrays_of_other_libraries_are_taken():
+    class Foreign:
+        def __array__(self, dtype=None, copy=None):
+            return np.array([[1.0, 2.0], [3.0, 4.0]])
+
+    problem = linkwright.Problem({"a": 1.0}, ["r", "s"], lambda b: Foreign(), objective="a", time=[0.0, 1.0])
+    np.testing.assert_array_equal(problem.analyze()["s"], [3.0, 4.0])
+
+
+def test_second_derivatives_need_first_ones():
+    with pytest.raises(linkwright.DefinitionError, match="`second_derivatives` needs `derivatives`"):
+        linkwright.Problem({"a": 1.0}, ["r"], lambda b: b[0], second_derivatives=lambda b: np.zeros((1, 1)), objective="r")

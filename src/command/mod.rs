@@ -12,6 +12,7 @@
 //! | `folder` | folders into which commands write, with the list of their files |
 //! | `budget` | memory and time, estimated from the sizes of a problem |
 //! | `progress`, `eta` | the table of cycles during a run, and the estimated time to its end |
+//! | `interruption` | Ctrl-C |
 //! | `analysis_page` | the page of an analysis |
 //! | `tables` | cycles, histories and derivatives as tables |
 //! | `model`, `output` | reading of model files; standard output and standard error, dates and durations |
@@ -35,6 +36,7 @@ mod eta;
 mod faults;
 mod folder;
 mod import;
+mod interruption;
 mod model;
 mod new;
 #[cfg(feature = "app")]
@@ -139,6 +141,7 @@ pub fn main() -> ExitCode {
     if arguments.allow_programs {
         model::allow_programs();
     }
+    interruption::handle();
     start_threads();
     let done = |()| ExitCode::SUCCESS;
     // The output of these commands is all that they do.

@@ -4,6 +4,7 @@ use super::budget::Budget;
 #[cfg(feature = "database")]
 use super::database::WarmStart;
 use super::folder;
+use super::interruption::at_interruption;
 use super::model::{Edits, Start, located, model_file, parsed};
 use super::output::{ClosedOutput, Digits, argument, complain, results};
 use super::progress::{Progress, RunningTime, Show};
@@ -355,13 +356,8 @@ impl Shown {
 /// Ends the process at Ctrl-C with a line that says how to go on. Every cycle is stored, so it may end at any moment.
 fn announce_interruptions(out: &Path) {
     let text = format!("\ninterrupted; `linkwright resume {}` continues the run", argument(&out.display().to_string()));
-    let end = move || {
+    at_interruption(move || {
         complain(&text);
-        std::process::exit(INTERRUPTED);
-    };
-    // Without a handler the system ends the process all the same.
-    drop(ctrlc::set_handler(end));
+        true
+    });
 }
-
-/// Exit code after Ctrl-C: 128 and the number of the signal, as shells have it.
-const INTERRUPTED: i32 = 130;

@@ -2,6 +2,8 @@
 
 /// Bytes of a file.
 pub const FILE: usize = 1 << 20;
+/// Bytes of a text that a program has written from data in memory.
+pub const GENERATED: usize = 1 << 26;
 /// Files that a model includes.
 pub const FILES: usize = 32;
 /// Characters of an expression.

@@ -60,7 +60,7 @@ pub use attached::with_files;
 pub use complete::{Completion, Completions, completions};
 pub use diagnostics::{Diagnostic, DiagnosticReport, Severity};
 pub use document::{document, schema, tables};
-pub use file::{Accepts, Constant, Key, Model, Need, TableKeys, read, read_of_run};
+pub use file::{Accepts, Constant, Key, Model, Need, TableKeys, read, read_generated, read_of_run};
 #[cfg(feature = "report")]
 pub(crate) use file::{
     FileSource, Read, Section, Word, default, find, optional, ordered, read_document, required, wrong_type,

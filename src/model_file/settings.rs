@@ -9,9 +9,14 @@ use toml::de::{DeTable, DeValue};
 /// # Errors
 /// If the text is too long or not TOML.
 pub(super) fn parse(text: &str) -> Result<DeTable<'_>, Diagnostic> {
-    if text.len() > limits::FILE {
+    parse_up_to(limits::FILE, text)
+}
+
+/// As [`parse`], for a text of up to `longest` bytes.
+pub(super) fn parse_up_to(longest: usize, text: &str) -> Result<DeTable<'_>, Diagnostic> {
+    if text.len() > longest {
         let message = format!("a file of {} bytes is too long", text.len());
-        return Err(Diagnostic::new(0..0, message).help(format!("at most {} are read", limits::FILE)));
+        return Err(Diagnostic::new(0..0, message).help(format!("at most {longest} are read")));
     }
     attached::parse(text)
 }

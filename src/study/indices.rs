@@ -177,7 +177,7 @@ impl Plan for Indices {
         &self.phases
     }
 
-    fn run(&self, _: usize, run: usize, _: &Rows) -> RunResult {
+    fn run(&self, _: usize, run: usize, _: &Rows) -> Result<RunResult> {
         analysed(&self.evaluator, self.point(run), &self.wanted)
     }
 

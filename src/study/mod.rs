@@ -163,15 +163,19 @@ impl Study {
     }
 
     /// One run, given the rows that it needs.
-    pub fn row(&self, phase: usize, run: usize, done: &Rows) -> Row {
-        self.phases()[phase].row(phase, run, self.plan.run(phase, run, done))
+    ///
+    /// # Errors
+    /// Those of [`Plan::run`].
+    pub fn row(&self, phase: usize, run: usize, done: &Rows) -> Result<Row> {
+        Ok(self.phases()[phase].row(phase, run, self.plan.run(phase, run, done)?))
     }
 
     /// Does the runs of a part that have no row yet, in parallel, and returns all rows. `observe` gets each new row as soon as the run ends, in
     /// any order and one at a time, and stops the study if it returns false: runs that have begun are finished.
     ///
     /// # Errors
-    /// If the rows are those of another study, or the runs of the study cannot be done in parts.
+    /// If the rows are those of another study, or the runs of the study cannot be done in parts; those of [`row`](Self::row), which stop the
+    /// study in the same way as `observe`.
     pub fn run(&self, mut rows: Rows, part: Part, observe: &(dyn Fn(&Row) -> bool + Sync)) -> Result<Rows> {
         if part != Part::WHOLE && !self.has_parts() {
             let why = "its runs start from the results of others";
@@ -185,16 +189,17 @@ impl Study {
                 let missing: Vec<usize> = wave.into_iter().filter(|run| rows.get(number, *run).is_none()).collect();
                 let done = |run: usize| {
                     if stopped.load(Ordering::Relaxed) {
-                        return None;
+                        return Ok(None);
                     }
-                    let row = self.row(number, run, &rows);
+                    let row = self.row(number, run, &rows).inspect_err(|_| stopped.store(true, Ordering::Relaxed))?;
                     let _alone = one_at_a_time.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
                     if !observe(&row) {
                         stopped.store(true, Ordering::Relaxed);
                     }
-                    Some(row)
+                    Ok(Some(row))
                 };
-                let new: Vec<Option<Row>> = missing.into_par_iter().with_max_len(1).map(done).collect();
+                let new: Vec<Result<Option<Row>>> = missing.into_par_iter().with_max_len(1).map(done).collect();
+                let new = new.into_iter().collect::<Result<Vec<_>>>()?;
                 new.into_iter().flatten().try_for_each(|row| rows.add(row))?;
                 if stopped.load(Ordering::Relaxed) {
                     return Ok(rows);

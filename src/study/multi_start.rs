@@ -123,7 +123,7 @@ impl Plan for MultiStart {
         &self.phases
     }
 
-    fn run(&self, _: usize, run: usize, _: &Rows) -> RunResult {
+    fn run(&self, _: usize, run: usize, _: &Rows) -> Result<RunResult> {
         let (number, m) = (run / self.methods.len(), run % self.methods.len());
         let start = self.start(number);
         let inputs = [vec![m as f64], start.clone()].concat();
@@ -131,7 +131,7 @@ impl Plan for MultiStart {
         let end = self.source.with(preset).and_then(|source| optimize(&with_start(&source, &start)?));
         match end {
             Ok(end) => {
-                RunResult { values: [inputs, end.values()].concat(), status: end.status(), failure: String::new() }
+                Ok(RunResult { values: [inputs, end.values()].concat(), status: end.status(), failure: String::new() })
             }
             Err(error) => RunResult::failed(inputs, error),
         }

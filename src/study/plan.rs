@@ -1,5 +1,6 @@
 //! What a study consists of: phases of runs, each run a row, and conclusions from all rows.
 
+use super::error::StudyError;
 use super::rows::{Row, Rows};
 use crate::Result;
 use crate::report::figure::Figure;
@@ -100,7 +101,16 @@ impl RunResult {
     }
 
     /// A run without results, with its inputs.
-    pub fn failed(inputs: Vec<f64>, why: impl ToString) -> Self {
+    ///
+    /// # Errors
+    /// The error itself if it [ends](crate::Error::ends_run) the study: it says nothing about this run.
+    pub fn failed(inputs: Vec<f64>, why: impl Into<StudyError>) -> Result<Self> {
+        let why = why.into();
+        if let StudyError::Other(error) = &why
+            && error.ends_run()
+        {
+            return Err(error.clone());
+        }
         let failure = why.to_string();
         // The first line says what failed; the others show the place in the file.
         let failure = failure
@@ -110,7 +120,7 @@ impl RunResult {
             .unwrap_or("no reason given")
             .trim()
             .to_owned();
-        Self { values: inputs, status: "failed".to_owned(), failure }
+        Ok(Self { values: inputs, status: "failed".to_owned(), failure })
     }
 }
 
@@ -134,7 +144,10 @@ pub trait Plan: Send + Sync {
     fn phases(&self) -> &[Phase];
 
     /// Does a run.
-    fn run(&self, phase: usize, run: usize, done: &Rows) -> RunResult;
+    ///
+    /// # Errors
+    /// Those that [end](crate::Error::ends_run) the study; any other error makes a failed run.
+    fn run(&self, phase: usize, run: usize, done: &Rows) -> Result<RunResult>;
 
     /// The conclusions from all rows. Failed runs are left out.
     ///
@@ -164,6 +177,7 @@ pub fn bisection(n: usize) -> Vec<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Error;
 
     #[test]
     fn bisection_has_every_number_once() {
@@ -181,9 +195,9 @@ mod tests {
         let phase = Phase::independent("runs", columns, 2);
         let rows = [
             phase.row(0, 0, RunResult::done(vec![1.0, f64::NAN])),
-            phase.row(0, 1, RunResult::failed(vec![0.0], "too stiff\n in a file")),
+            phase.row(0, 1, RunResult::failed(vec![0.0], Error::definition("k", "too stiff\n in a file", "")).unwrap()),
         ];
         let table = phase.table("", rows.iter()).unwrap();
-        assert_eq!(table.csv(), "run,method,f,status,failure\n0,slp,,done,\n1,mma,,failed,too stiff\n");
+        assert_eq!(table.csv(), "run,method,f,status,failure\n0,slp,,done,\n1,mma,,failed,k: too stiff\n");
     }
 }

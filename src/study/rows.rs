@@ -24,11 +24,20 @@ pub struct Row {
     pub failure: String,
 }
 
+/// Failures of programs that were not started.
+const PROGRAM_NOT_STARTED: [&str; 2] =
+    ["a model file starts no program unless that is allowed", "the program cannot be started"];
+
 fn is_zero(n: &usize) -> bool {
     *n == 0
 }
 
 impl Row {
+    /// True for a row of an earlier version about a program that was not started: the run was not done.
+    fn is_of_missing_program(&self) -> bool {
+        PROGRAM_NOT_STARTED.iter().any(|why| self.failure.contains(why))
+    }
+
     /// True if the run has no results.
     pub fn has_failed(&self) -> bool {
         !self.failure.is_empty()
@@ -157,7 +166,7 @@ impl Rows {
 
     /// Reads a row file; `file` is its name in errors, `runs` the number of runs of each phase.
     ///
-    /// A last line that is not complete is left out.
+    /// A last line that is not complete is left out, and so are rows of runs that failed because a program was not started.
     ///
     /// # Errors
     /// [`Error::File`] for a damaged line before the last one, with its number.
@@ -184,6 +193,10 @@ impl Rows {
                 stored.header = Some(serde_json::from_str(&line).map_err(|_| damaged("is not the header of a study"))?);
             } else {
                 let row: Row = serde_json::from_str(&line).map_err(|_| damaged("is not a row"))?;
+                if row.is_of_missing_program() {
+                    stored.length = next;
+                    continue;
+                }
                 stored.rows.add(row).map_err(|error| damaged(&format!("does not fit: {error}")))?;
             }
             stored.length = next;
@@ -220,6 +233,23 @@ mod tests {
                     && text[..read.length].lines().count() == read.rows.len() + usize::from(read.header.is_some())
             );
         }
+    }
+
+    #[test]
+    fn a_run_whose_program_was_not_started_is_done_again() {
+        let header = RowHeader { study: "00".to_owned(), version: 1 };
+        let why = |why: &str| Row { status: "failed".to_owned(), failure: why.to_owned(), ..row(1) };
+        for failure in PROGRAM_NOT_STARTED {
+            let text =
+                [header.line(), row(0).line(), why(&format!("the program `p`: {failure}; start it")).line()].concat();
+            let read = Rows::read("r", text.as_bytes(), &[3]).unwrap();
+            assert_eq!((read.rows.len(), read.length), (1, text.len()));
+            // Its new row may follow in the same file.
+            let read = Rows::read("r", (text + &row(1).line()).as_bytes(), &[3]).unwrap();
+            assert_eq!(read.rows.get(0, 1), Some(&row(1)));
+        }
+        let other = [header.line(), why("no assembly").line()].concat();
+        assert_eq!(Rows::read("r", other.as_bytes(), &[3]).unwrap().rows.len(), 1);
     }
 
     #[test]

@@ -84,9 +84,9 @@ pub fn columns(evaluator: &Evaluator, wanted: &[Quantity]) -> Vec<Column> {
 }
 
 /// The row of an analysis: variables, then quantities.
-pub fn analysed(evaluator: &Evaluator, x: Vec<f64>, wanted: &[Quantity]) -> RunResult {
+pub fn analysed(evaluator: &Evaluator, x: Vec<f64>, wanted: &[Quantity]) -> Result<RunResult> {
     match evaluator.values(&x, wanted) {
-        Ok(values) => RunResult::done([x, values].concat()),
+        Ok(values) => Ok(RunResult::done([x, values].concat())),
         Err(error) => RunResult::failed(x, error),
     }
 }
@@ -96,7 +96,7 @@ impl Plan for Analyses {
         &self.phases
     }
 
-    fn run(&self, _: usize, run: usize, _: &Rows) -> RunResult {
+    fn run(&self, _: usize, run: usize, _: &Rows) -> Result<RunResult> {
         analysed(&self.evaluator, self.points.point(run), &self.wanted)
     }
 

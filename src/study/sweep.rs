@@ -182,7 +182,9 @@ impl Sweep {
         let constraints = outcome::constraints(problem, &state.design, &state.evaluation);
         values.extend(constraints.iter().map(|c| c.value));
         if self.is_front() {
-            let post = PostOptimal::new(problem, state).ok().filter(|_| state.status.is_success());
+            // Active constraints are known from the last cycle; a run that has ended at its start had none.
+            let is_known = state.status.is_success() && state.cycles() > 0;
+            let post = PostOptimal::new(problem, state).ok().filter(|_| is_known);
             for s in &self.settings {
                 let SettingForm::Limit { constraint, .. } = s.form else { continue };
                 let parameter = Parameter::Limit(constraint);
@@ -268,10 +270,10 @@ impl Plan for Sweep {
         &self.phases
     }
 
-    fn run(&self, _: usize, run: usize, done: &Rows) -> RunResult {
+    fn run(&self, _: usize, run: usize, done: &Rows) -> Result<RunResult> {
         let point = self.points.point(run);
         match self.optimized(run, &point, done) {
-            Ok((values, status)) => RunResult { values: [point, values].concat(), status, failure: String::new() },
+            Ok((values, status)) => Ok(RunResult { values: [point, values].concat(), status, failure: String::new() }),
             Err(error) => RunResult::failed(point, error),
         }
     }

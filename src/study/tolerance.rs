@@ -98,7 +98,7 @@ impl Tolerances {
     }
 
     /// Values and derivatives at the means (run 0), below (odd runs) and above the mean of a variable.
-    fn derivatives(&self, run: usize) -> RunResult {
+    fn derivatives(&self, run: usize) -> Result<RunResult> {
         let mut x = self.means();
         if let Some(side) = run.checked_sub(1) {
             let sign = if side % 2 == 0 { -1.0 } else { 1.0 };
@@ -107,14 +107,14 @@ impl Tolerances {
         match self.evaluator.gradients(&x, &self.steps(), &self.wanted) {
             Ok(found) => {
                 let slopes = found.rows.row_iter().flat_map(|row| row.iter().copied().collect::<Vec<_>>());
-                RunResult::done(x.into_iter().chain(found.values).chain(slopes).collect())
+                Ok(RunResult::done(x.into_iter().chain(found.values).chain(slopes).collect()))
             }
             Err(error) => RunResult::failed(x, error),
         }
     }
 
     /// The value of a quantity at the corner of the tolerance box to which its derivatives at the means point.
-    fn worst(&self, run: usize) -> RunResult {
+    fn worst(&self, run: usize) -> Result<RunResult> {
         let (q, is_high) = (run / 2, run % 2 == 1);
         let head = vec![q as f64, f64::from(u8::from(is_high))];
         let wanted = std::slice::from_ref(&self.wanted[q]);
@@ -128,13 +128,13 @@ impl Tolerances {
             Ok([x, value].concat())
         };
         match corner() {
-            Ok(values) => RunResult::done([head, values].concat()),
+            Ok(values) => Ok(RunResult::done([head, values].concat())),
             Err(error) => RunResult::failed(head, error),
         }
     }
 
     /// The reliability index of a constraint.
-    fn limit(&self, run: usize) -> RunResult {
+    fn limit(&self, run: usize) -> Result<RunResult> {
         let margin = std::slice::from_ref(&self.margins[run]);
         let x = |u: &[f64]| -> Vec<f64> {
             self.distributions.iter().zip(u).map(|(d, u)| d.of_standard_normal(*u)).collect()
@@ -148,7 +148,7 @@ impl Tolerances {
         match first_order_reliability(self.distributions.len(), limit_state) {
             Ok(point) => {
                 let results = [point.beta, normal_probability(-point.beta), point.evaluations as f64];
-                RunResult::done(head.into_iter().chain(results).chain(x(&point.u)).collect())
+                Ok(RunResult::done(head.into_iter().chain(results).chain(x(&point.u)).collect()))
             }
             Err(error) => RunResult::failed(head, error),
         }
@@ -210,7 +210,7 @@ impl Plan for Tolerances {
         &self.phases
     }
 
-    fn run(&self, phase: usize, run: usize, _: &Rows) -> RunResult {
+    fn run(&self, phase: usize, run: usize, _: &Rows) -> Result<RunResult> {
         match phase {
             DERIVATIVES => self.derivatives(run),
             WORST => self.worst(run),

@@ -150,3 +150,109 @@ fn mistakes_about_programs_have_their_place() {
     std::fs::write(place.0.join("bad.toml"), text[..begin].to_owned() + &text[end..]).unwrap();
     assert!(place.run(&["check", "bad.toml"], 1).contains("there is no program that could compute this output"));
 }
+
+/// The truss with a script that is the program itself, and what hides it.
+fn truss_with_own_script(place: &TempFolder) {
+    let text = truss(place).replace("[\"sh\", \"truss.sh\"]", "[\"./truss.sh\"]");
+    std::fs::write(place.0.join("truss.toml"), text).unwrap();
+    std::fs::write(place.0.join("truss.sh"), format!("#!/bin/sh\n{SCRIPT}")).unwrap();
+    let may_run = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    std::fs::set_permissions(place.0.join("truss.sh"), may_run).unwrap();
+}
+
+fn hide(place: &TempFolder, is_hidden: bool) {
+    let [shown, hidden] = ["truss.sh", "hidden.sh"].map(|name| place.0.join(name));
+    let (from, to) = if is_hidden { (shown, hidden) } else { (hidden, shown) };
+    std::fs::rename(from, to).unwrap();
+}
+
+#[test]
+fn a_run_whose_program_is_not_started_can_be_continued() {
+    let place = TempFolder::new("program-resume");
+    truss_with_own_script(&place);
+    place.run(&["optimize", "truss.toml", "--allow-programs", "--out", "b"], 0);
+    place.run(&["optimize", "truss.toml", "--allow-programs", "--max-cycles", "2", "--out", "a"], 3);
+    let before = place.read("a/history.jsonl").matches("\"cycle\"").count();
+    assert!(place.run(&["resume", "a", "--max-cycles", "50"], 1).contains("--allow-programs"));
+    hide(&place, true);
+    let shown = place.run(&["resume", "a", "--max-cycles", "50", "--allow-programs"], 1);
+    assert!(shown.contains("the program cannot be started"), "{shown}");
+    assert_eq!(place.read("a/history.jsonl").matches("\"cycle\"").count(), before);
+    hide(&place, false);
+    place.run(&["resume", "a", "--max-cycles", "50", "--allow-programs"], 0);
+    assert_eq!(place.read("a/cycles.csv"), place.read("b/cycles.csv"));
+    // The same with a method that is composed of parts.
+    place.run(&["optimize", "truss.toml", "--allow-programs", "--method", "mma", "--max-cycles", "2", "--out", "c"], 3);
+    assert!(place.run(&["resume", "c", "--max-cycles", "50"], 1).contains("--allow-programs"));
+    place.run(&["resume", "c", "--max-cycles", "50", "--allow-programs"], 0);
+}
+
+#[test]
+fn a_study_whose_program_is_not_started_has_no_rows() {
+    let place = TempFolder::new("program-study");
+    truss_with_own_script(&place);
+    let study = "version = 1\nmodel = \"truss.toml\"\nkind = \"grid\"\n[vary.area]\nfrom = 1\nto = 2\npoints = 3\n";
+    std::fs::write(place.0.join("s.toml"), study).unwrap();
+    let rows = || place.read("out/s/rows.jsonl").lines().count() - 1;
+    assert!(place.run(&["study", "s.toml", "--quiet"], 1).contains("--allow-programs"));
+    assert_eq!(rows(), 0);
+    hide(&place, true);
+    let shown = place.run(&["study", "s.toml", "--quiet", "--allow-programs"], 1);
+    assert!(shown.contains("the program cannot be started") && shown.contains("the same command again"), "{shown}");
+    assert_eq!(rows(), 0);
+    hide(&place, false);
+    place.run(&["study", "s.toml", "--quiet", "--allow-programs"], 0);
+    assert_eq!(place.read("out/s/rows.jsonl").matches("\"done\"").count(), 3);
+    // A finished study needs no program.
+    place.run(&["study", "s.toml", "--quiet"], 0);
+}
+
+#[test]
+fn ctrl_c_ends_the_program() {
+    let place = TempFolder::new("program-interrupted");
+    let text = truss(&place).replace("[\"sh\", \"truss.sh\"]", "[\"sh\", \"hang.sh\"]");
+    std::fs::write(place.0.join("truss.toml"), text).unwrap();
+    std::fs::write(place.0.join("hang.sh"), "sleep 1000 & echo $$ $! > processes; wait\n").unwrap();
+    for command in ["optimize", "analyze"] {
+        drop(std::fs::remove_file(place.0.join("processes")));
+        let mut running = std::process::Command::new(env!("CARGO_BIN_EXE_linkwright"))
+            .args([command, "truss.toml", "--allow-programs"])
+            .current_dir(&place.0)
+            .stderr(std::process::Stdio::null())
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        let until = std::time::Instant::now() + std::time::Duration::from_secs(60);
+        let wait = || {
+            assert!(std::time::Instant::now() < until, "{command}");
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        };
+        let processes = || std::fs::read_to_string(place.0.join("processes")).unwrap_or_default();
+        while !processes().ends_with('\n') {
+            wait();
+        }
+        let kill = |arguments: &[&str]| {
+            std::process::Command::new("kill").args(arguments).stderr(std::process::Stdio::null()).status().unwrap()
+        };
+        assert!(kill(&["-INT", &running.id().to_string()]).success());
+        assert_eq!(running.wait().unwrap().code(), Some(130));
+        let is_running = |process: &str| {
+            // A process for which nobody has waited is a zombie.
+            let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+            kill(&["-0", process]).success() && !stat.contains(") Z ")
+        };
+        while processes().split_whitespace().any(is_running) {
+            wait();
+        }
+    }
+}
+
+/// The error about the key is the only one: a table with an error is a design variable, too.
+#[test]
+fn a_wrong_key_of_the_only_design_variable_is_one_error() {
+    let place = TempFolder::new("only-variable");
+    let text = "version = 2\n[design.a]\nstart = 1.0\nlowr = 0.0\n[[output]]\nname = \"r\"\nvalue = \"a^2\"\n[objective]\nminimize = \"r\"\n";
+    std::fs::write(place.0.join("m.toml"), text).unwrap();
+    let shown = place.run(&["check", "m.toml"], 1);
+    assert!(shown.contains("no key `lowr`") && !shown.contains("there is no design variable"), "{shown}");
+}

@@ -273,7 +273,7 @@ fn every_example_is_a_study() {
         let text = std::fs::read_to_string(&model).unwrap();
         let study = Study::new(file, &ModelSource { name: model.display().to_string(), text, programs: None })
             .unwrap_or_else(|e| panic!("{e}"));
-        let row = study.row(0, 0, &study.no_rows());
+        let row = study.row(0, 0, &study.no_rows()).unwrap();
         assert!(!row.has_failed(), "{}: {row:?}", path.display());
         count += 1;
     }

@@ -103,7 +103,8 @@ pub enum Error {
         /// The remedy.
         remedy: &'static str,
     },
-    /// A file is missing, unreadable or of the wrong content.
+    /// A file is missing, unreadable or of the wrong content, or a program cannot or must not be started. It ends a run: no other
+    /// design can be analysed, either.
     #[error("{file}: {why}; {remedy}")]
     File {
         /// The file, as given.
@@ -124,6 +125,11 @@ impl Error {
     /// Returns an [`Error::Option`] unless `good`.
     pub fn check_option(option: &str, must: &'static str, got: f64, good: bool) -> Result<()> {
         if good { Ok(()) } else { Err(Self::Option { option: option.to_owned(), must, got }) }
+    }
+
+    /// True if no other design can be analysed, either: an [`Error::File`]. Other errors of an analysis reject its design only.
+    pub fn ends_run(&self) -> bool {
+        matches!(self, Self::File { .. })
     }
 
     /// An [`Error::Definition`].

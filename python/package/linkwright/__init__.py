@@ -5,6 +5,7 @@ Both are analysed, differentiated, checked and optimized by the same methods. :f
 form of SciPy. A :class:`Study` does many runs of a model, on any executor. Units are SI and radians.
 """
 
+import atexit as _atexit
 import os as _os
 
 from . import _core
@@ -14,6 +15,9 @@ from ._minimize import OptimizeResult, minimize, scipy_method
 from ._problem import BaseProblem, Model, Problem, methods
 from ._results import Analyses, Analysis, Check, Comparison, Cycle, Figure, Page, Result, Sensitivities, Variable
 from ._study import Study, StudyError, StudyResult
+
+# A program that computes when the interpreter ends would go on.
+_atexit.register(_core.end_programs)
 
 # The threads of the library do not exist in a forked process: work there raises RuntimeError instead of waiting for ever.
 if hasattr(_os, "register_at_fork"):

@@ -128,7 +128,10 @@ def flatten(values: Any, shapes: Mapping[str, tuple[int, ...]], trailing: tuple[
             kind, name = ("lacks", missing[0]) if missing else ("returned an unknown", more[0])
             raise DefinitionError(f"`{what}` {kind} response `{name}`; the responses are {', '.join(shapes)}")
         items = [values[name] for name in shapes]
-    elif len(shapes) == 1 and not _is_list_of_one(values):
+        return _joined(items, shapes, trailing, what)
+    if not isinstance(values, (list, tuple, np.ndarray)) and hasattr(values, "__array__"):
+        values = np.asarray(values)  # an array of another library
+    if len(shapes) == 1 and not _is_list_of_one(values):
         items = [values]
     else:
         if not isinstance(values, (list, tuple, np.ndarray)):
@@ -136,6 +139,10 @@ def flatten(values: Any, shapes: Mapping[str, tuple[int, ...]], trailing: tuple[
         items = list(values)
         if len(items) != len(shapes):
             raise DefinitionError(f"`{what}` returned {len(items)} responses instead of {len(shapes)}: {', '.join(shapes)}")
+    return _joined(items, shapes, trailing, what)
+
+
+def _joined(items: list[Any], shapes: Mapping[str, tuple[int, ...]], trailing: tuple[int, ...], what: str) -> Array:
     blocks = [_block(item, name, shapes[name] + trailing, what) for item, name in zip(items, shapes)]
     flat = [block.reshape(-1, *trailing) for block in blocks]
     return np.require(flat[0] if len(flat) == 1 else np.concatenate(flat), requirements=["C", "A"])

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import inspect
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ._errors import DefinitionError
-from ._problem import Method, Problem, _numbers
+from ._problem import Method, Problem, _numbers, says_stop
 from ._results import Array, Cycle, Result
+
+# Finite differences of SciPy; all are central differences here.
+DIFFERENCES = ("2-point", "3-point", "cs")
 
 _STATUS = {"converged": 0, "cycle limit": 1, "infeasible": 2, "stalled": 3, "stopped": 4}
 
@@ -39,7 +43,7 @@ def _result(fields: dict[str, Any]) -> Any:
 def minimize(
     fun: Callable[..., Any],
     x0: Any,
-    args: Sequence[Any] = (),
+    args: Any = (),
     *,
     jac: Callable[..., Any] | bool | str | None = None,
     constraints: Any = (),
@@ -58,9 +62,9 @@ def minimize(
     x0 : array_like, shape (n,)
         Start; it is moved into the bounds.
     args : tuple, optional
-        Further arguments of `fun` and `jac`.
-    jac : callable or True, optional
-        Gradient, shape (n,). Central differences otherwise, inside the bounds.
+        Further arguments of `fun` and `jac`; a single one need not be a tuple.
+    jac : callable, True or str, optional
+        Gradient, shape (n,). Otherwise (None, False, or SciPy's `2-point`, `3-point`, `cs`) central differences inside the bounds.
     constraints : optional
         ``NonlinearConstraint``, ``LinearConstraint`` or a dictionary with `type` (`eq` or `ineq`), `fun`, `jac`, `args`; one of
         them, or a sequence.
@@ -73,7 +77,8 @@ def minimize(
         returns True or raises ``StopIteration``.
     tol : float, optional
         Relative change of the objective, and violation relative to the limit (absolute where the limit is zero), below which the
-        run ends: `accuracy` of the method.
+        run ends: `accuracy` of the method. The method `automatic` has a stop test without this setting: it warns, and ends where the
+        optimality conditions hold to about 1e-4 of the changes of the objective.
     options : mapping, optional
         Keys of ``[method]`` in a model file; `maxiter` is `max_cycles`, and `disp` prints the result.
 
@@ -99,7 +104,9 @@ def minimize(
     options = dict(options or {})
     lower, upper = _bounds(bounds, len(x0))
     x0 = np.clip(x0, lower, upper)
-    functions = Counted(fun, jac, tuple(args), x0, lower, upper)
+    if not (jac is None or isinstance(jac, bool) or callable(jac) or jac in DIFFERENCES):
+        raise DefinitionError(f"`jac` is a function, True, None or one of {', '.join(DIFFERENCES)}, got {jac!r}")
+    functions = Counted(fun, jac, args if isinstance(args, tuple) else (args,), x0, lower, upper)
     blocks = [functions, *_constraints(constraints, x0, lower, upper)]
     is_shown = options.pop("disp", False)
     problem = _problem(blocks, x0, lower, upper)
@@ -111,7 +118,7 @@ def minimize(
 
 
 def scipy_method(
-    fun: Callable[..., Any], x0: Any, args: Sequence[Any] = (), *, preset: Method = "automatic", **keywords: Any
+    fun: Callable[..., Any], x0: Any, args: Any = (), *, preset: Method = "automatic", **keywords: Any
 ) -> Any:
     """The method of :func:`minimize` for ``scipy.optimize.minimize(..., method=linkwright.scipy_method)``.
 
@@ -214,7 +221,7 @@ def _bounds(bounds: Any, n: int) -> tuple[Array, Array]:
         lower, upper = (np.broadcast_to(np.asarray(side, dtype=float), n).copy() for side in (bounds.lb, bounds.ub))
     else:
         pairs = list(bounds)
-        if len(pairs) != n or any(len(pair) != 2 for pair in pairs):
+        if len(pairs) != n or any(np.size(pair) != 2 for pair in pairs):
             raise DefinitionError(f"bounds: give a pair (lower, upper) for each of the {n} variables")
         lower = np.array([-np.inf if low is None else low for low, _ in pairs], dtype=float)
         upper = np.array([np.inf if high is None else high for _, high in pairs], dtype=float)
@@ -225,6 +232,8 @@ def _bounds(bounds: Any, n: int) -> tuple[Array, Array]:
 
 
 def _constraints(constraints: Any, x0: Array, lower: Array, upper: Array) -> list[Block]:
+    if constraints is None:
+        return []
     if isinstance(constraints, Mapping) or hasattr(constraints, "lb"):
         constraints = [constraints]
     return [_constraint(c, f"constraint {i}", x0, (lower, upper)) for i, c in enumerate(constraints)]
@@ -232,7 +241,8 @@ def _constraints(constraints: Any, x0: Array, lower: Array, upper: Array) -> lis
 
 def _constraint(constraint: Any, name: str, x0: Array, box: tuple[Array, Array]) -> Block:
     if isinstance(constraint, Mapping):
-        kind, args = constraint.get("type"), tuple(constraint.get("args", ()))
+        kind, args = str(constraint.get("type")).lower(), constraint.get("args", ())
+        args = args if isinstance(args, tuple) else (args,)
         if kind not in ("eq", "ineq") or not callable(constraint.get("fun")):
             raise DefinitionError(f"{name}: give `type` (`eq` or `ineq`) and the function `fun`")
         jac = constraint.get("jac")
@@ -253,16 +263,16 @@ def _constraint(constraint: Any, name: str, x0: Array, box: tuple[Array, Array])
     return block
 
 
-def _problem(blocks: list[Block], x0: Array, lower: Array, upper: Array) -> Problem:
-    """A problem with a response for each value of each function."""
+def _problem(
+    blocks: list[Block], x0: Array, lower: Array, upper: Array, variables: Sequence[str] | None = None
+) -> Problem:
+    """A problem with a response for each value of each function. The variables are x0, x1, … without other names."""
     names = ["objective", *(f"c{i}_{j}" for i, block in enumerate(blocks[1:]) for j in range(block.size))]
     limits = [limit for block in blocks[1:] for limit in zip(block.lower.tolist(), block.upper.tolist())]
     constraints = {name: _limits(name, *limit) for name, limit in zip(names[1:], limits) if limit != (-np.inf, np.inf)}
-    variables = {
-        f"x{k}": {"start": x0[k], "lower": lower[k], "upper": upper[k]} for k in range(len(x0))
-    }
+    labels = variables or [f"x{k}" for k in range(len(x0))]
     return Problem(
-        variables,
+        {label: {"start": x0[k], "lower": lower[k], "upper": upper[k]} for k, label in enumerate(labels)},
         names,
         lambda x: np.concatenate([block.value(x) for block in blocks]).tolist(),
         derivatives=lambda x: list(np.concatenate([block.jacobian(x) for block in blocks])),
@@ -283,12 +293,17 @@ def _limits(name: str, lower: float, upper: float) -> dict[str, float]:
 
 def _options(method: Method, tol: float | None, options: dict[str, Any]) -> dict[str, Any]:
     table = {"preset": method} if isinstance(method, str) else dict(method)
+    table |= {key: value for key, value in options.items() if key != "maxiter"}
     if tol is not None:
         table["accuracy"] = float(tol)
+        if table.get("preset", "automatic") == "automatic":
+            text = "the method `automatic` has a stop test of its own and does not use `tol`; omit it, or choose another method"
+            warnings.warn(text, stacklevel=3)
     if options.get("maxiter") is not None:
+        if "max_cycles" in options:
+            raise DefinitionError("`maxiter` and `max_cycles` are the same option: give one of them")
         table["max_cycles"] = int(options["maxiter"])
-    options.pop("maxiter", None)
-    return table | options
+    return table
 
 
 def _callback(callback: Callable[..., Any] | None) -> Callable[[Cycle], Any] | None:

@@ -23,10 +23,11 @@ from ._results import (
     Sensitivities,
     Variable,
     cycle,
+    whole,
 )
 
 Design = Any
-"""A design: an array of shape (n,), a mapping of names to values (the others start), or None for the start."""
+"""A design: an array of shape (n,), a mapping of names to values or a Series with names as index (the others start), or None for the start."""
 
 Method = Any
 """A method: its name, or a dictionary with the keys of ``[method]`` in a model file."""
@@ -84,7 +85,8 @@ class BaseProblem:
         Parameters
         ----------
         b : array_like, mapping or None
-            Values in the order of the variables, or values by name (the others have their start values), or None for the start.
+            Values in the order of the variables, or values by name (the others have their start values), or None for the start. A
+            pandas Series whose index has names is a mapping.
 
         Raises
         ------
@@ -93,12 +95,13 @@ class BaseProblem:
         """
         if b is None:
             return self.start
-        if isinstance(b, Mapping):
-            unknown = [name for name in b if name not in self.variable_names]
+        named = _by_name(b)
+        if named is not None:
+            unknown = [name for name in named if name not in self.variable_names]
             if unknown:
                 known = ", ".join(self.variable_names)
                 raise DefinitionError(f"there is no design variable `{unknown[0]}`; there are {known}")
-            b = [b.get(variable.name, variable.start) for variable in self.variables]
+            b = [named.get(variable.name, variable.start) for variable in self.variables]
         array = _numbers(b, "the design")
         if array.shape != (len(self.variables),):
             names = ", ".join(self.variable_names[:8])
@@ -107,6 +110,16 @@ class BaseProblem:
             )
         self._check_finite(array)
         return array
+
+    def _ordered(self, designs: Any) -> Any:
+        """Designs with the columns in the order of the variables."""
+        columns = list(getattr(designs, "columns", []))
+        if not any(isinstance(name, str) for name in columns):
+            return designs
+        missing = [name for name in self.variable_names if name not in columns]
+        if missing:
+            raise DefinitionError(f"the designs have no column `{missing[0]}`; give one for each of {', '.join(self.variable_names)}")
+        return np.column_stack([_numbers(designs[name], f"column `{name}`") for name in self.variable_names])
 
     def _check_finite(self, designs: Array) -> None:
         if not np.isfinite(designs).all():
@@ -138,7 +151,7 @@ class BaseProblem:
             self.variable_names,
             self.time,
             self._labelled_responses(responses),
-            self._sign * objective,
+            self._objective(objective),
             self._labelled_constraints(constraints),
             violation,
             tuple(warnings),
@@ -150,13 +163,14 @@ class BaseProblem:
 
         Parameters
         ----------
-        designs : array_like of shape (m, n)
+        designs : array_like of shape (m, n), or DataFrame
+            A DataFrame with named columns has one for each variable; its other columns are not used.
 
         Returns
         -------
         Analyses
         """
-        array = _numbers(designs, "designs")
+        array = _numbers(self._ordered(designs), "designs")
         if array.ndim != 2 or array.shape[1] != len(self.variables):
             raise DefinitionError(f"designs have the shape {array.shape}, expected (m, {len(self.variables)})")
         self._check_finite(array)
@@ -166,7 +180,7 @@ class BaseProblem:
             self.variable_names,
             self.time,
             {name: v if is_history else v[:, 0] for (name, is_history), v in zip(self._responses, responses)},
-            self._sign * objective,
+            self._objective(objective),
             {name: v if is_history else v[:, 0] for (name, is_history), v in zip(self._constraints, constraints)},
             violation,
             failures,
@@ -192,6 +206,8 @@ class BaseProblem:
         -------
         Sensitivities
         """
+        if method is not None and not isinstance(method, str):
+            raise DefinitionError(f"the method of derivatives is a name, got {method!r}")
         design = self.design(b)
         indices = self._response_indices(responses)
         arrays = self._core.sensitivities(design, indices, method)
@@ -222,9 +238,7 @@ class BaseProblem:
         -------
         Check
         """
-        if points < 1:
-            raise DefinitionError(f"points must be at least 1, got {points}")
-        found, table, failed = self._core.check(self.design(b), int(points), self._response_indices(responses))
+        found, table, failed = self._core.check(self.design(b), whole(points, "points", 1), self._response_indices(responses))
         rows = []
         for response, time, variable, values, difference, error, status, explanation in table:
             row = {"response": response, "time": time, "variable": variable, **dict(zip(found, values))}
@@ -244,13 +258,15 @@ class BaseProblem:
         Comparison
         """
         rows: list[dict[str, Any]] = []
-        for name in methods() if names is None else names:
+        for name in methods() if names is None else [names] if isinstance(names, str) else names:
+            if not isinstance(name, str):
+                raise DefinitionError(f"`names` has the names of methods, got {name!r}")
             status, objective, violation, cycles, analyses, derivatives, kkt, design = self._core.compare(name)
             rows.append(
                 {
                     "method": name,
                     "status": status,
-                    "objective": self._sign * objective,
+                    "objective": self._objective(objective),
                     "violation_pct": violation,
                     "cycles": cycles,
                     "analyses": analyses,
@@ -287,7 +303,7 @@ class BaseProblem:
             The start design, see :meth:`design`.
         resume : Result, optional
             A result of this problem, from which the run continues; with the same method it has the same bits as a run without
-            interruption.
+            interruption. It replaces `start`.
 
         Returns
         -------
@@ -306,14 +322,25 @@ class BaseProblem:
                 return False
             row = {name: values[0] for name, values in state.history(True).items()}
             try:
-                stopped = callback(cycle(self, row, state.designs(True)[0], state)) is True
+                stopped = says_stop(callback(cycle(self, row, state.designs(True)[0], state)))
             except StopIteration:
                 stopped = True
             return stopped
 
+        if resume is not None:
+            self._check_resume(resume, start)
         state = None if resume is None else resume._state
         found = self._core.optimize(self.design(start), self._method(method), observe, state)
         return Result(self, found, stopped=stopped and found.status[0] == "running")
+
+    def _check_resume(self, resume: Any, start: Design) -> None:
+        if not isinstance(resume, Result):
+            raise DefinitionError(f"`resume` is a result of `optimize`, got {type(resume).__name__}")
+        if start is not None:
+            raise DefinitionError("a run continues from its last design: give `resume` or `start`")
+        changes = _changes(resume.problem, self)
+        if changes:
+            raise DefinitionError(f"`resume` is the result of another problem; what differs: {'; '.join(changes)}")
 
     def _method(self, method: Method) -> str | None:
         if method is None:
@@ -334,6 +361,10 @@ class BaseProblem:
                 raise DefinitionError(f"there is no response `{name}`; there are {', '.join(self.response_names)}")
             indices.append(self.response_names.index(name))
         return indices
+
+    def _objective(self, value: Any) -> Any:
+        """The objective in its unit from the minimized one; NaN without an objective."""
+        return self._sign * value if self.objective_name else np.nan * value
 
     def _labelled_responses(self, arrays: Sequence[Array]) -> dict[str, Any]:
         return _labelled(self._responses, arrays)
@@ -356,6 +387,12 @@ class Model(BaseProblem):
         The text of a model file.
     name : str
         Its name in messages.
+    programs : path, optional
+        The folder in which the program of the model may run (docs/programs.md); by default it may not.
+
+    Notes
+    -----
+    A model without an objective can be analysed, differentiated and studied, but not optimized; its objective is NaN.
 
     Examples
     --------
@@ -370,33 +407,42 @@ class Model(BaseProblem):
     2.0
     """
 
-    def __init__(self, text: str, name: str = "model") -> None:
+    def __init__(self, text: str, name: str = "model", *, programs: str | os.PathLike[str] | None = None) -> None:
         if not isinstance(text, str):
             raise DefinitionError(f"the text of a model is a string, got {type(text).__name__}")
         self.text, self.name = text, name
-        self._attach(_core.Problem(name, text))
+        self.programs: str | None = None if programs is None else os.path.abspath(programs)
+        self._attach(_core.Problem(name, text, programs=self.programs))
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> Model:
-        """Read a model file."""
-        with open(path, encoding="utf-8") as file:
-            return cls(file.read(), os.fspath(path))
+    def from_file(cls, path: str | os.PathLike[str], *, allow_programs: bool = False) -> Model:
+        """Read a model file with the files that it names.
+
+        Parameters
+        ----------
+        path : path
+        allow_programs : bool
+            Let the model start the program that it names, in the folder of the file. Look at both before: a program can do whatever
+            its user can.
+        """
+        name = os.fspath(path)
+        return cls(_core.model_text(name), name, programs=(os.path.dirname(name) or ".") if allow_programs else None)
 
     @classmethod
-    def from_string(cls, text: str, name: str = "model") -> Model:
-        """Read the text of a model file."""
-        return cls(text, name)
+    def from_string(cls, text: str, name: str = "model", *, allow_programs: bool = False) -> Model:
+        """Read the text of a model file. With `allow_programs` the program that it names may run, in the current folder."""
+        return cls(text, name, programs="." if allow_programs else None)
 
     @classmethod
-    def from_dict(cls, table: Mapping[str, Any], name: str = "model") -> Model:
+    def from_dict(cls, table: Mapping[str, Any], name: str = "model", *, allow_programs: bool = False) -> Model:
         """Make a model from a dictionary with the sections and keys of a model file.
 
         A list of dictionaries is a repeated section such as ``[[body]]``. Values may be NumPy numbers and arrays. ``version`` is
-        2 by default.
+        2 by default. With `allow_programs` the program that it names may run, in the current folder.
         """
         if not isinstance(table, Mapping):
             raise DefinitionError(f"a model is a dictionary of sections, got {type(table).__name__}")
-        return cls(_toml.dumps({"version": 2, **table}), name)
+        return cls.from_string(_toml.dumps({"version": 2, **table}), name, allow_programs=allow_programs)
 
     @property
     def note(self) -> str | None:
@@ -404,7 +450,7 @@ class Model(BaseProblem):
         return self._core.note
 
     def __reduce__(self) -> Any:
-        return type(self), (self.text, self.name)
+        return _restored, (type(self), self.text, self.name, self.programs)
 
 
 class Problem(BaseProblem):
@@ -520,6 +566,8 @@ class Problem(BaseProblem):
             del table["constraint"]
         method = a["method"]
         table["method"] = {"preset": method} if isinstance(method, str) else method
+        if a["second_derivatives"] is not None and a["derivatives"] in (None, False):
+            raise DefinitionError("`second_derivatives` needs `derivatives`: give both")
         functions = Functions(
             a["analyze"], a["derivatives"], a["second_derivatives"], a["map"], shapes, len(table["design"])
         )
@@ -533,6 +581,48 @@ class Problem(BaseProblem):
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._arguments = state
         self._setup()
+
+
+def _restored(kind: type[Model], text: str, name: str, programs: str | None) -> Model:
+    return kind(text, name, programs=programs)
+
+
+def _changes(before: BaseProblem, after: BaseProblem) -> list[str]:
+    """What differs between two problems, as far as a run depends on it; empty for one problem."""
+    if before.fingerprint == after.fingerprint:
+        return []
+
+    def parts(problem: BaseProblem) -> dict[str, Any]:
+        found: dict[str, Any] = {"the objective": (problem.objective_name, problem._sign)}
+        found["the design variables"] = problem.variable_names
+        found["the responses"] = tuple(tuple(row) for row in problem._core.responses)
+        found["the time points"] = None if problem.time is None else tuple(problem.time)
+        for name, side, limit, scale, _ in problem._core.constraints:
+            found[f"constraint `{name}`"] = (side, limit, scale)
+        return found
+
+    old, new = parts(before), parts(after)
+    changes = []
+    for name in {**old, **new}:
+        if old.get(name) != new.get(name):
+            is_limit = name.startswith("constraint") and name in old and name in new
+            changes.append(f"{name} has the limit {new[name][1]:g} instead of {old[name][1]:g}" if is_limit else name)
+    return changes or ["the formulas or parts of the model"]
+
+
+def _by_name(b: Any) -> Mapping[Any, Any] | None:
+    """Values by name, if they have names: of a mapping, or of a Series with names as index."""
+    if isinstance(b, Mapping):
+        return b
+    index = getattr(b, "index", None)
+    if callable(getattr(b, "items", None)) and index is not None and any(isinstance(name, str) for name in index):
+        return dict(b.items())
+    return None
+
+
+def says_stop(answer: Any) -> bool:
+    """True if a callback returns True, also that of NumPy."""
+    return isinstance(answer, (bool, np.bool_)) and bool(answer)
 
 
 def _labelled(rows: Sequence[tuple[str, bool]], arrays: Sequence[Array]) -> dict[str, Any]:
@@ -554,6 +644,10 @@ def _mapping(value: Any, what: str) -> Mapping[str, Any]:
 
 def _numbers(values: Any, what: str) -> Array:
     """Values as a new C-contiguous array of float64."""
+    if np.ma.is_masked(values):
+        raise DefinitionError(f"{what}: a value is masked; give a number for each")
+    if isinstance(values, (list, tuple)) and any(isinstance(value, (bool, np.bool_)) for value in values):
+        raise DefinitionError(f"{what}: expected real numbers, got {values!r}")
     try:
         array = np.asarray(values)
     except ValueError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from ._problem import BaseProblem
 
 Array = np.ndarray
+
+# Most rows of the short form of a result.
+SHOWN = 12
 
 
 def _pandas() -> Any:
@@ -33,6 +36,50 @@ def _xarray() -> Any:
     except ImportError:
         raise ImportError("this needs xarray: pip install xarray") from None
     return xarray
+
+
+def whole(value: Any, name: str, least: int) -> int:
+    """An integer argument of at least `least`."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise DefinitionError(f"`{name}` is a whole number from {least}, got {value!r}")
+    return int(value)
+
+
+def _shown(value: Any) -> str:
+    """A number, or the range of an array, in a few words."""
+    if np.ndim(value) == 0:
+        return f"{value:.6g}"
+    array = np.asarray(value, dtype=float)
+    finite = array[np.isfinite(array)]
+    shape = "×".join(str(n) for n in array.shape)
+    return f"{shape} values" + (f", {finite.min():.6g} to {finite.max():.6g}" if finite.size else "")
+
+
+class _Table:
+    """A result with a short form for terminals and a table for notebooks: `_summary` has the first line and the rows."""
+
+    def _summary(self) -> tuple[str, list[tuple[str, str]]]:
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        head, rows = self._summary()
+        more = [f"  … {len(rows) - SHOWN} more"] if len(rows) > SHOWN else []
+        return "\n".join([head, *(f"  {name}: {text}" for name, text in rows[:SHOWN]), *more])
+
+    def _repr_html_(self) -> str:
+        head, rows = self._summary()
+        return f"<p>{html.escape(head)}</p>" + _html_table(["name", "values"], [list(row) for row in rows])
+
+
+def _named_values(variables: tuple[str, ...], design: Array) -> str:
+    shown = ", ".join(f"{name}={value:.6g}" for name, value in list(zip(variables, design.tolist()))[:6])
+    return shown + (", …" if len(variables) > 6 else "")
+
+
+def _free_names(names: Iterable[str], taken: Iterable[str]) -> dict[str, str]:
+    """Columns of design variables: their names, after `design.` where another column has that name."""
+    taken = set(taken)
+    return {name: f"design.{name}" if name in taken else name for name in names}
 
 
 @dataclass(frozen=True)
@@ -53,8 +100,8 @@ class Variable:
     upper: float
 
 
-@dataclass(frozen=True)
-class Analysis:
+@dataclass(frozen=True, repr=False)
+class Analysis(_Table):
     """Responses, objective and constraints at one design.
 
     Attributes
@@ -94,9 +141,16 @@ class Analysis:
         return _named(self.responses, "response", name)
 
     def to_pandas(self) -> Any:
-        """Return a DataFrame with a row for each time point and a column for each response over time."""
-        columns = {name: values for name, values in self.responses.items() if np.ndim(values) == 1}
-        return _pandas().DataFrame(columns, index=_pandas().Index(_points(self.time), name=self.axis))
+        """Return a DataFrame with a column for each response and a row for each time point; one row without time points.
+
+        A response that does not depend on time has the same value in all rows.
+        """
+        index = _index(self.time, self.axis)
+        return _pandas().DataFrame({name: np.broadcast_to(v, len(index)) for name, v in self.responses.items()}, index=index)
+
+    def _summary(self) -> tuple[str, list[tuple[str, str]]]:
+        head = f"Analysis at {_named_values(self.variables, self.design)}: objective {self.objective:.8g}, violation {self.violation_pct:.3g} %"
+        return head, [(name, _shown(values)) for name, values in self.responses.items()]
 
     def to_xarray(self) -> Any:
         """Return a Dataset with the coordinate :attr:`axis`."""
@@ -104,8 +158,8 @@ class Analysis:
         return _xarray().Dataset(data, coords={self.axis: _points(self.time)})
 
 
-@dataclass(frozen=True)
-class Analyses:
+@dataclass(frozen=True, repr=False)
+class Analyses(_Table):
     """Responses, objective and constraints at many designs.
 
     Attributes
@@ -133,11 +187,22 @@ class Analyses:
     def __len__(self) -> int:
         return len(self.designs)
 
+    def _summary(self) -> tuple[str, list[tuple[str, str]]]:
+        failed = sum(failure is not None for failure in self.failures)
+        rows = {"objective": self.objective, "violation_pct": self.violation_pct, **self.responses}
+        return f"Analyses of {len(self)} designs, {failed} failed", [(name, _shown(values)) for name, values in rows.items()]
+
     def to_pandas(self) -> Any:
-        """Return a DataFrame with a row for each design: variables, objective, violation, responses that do not depend on time, failure."""
-        columns: dict[str, Any] = {name: self.designs[:, k] for k, name in enumerate(self.variables)}
-        columns |= {name: values for name, values in self.responses.items() if values.ndim == 1}
-        columns |= {"objective": self.objective, "violation_pct": self.violation_pct, "failure": self.failures}
+        """Return a DataFrame with a row for each design: variables, objective, violation, responses that do not depend on time, failure.
+
+        A variable or response with the name of another column has the column `design.NAME` or `response.NAME`.
+        """
+        own: dict[str, Any] = {"objective": self.objective, "violation_pct": self.violation_pct, "failure": self.failures}
+        names = _free_names(self.variables, [*own, *self.responses])
+        columns: dict[str, Any] = {names[name]: self.designs[:, k] for k, name in enumerate(self.variables)}
+        numbers = {name: values for name, values in self.responses.items() if values.ndim == 1}
+        columns |= {f"response.{name}" if name in own else name: values for name, values in numbers.items()}
+        columns |= own
         return _pandas().DataFrame(columns)
 
     def to_xarray(self) -> Any:
@@ -148,8 +213,8 @@ class Analyses:
         return _xarray().Dataset(data, coords=coords)
 
 
-@dataclass(frozen=True)
-class Sensitivities:
+@dataclass(frozen=True, repr=False)
+class Sensitivities(_Table):
     """Derivatives of responses with respect to the design variables.
 
     Attributes
@@ -170,16 +235,27 @@ class Sensitivities:
     values: dict[str, Array]
     axis: str = "time"
 
+    def _summary(self) -> tuple[str, list[tuple[str, str]]]:
+        head = f"Sensitivities at {_named_values(self.variables, self.design)}"
+        pairs = ((name, v, k) for name, v in self.values.items() for k in range(len(self.variables)))
+        return head, [(f"d {name}/d {self.variables[k]}", _shown(v[..., k])) for name, v, k in pairs]
+
     def __getitem__(self, name: str) -> Array:
         """The derivatives of the response of this name."""
         return _named(self.values, "response", name)
 
     def to_pandas(self) -> Any:
-        """Return a DataFrame with a row for each time point and a column (response, variable) for each response over time."""
-        pandas = _pandas()
-        over_time = {name: v for name, v in self.values.items() if v.ndim == 2}
-        columns = {(name, variable): v[:, k] for name, v in over_time.items() for k, variable in enumerate(self.variables)}
-        frame = pandas.DataFrame(columns, index=pandas.Index(_points(self.time), name=self.axis))
+        """Return a DataFrame with a column (response, variable) for each derivative and a row for each time point; one row without them.
+
+        The derivatives of a response that does not depend on time are the same in all rows.
+        """
+        pandas, index = _pandas(), _index(self.time, self.axis)
+        columns = {
+            (name, variable): np.broadcast_to(v[..., k], len(index))
+            for name, v in self.values.items()
+            for k, variable in enumerate(self.variables)
+        }
+        frame = pandas.DataFrame(columns, index=index)
         if columns:
             frame.columns = pandas.MultiIndex.from_tuples(list(columns), names=["response", "variable"])
         return frame
@@ -190,8 +266,8 @@ class Sensitivities:
         return _xarray().Dataset(data, coords={self.axis: _points(self.time), "variable": list(self.variables)})
 
 
-@dataclass(frozen=True)
-class Check:
+@dataclass(frozen=True, repr=False)
+class Check(_Table):
     """Derivatives by all methods of an analysis, compared with finite differences.
 
     Attributes
@@ -218,15 +294,15 @@ class Check:
         """Return the rows as a DataFrame."""
         return _pandas().DataFrame(self.rows)
 
-    def __str__(self) -> str:
+    def _summary(self) -> tuple[str, list[tuple[str, str]]]:
         counts: dict[str, int] = {}
         for row in self.rows:
             counts[row["status"]] = counts.get(row["status"], 0) + 1
         head = ", ".join(f"{count} {status}" for status, count in counts.items())
         wrong = [row for row in self.rows if row["status"] not in ("right", "constant")]
-        lines = [f"{row['response']} by {row['variable']}: {row['explanation']}" for row in wrong[:12]]
-        lines += [f"the {method} method failed: {why}" for method, why in self.failed.items()]
-        return "\n".join([f"{head}, by {', '.join(self.methods)}", *lines])
+        rows = [(f"the {method} method", f"failed: {why}") for method, why in self.failed.items()]
+        rows += [(f"{row['response']} by {row['variable']}", row["explanation"]) for row in wrong]
+        return f"{head}, by {', '.join(self.methods)}", rows
 
 
 @dataclass(frozen=True)
@@ -427,12 +503,14 @@ class Result:
     def history(self) -> Any:
         """A row for each trial step: a pandas DataFrame, or a dict of lists where pandas is not installed.
 
-        The columns are the fields of :class:`Cycle`, and the design variables by name.
+        The columns are the fields of :class:`Cycle`, and the design variables by name; a variable with the name of a field has the
+        column `design.NAME`.
         """
         columns = dict(self._state.history())
         columns["objective"] = [self.problem._sign * value for value in columns["objective"]]
         designs = self._state.designs()
-        columns |= {name: designs[:, k].tolist() for k, name in enumerate(self.problem.variable_names)}
+        names = _free_names(self.problem.variable_names, columns)
+        columns |= {names[name]: designs[:, k].tolist() for k, name in enumerate(self.problem.variable_names)}
         try:
             import pandas
         except ImportError:
@@ -455,7 +533,7 @@ class Result:
             Points along each side of the slice of the design space; each point is an analysis. None by default. A problem of
             Python functions has no slice.
         """
-        page = Page(self._state.report(self.problem._core, int(slice)))
+        page = Page(self._state.report(self.problem._core, whole(slice, "slice", 0)))
         if path is not None:
             with open(path, "w", encoding="utf-8") as file:
                 file.write(page)
@@ -492,6 +570,11 @@ def _html_table(names: list[str], rows: list[list[Any]]) -> str:
     head = "".join(f"<th>{html.escape(name)}</th>" for name in names)
     body = "".join("<tr>" + "".join(f"<td>{cell(value)}</td>" for value in row) + "</tr>" for row in rows)
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _index(time: Array | None, axis: str) -> Any:
+    """The rows of a DataFrame: the time points, or one row."""
+    return _pandas().RangeIndex(1) if time is None else _pandas().Index(time, name=axis)
 
 
 def _points(time: Array | None) -> Array:

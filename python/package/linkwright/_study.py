@@ -15,7 +15,7 @@ from typing import Any
 
 from . import _core, _toml
 from ._errors import DefinitionError, Error
-from ._problem import Model
+from ._problem import Model, says_stop
 from ._results import Figure
 
 # Deaths of workers after which a run that was alone with its worker is blamed.
@@ -26,6 +26,10 @@ TASK_TIME = 0.2
 TASKS = 256
 # Exceptions that say that a worker died or was lost: `KilledWorker` is Dask's, `ExecutorlibSocketError` that of executorlib.
 LOST = ("KilledWorker", "ExecutorlibSocketError", "FutureCancelledError", "CommClosedError", "LostTaskError")
+
+
+# Name and text of a study, name and text of its model, and the folder in which the program of the model may run.
+Texts = tuple[str, str, str, str, str | None]
 
 
 class StudyError(Error):
@@ -40,12 +44,12 @@ class StudyError(Error):
 
 
 @lru_cache(maxsize=8)
-def _core_of(texts: tuple[str, str, str, str]) -> _core.Study:
+def _core_of(texts: Texts) -> _core.Study:
     """The study of a task: a worker reads it once."""
     return _core.Study(*texts)
 
 
-def _task(texts: tuple[str, str, str, str], phase: int, runs: list[int], known: list[str]) -> tuple[float, list[str]]:
+def _task(texts: Texts, phase: int, runs: list[int], known: list[str]) -> tuple[float, list[str]]:
     """Does runs in a worker. A pure function: it may run twice."""
     begun = time.perf_counter()
     lines = _core_of(texts).run(phase, runs, known)
@@ -109,19 +113,21 @@ class Study:
             table = _toml.dumps({"version": 1, "model": model.name, **table})
         elif not isinstance(table, str):
             raise DefinitionError(f"a study is a dictionary of keys or the text of a study file, got {type(table).__name__}")
-        self._texts = (name, table, model.name, model.text)
+        self._texts = (name, table, model.name, model.text, model.programs)
         self._core = _core.Study(*self._texts)
 
     @classmethod
-    def from_file(cls, path: str | os.PathLike[str]) -> Study:
-        """Read a study file and the model that it names."""
+    def from_file(cls, path: str | os.PathLike[str], *, allow_programs: bool = False) -> Study:
+        """Read a study file and the model that it names.
+
+        With `allow_programs` the model may start the program that it names, see :meth:`linkwright.Model.from_file`.
+        """
         text = Path(path).read_text(encoding="utf-8")
         name = _core.study_model(os.fspath(path), text)
-        return cls(text, Model.from_file(Path(path).parent / name), os.fspath(path))
+        return cls(text, Model.from_file(Path(path).parent / name, allow_programs=allow_programs), os.fspath(path))
 
     def __reduce__(self) -> Any:
-        name, text, model, model_text = self._texts
-        return _restored, (name, text, model, model_text)
+        return _restored, self._texts
 
     @property
     def title(self) -> str:
@@ -195,7 +201,7 @@ class Study:
 
         def observe(lines: Iterable[str]) -> bool:
             rows.add(lines)
-            return progress is not None and progress(len(rows.lines), total) is True
+            return progress is not None and says_stop(progress(len(rows.lines), total))
 
         for number, (_, _, count, waves) in enumerate(self._core.phases):
             for wave in waves if waves is not None else [range(count)]:
@@ -206,8 +212,8 @@ class Study:
                     return
 
 
-def _restored(name: str, text: str, model_name: str, model_text: str) -> Study:
-    return Study(text, Model(model_text, model_name), name)
+def _restored(name: str, text: str, model_name: str, model_text: str, programs: str | None) -> Study:
+    return Study(text, Model(model_text, model_name, programs=programs), name)
 
 
 class _Rows:
@@ -223,6 +229,8 @@ class _Rows:
             self.file, stored = _core.RowFile.open(os.fspath(path.parent), path.name, study._core)
         self._keep(stored)
         if resume is not None:
+            if not isinstance(resume, StudyResult):
+                raise DefinitionError(f"`resume` is a result of `run`, got {type(resume).__name__}")
             if resume._study._core.header != study._core.header:
                 raise DefinitionError("`resume` has the rows of another study; give a result of this study")
             self.add(line for key, line in resume._lines.items() if key not in self.lines)
@@ -261,7 +269,7 @@ class _Here:
     """The threads of this process."""
 
     def run(
-        self, texts: tuple[str, str, str, str], phase: int, runs: list[int], known: list[str], chunk: int | None, observe: Observe
+        self, texts: Texts, phase: int, runs: list[int], known: list[str], chunk: int | None, observe: Observe
     ) -> bool:
         study, size = _core_of(texts), chunk or 1
         while runs:
@@ -308,7 +316,7 @@ class _Pool:
             self.executor = None
 
     def run(
-        self, texts: tuple[str, str, str, str], phase: int, runs: list[int], known: list[str], chunk: int | None, observe: Observe
+        self, texts: Texts, phase: int, runs: list[int], known: list[str], chunk: int | None, observe: Observe
     ) -> bool:
         queue, alone, size = list(reversed(runs)), list[int](), chunk or 1
         open_: dict[Future[Any], list[int]] = {}

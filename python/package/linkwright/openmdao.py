@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ try:
 except ImportError:
     raise ImportError("linkwright.openmdao needs OpenMDAO: pip install openmdao") from None
 
-from ._errors import AnalysisError
+from ._errors import AnalysisError, ModelError
 from ._minimize import Block, _problem
 from ._problem import BaseProblem
 
@@ -39,11 +39,13 @@ class Component(om.ExplicitComponent):
     Notes
     -----
     The variable that bounds a peak belongs to the optimization and not to the analysis; it is no input. A design that cannot be
-    analysed raises ``openmdao.api.AnalysisError``, which OpenMDAO's drivers understand. Units are SI and not declared, since names
-    of units differ; scale in the driver.
+    analysed raises ``openmdao.api.AnalysisError``, which OpenMDAO's drivers understand.
+
+    Inputs and outputs have the numbers and units of the model, as ``model.variables`` and ``model.analyze()`` have them: millimetres
+    for a variable with ``start = "300 mm"``. The units are not declared to OpenMDAO, since names of units differ.
 
     Check the partials with ``check_partials(form="central", step=1e-6, step_calc="rel_avg")``: absolute steps do not suit
-    variables in SI units.
+    variables of all sizes.
     """
 
     def initialize(self) -> None:
@@ -105,12 +107,15 @@ def _bounds_of_peaks(model: BaseProblem) -> set[str]:
 class Driver(BaseDriver):
     """The methods of linkwright as a driver, for the design variables, the objective and the constraints of any model.
 
+    The method works with scaled values (`ref`, `ref0`, `scaler`, `adder` of OpenMDAO), and so do its history and report.
+
     Options
     -------
     preset : str
         A method, see :func:`linkwright.methods`; `automatic` by default.
     tol : float
-        Relative change of the objective, and violation, below which the run ends.
+        Relative change of the objective, and violation, below which the run ends; not used by `automatic`, which has a stop test of its
+        own.
     maxiter : int
         Largest number of cycles.
 
@@ -143,22 +148,26 @@ class Driver(BaseDriver):
 
     def run(self) -> bool:
         """Optimize. Returns True if the run failed, as OpenMDAO wants it."""
+        self._check_parts()
         self.result.reset()
         self.iter_count = 0
         values = self.get_design_var_values()
-        sizes = [np.size(value) for value in values.values()]
-        names, ends = list(values), np.cumsum([0, *sizes])
+        sizes = {name: np.size(value) for name, value in values.items()}
         x0 = np.concatenate([np.ravel(value) for value in values.values()])
-        lower, upper = (self._limits(self._designvars, names, sizes, side) for side in ("lower", "upper"))
-        model = _Model(self, names, ends)
+        lower, upper = (np.concatenate(list(side.values())) for side in _limits(self, "design_var", sizes))
+        x0 = np.clip(x0, lower, upper)
+        model = _Model(self, list(values), np.cumsum([0, *sizes.values()]))
         objective = next(iter(self._objs))
-        blocks = [_block(model, objective, np.clip(x0, lower, upper), (lower, upper))]
-        for name, meta in self._cons.items():
-            block = _block(model, name, np.clip(x0, lower, upper), (lower, upper))
-            low, high = ("equals", "equals") if meta["equals"] is not None else ("lower", "upper")
-            block.lower, block.upper = (_side(meta[side], block.size, side) for side in (low, high))
-            blocks.append(block)
-        problem = _problem(blocks, np.clip(x0, lower, upper), lower, upper)
+        blocks = [_block(model, name, x0, (lower, upper)) for name in [objective, *self._cons]]
+        if blocks[0].size != 1:
+            raise RuntimeError(f"the objective `{objective}` has {blocks[0].size} values; give one number")
+        ends = _limits(self, "constraint", {name: block.size for name, block in zip(self._cons, blocks[1:])})
+        for name, block in zip(self._cons, blocks[1:]):
+            block.lower, block.upper = (side[name] for side in ends)
+        try:
+            problem = _problem(blocks, x0, lower, upper, _labels(sizes))
+        except ModelError:  # a name with another meaning in formulas
+            problem = _problem(blocks, x0, lower, upper)
         method = {"preset": self.options["preset"], "accuracy": self.options["tol"], "max_cycles": self.options["maxiter"]}
         self.found = problem.optimize(method)
         # The model is left at the accepted design, which need not be the last analysed one.
@@ -166,18 +175,58 @@ class Driver(BaseDriver):
         self.result.exit_status = self.found.status
         return not self.found.success
 
-    def _limits(self, table: Any, names: Iterable[str], sizes: list[int], side: str) -> np.ndarray:
-        return np.concatenate([_side(table[name][side], size, side) for name, size in zip(names, sizes)])
+    def _check_parts(self) -> None:
+        if len(self._objs) != 1:
+            names = f": {', '.join(self._objs)}" if self._objs else ""
+            raise RuntimeError(f"the driver of linkwright needs one objective, the model has {len(self._objs)}{names}")
+        if not self._designvars:
+            raise RuntimeError("the model has no design variables; add one with add_design_var")
 
 
-def _side(limit: Any, size: int, side: str) -> np.ndarray:
-    """A limit as an array; for OpenMDAO, None and numbers of 1e30 in size mean none."""
+def _labels(sizes: dict[str, int]) -> list[str]:
+    """Names of the single design variables, as they can be written in formulas."""
+    return [
+        re.sub(r"\W", "_", name if size == 1 else f"{name}_{i}") for name, size in sizes.items() for i in range(size)
+    ]
+
+
+def _limits(driver: Driver, kind: str, sizes: dict[str, int]) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Lower and upper limits of design variables or constraints in the scaled units of the driver, by name."""
+    table = driver._designvars if kind == "design_var" else driver._cons
+    first, second = (
+        {name: _side(table[name], side, size) for name, size in sizes.items()} for side in ("lower", "upper")
+    )
+    first, second = _scaled(driver, kind, first), _scaled(driver, kind, second)
+    # A negative scaler makes an upper limit of a lower one.
+    lower = {name: np.minimum(first[name], second[name]) for name in sizes}
+    return lower, {name: np.maximum(first[name], second[name]) for name in sizes}
+
+
+def _side(meta: Any, side: str, size: int) -> np.ndarray:
+    """A limit as it is declared; for OpenMDAO, None and numbers of 1e30 in size mean none."""
+    limit = meta[side] if meta.get("equals") is None else meta["equals"]
     if limit is None:
         return np.full(size, -np.inf if side == "lower" else np.inf)
     limits = np.broadcast_to(np.asarray(limit, dtype=float).ravel(), size).copy()
     limits[limits >= 1e29] = np.inf
     limits[limits <= -1e29] = -np.inf
     return limits
+
+
+def _scaled(driver: Driver, kind: str, limits: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Declared limits in the scaled units of the driver."""
+    autoscaler = getattr(driver, "autoscaler", None)
+    if autoscaler is None:
+        # Drivers without an autoscaler store limits that are scaled already, but for those that mean none.
+        def reversed_(name: str) -> Any:
+            scaler = (driver._designvars if kind == "design_var" else driver._cons)[name].get("total_scaler")
+            return 1.0 if scaler is None else np.sign(np.ravel(scaler))
+
+        return {name: np.where(np.isinf(limit), limit * reversed_(name), limit) for name, limit in limits.items()}
+    vector = driver._vectors[kind]
+    vector.set_data(limits, driver_scaling=False)
+    (autoscaler.apply_design_var_scaling if kind == "design_var" else autoscaler.apply_constraint_scaling)(vector)
+    return {name: np.array(vector[name], dtype=float).ravel() for name in limits}
 
 
 class _Model:
@@ -193,10 +242,13 @@ class _Model:
         if key != x.tobytes():
             driver = self.driver
             self._point = (b"", {})  # the model is at x from now on, also if it fails there
-            # The public name until 3.44, a private one since.
-            setter = getattr(driver, "_set_design_var", None) or driver.set_design_var
-            for name, first, last in zip(self.names, self.ends, self.ends[1:]):
-                setter(name, x[first:last])
+            parts = {name: x[first:last] for name, first, last in zip(self.names, self.ends, self.ends[1:])}
+            if hasattr(driver, "autoscaler"):
+                driver._vectors["design_var"].set_data(parts, driver_scaling=True)
+                driver._set_design_vars()
+            else:
+                for name, part in parts.items():
+                    driver.set_design_var(name, part)
             try:
                 with RecordingDebugging(driver._get_name(), driver.iter_count, driver):
                     driver.iter_count += 1

@@ -7,6 +7,7 @@ use super::analysis::AnalysedModel;
 use super::guard::message;
 use anyhow::Context;
 use linkwright::model_file::read;
+use linkwright::responses::program::end_programs;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::io::{BufRead, Write};
@@ -35,6 +36,7 @@ pub fn run(budget: Budget) -> anyhow::Result<()> {
         for line in std::io::stdin().lock().lines().map_while(Result::ok) {
             drop(sender.send(line));
         }
+        end_programs();
         std::process::exit(0);
     });
     let first: ModelLine = serde_json::from_str(&lines.recv().context("there is no model")?)?;

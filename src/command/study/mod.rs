@@ -7,6 +7,7 @@ pub use folder::{StudyProgress, StudyRecord};
 
 use super::budget::Budget;
 use super::folder::{create, in_results};
+use super::interruption::{INTERRUPTED, at_interruption};
 use super::model::{Settings, located, model_file, program_folder};
 use super::output::{ClosedOutput, Digits, brief, complain, results, say};
 use super::progress::Show;
@@ -27,8 +28,6 @@ use std::time::{Duration, Instant};
 
 /// Largest size of a study file in bytes.
 const LIMIT: u64 = 2 << 20;
-/// Exit code after Ctrl-C.
-const INTERRUPTED: u8 = 130;
 
 /// True after Ctrl-C.
 static STOPPED: AtomicBool = AtomicBool::new(false);
@@ -245,12 +244,13 @@ impl Shown {
         if !rows.is_empty() {
             self.show().note(&format!("{} runs are done already, {missing} are missing.", rows.len()))?;
         }
-        drop(ctrlc::set_handler(|| {
-            if STOPPED.swap(true, Ordering::Relaxed) {
-                std::process::exit(i32::from(INTERRUPTED));
+        at_interruption(|| {
+            let is_second = STOPPED.swap(true, Ordering::Relaxed);
+            if !is_second {
+                complain("\nstopping after the runs that have begun; Ctrl-C again stops at once");
             }
-            complain("\nstopping after the runs that have begun; Ctrl-C again stops at once");
-        }));
+            is_second
+        });
         let progress = Mutex::new((folder, Progress::new(self.show(), missing), None));
         let observe = |row: &Row| {
             let mut guard = progress.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -267,8 +267,8 @@ impl Shown {
         };
         let work = || study.run(rows, part, &observe);
         let rows = match self.jobs {
-            Some(jobs) => rayon::ThreadPoolBuilder::new().num_threads(usize::from(jobs)).build()?.install(work)?,
-            None => work()?,
+            Some(jobs) => rayon::ThreadPoolBuilder::new().num_threads(usize::from(jobs)).build()?.install(work),
+            None => work(),
         };
         let (mut folder, mut progress, failure) =
             progress.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -281,6 +281,9 @@ impl Shown {
                 error
             });
         }
+        let rows = rows.map_err(|error| {
+            anyhow!("{error}; finished runs are kept in {}: the same command again continues the study", folder.shown())
+        })?;
         if STOPPED.load(Ordering::Relaxed) && study.missing(&rows, part) > 0 {
             complain(&format!(
                 "interrupted; {} runs are missing; the same command again continues the study in {}",

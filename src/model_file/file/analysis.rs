@@ -414,7 +414,7 @@ impl DerivativeSetting {
 
     /// The problem of an analysis with these derivatives.
     fn build(self, parts: ProblemBuilder, analysis: impl Analysis + 'static) -> Result<Problem> {
-        let start = parts.start();
+        let variables = parts.variables().to_vec();
         match self {
             Self::Automatic => parts.build(analysis),
             // A reverse pass for each time point of a history would be many; one suffices for its integral or mean.
@@ -422,10 +422,10 @@ impl DerivativeSetting {
                 Ok(parts.build(Differentiated::by(analysis, method, step)?)?.with_reduced_histories())
             }
             Self::By(method, step) => parts.build(Differentiated::by(analysis, method, step)?),
-            Self::Forward(step) => parts.build(Differences::forward(analysis, step)?.with_typical_sizes(start)),
-            Self::Central(step) => parts.build(Differences::central(analysis, step)?.with_typical_sizes(start)),
-            Self::Richardson(step) => parts.build(Differences::richardson(analysis, step)?.with_typical_sizes(start)),
-            Self::NoiseAware => parts.build(Differences::noise_aware(analysis).with_typical_sizes(start)),
+            Self::Forward(step) => parts.build(Differences::forward(analysis, step)?.with_variables(&variables)),
+            Self::Central(step) => parts.build(Differences::central(analysis, step)?.with_variables(&variables)),
+            Self::Richardson(step) => parts.build(Differences::richardson(analysis, step)?.with_variables(&variables)),
+            Self::NoiseAware => parts.build(Differences::noise_aware(analysis).with_variables(&variables)),
         }
     }
 }

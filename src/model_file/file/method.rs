@@ -12,7 +12,11 @@ use crate::sao::{
 
 const KEYS: &[Key] = &[
     default("preset", Accepts::Text, DEFAULT_PRESET, "a method by name; `linkwright compare --list` lists all"),
-    optional("accuracy", Accepts::Number, "relative change of the objective, and violation, below which the run ends"),
+    optional(
+        "accuracy",
+        Accepts::Number,
+        "relative change of the objective, and violation, below which the run ends; `automatic` has a stop test of its own and does not use it",
+    ),
     optional("residual", Accepts::Number, "residual of the optimality conditions below which the run may end"),
     optional("confirm", Accepts::Flag, "whether the automatic method confirms the end of a run; yes by default"),
     optional("max_cycles", Accepts::Count, "largest number of cycles"),

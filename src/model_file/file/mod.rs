@@ -61,13 +61,13 @@ pub(crate) use section::{Word, find, ordered, wrong_type};
 
 use super::diagnostics::{DiagnosticLog, SourceMap};
 use super::version::{self, Modernizer};
-use super::{Diagnostic, DiagnosticReport, settings};
+use super::{Diagnostic, DiagnosticReport, limits, settings};
 use crate::model_file::expression::{CompiledExpression, Inputs, TextPlace, Tree};
 use crate::model_file::unit::Unit;
 #[cfg(feature = "report")]
 use crate::problem::{Analysis, Analytic, Responses};
 use crate::problem::{
-    ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, TimeGrid,
+    ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity, TimeGrid,
 };
 use crate::responses::program::ProgramAnalysis;
 use crate::sao::Method;
@@ -200,7 +200,15 @@ pub struct Model {
 /// # Errors
 /// The first errors of the file with their locations, without those that follow from others.
 pub fn read(file: &str, text: &str) -> std::result::Result<Model, Box<DiagnosticReport>> {
-    read_as(file, text, false)
+    read_as(file, text, false, limits::FILE)
+}
+
+/// As [`read`], for a text that a program has written from data in memory: it may be longer than a file.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_generated(file: &str, text: &str) -> std::result::Result<Model, Box<DiagnosticReport>> {
+    read_as(file, text, false, limits::GENERATED)
 }
 
 /// As [`read`], for the model of a run that has begun: bounds may exclude its start.
@@ -208,12 +216,18 @@ pub fn read(file: &str, text: &str) -> std::result::Result<Model, Box<Diagnostic
 /// # Errors
 /// As [`read`].
 pub fn read_of_run(file: &str, text: &str) -> std::result::Result<Model, Box<DiagnosticReport>> {
-    read_as(file, text, true)
+    read_as(file, text, true, limits::FILE)
 }
 
-fn read_as(file: &str, text: &str, is_of_run: bool) -> std::result::Result<Model, Box<DiagnosticReport>> {
+fn read_as(
+    file: &str,
+    text: &str,
+    is_of_run: bool,
+    longest: usize,
+) -> std::result::Result<Model, Box<DiagnosticReport>> {
     let log = DiagnosticLog::default();
-    let model = log.keep(model_of_text(file, text, is_of_run, &log));
+    let table = settings::parse_up_to(longest, text);
+    let model = log.keep(table.and_then(|table| model_of_table(file, table, text, is_of_run, &log)));
     let (errors, locations) = log.into_parts();
     let source = SourceMap { file: file.to_owned(), text: text.to_owned(), locations };
     match model {
@@ -250,8 +264,7 @@ pub(super) fn variable_units(file: &str, text: &str) -> std::result::Result<Vec<
     })
 }
 
-fn model_of_text(file: &str, text: &str, is_of_run: bool, log: &DiagnosticLog) -> Read<Model> {
-    let mut table = settings::parse(text)?;
+fn model_of_table(file: &str, mut table: DeTable<'_>, text: &str, is_of_run: bool, log: &DiagnosticLog) -> Read<Model> {
     let version = version::version(&table)?;
     let (fingerprint, analysis_fingerprint) = (settings::fingerprint(&table), settings::analysis_fingerprint(&table));
     let words = Modernizer::default();
@@ -298,7 +311,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     let all: Vec<DesignVariable> = variables.iter().chain(&of_peak).cloned().collect();
     let is_problem = section.has("objective") || section.has("constraint");
     if is_problem {
-        naming::check_any(&all, &section)?;
+        naming::check_any(&section)?;
     }
     check_times(&section, &outputs, grid.as_ref())?;
     let outputs = extended(outputs, &variables, &of_peak);
@@ -447,7 +460,7 @@ impl Model {
     }
 
     /// Allows the program of the file to be started, in this working folder. Without it, every analysis fails with
-    /// [`Error::Unsupported`](crate::Error::Unsupported).
+    /// [`Error::File`](crate::Error::File).
     pub fn allow_programs(&mut self, folder: &Path) {
         if let Some(program) = &mut self.program {
             program.allow_in(folder);
@@ -477,7 +490,20 @@ impl Model {
             let remedy = "add [objective] with minimize = \"…\"; `linkwright analyze` simulates the file as it is";
             return Err(Error::definition(&self.title, "there is no objective", remedy));
         };
-        objective.complete(self.build(objective)?, &self.variables)
+        objective.complete(self.build(|parts| objective.build(parts))?, &self.variables)
+    }
+
+    /// The outputs as the responses of a problem, for analyses and derivatives of a file without an objective. The objective of this problem
+    /// is its first design variable and has no name; there are no constraints.
+    ///
+    /// # Errors
+    /// [`Error::Definition`] without a design variable; those of [`ProblemBuilder::build`].
+    pub fn simulation(&self) -> Result<Problem> {
+        if self.variables.is_empty() {
+            let remedy = "add a design variable; `linkwright analyze` simulates the file as it is";
+            return Err(Error::definition(&self.title, "there is no design variable", remedy));
+        }
+        self.build(|parts| parts.minimize("", "", Quantity::variable(0)))
     }
 
     /// Returns `true` if the file has an objective; without one it is a simulation.
@@ -529,7 +555,7 @@ impl Model {
         }
     }
 
-    fn build(&self, objective: &ObjectiveSpec) -> Result<Problem> {
+    fn build(&self, add_objective: impl FnOnce(&mut ProblemBuilder)) -> Result<Problem> {
         let mut parts = ProblemBuilder::new(&self.title);
         for variable in &self.variables {
             // That of a run may be outside of bounds that were moved since.
@@ -547,7 +573,7 @@ impl Model {
             };
             parts.linearize_in(h, output.intermediates.clone());
         }
-        objective.build(&mut parts);
+        add_objective(&mut parts);
         for constraint in &self.constraints {
             parts.subject_to(constraint.clone());
         }

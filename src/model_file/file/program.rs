@@ -154,7 +154,7 @@ impl AskedProgram<'_> {
             DerivativeSetting::NoiseAware => Differences::noise_aware(analysis),
             DerivativeSetting::Automatic | DerivativeSetting::By(..) => return parts.build(analysis),
         };
-        let differences = differences.with_typical_sizes(parts.start());
+        let differences = differences.with_variables(parts.variables());
         parts.build(WithThreads::new(differences, jobs)?)
     }
 }
@@ -166,12 +166,14 @@ struct NotAllowed {
 
 impl NotAllowed {
     fn error(&self) -> Error {
-        let why = "a model file starts no program unless that is allowed";
-        Error::unsupported(
-            format!("the program `{}`", self.command),
-            why,
-            "look at the file and the program, then add --allow-programs (in Rust: Model::allow_programs)",
-        )
+        Error::File {
+            file: format!("the program `{}`", self.command),
+            why: "a model file starts no program unless that is allowed".to_owned(),
+            remedy:
+                "look at the file and the program, then add --allow-programs (in Python: allow_programs=True; in Rust: \
+                     Model::allow_programs)"
+                    .to_owned(),
+        }
     }
 }
 

@@ -8,7 +8,7 @@
 //!   slope of the discrete motion. Deviations larger than the discretization error stay wrong: the response may be a staircase.
 
 use super::ridders;
-use super::samples::DifferenceSamples;
+use super::samples::{DifferenceSamples, FirstStep};
 use super::status::{CheckedDerivative, GradientStatus, INEXACT, MARGIN, decide_all, largest};
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 
@@ -92,9 +92,10 @@ fn narrow_differences(
     checked: &mut [CheckedDerivative],
 ) {
     let includes = |i: usize| checked.iter().zip(slight).any(|(d, is_slight)| *is_slight && d.variable == i);
-    let samples = DifferenceSamples::close_to(|designs| analysis.analyze_around(b, designs), b, scales, includes);
+    let first: Vec<FirstStep> = scales.iter().map(|size| FirstStep::of_size(*size)).collect();
+    let samples = DifferenceSamples::close_to(|designs| analysis.analyze_around(b, designs), b, &first, includes);
     for (d, _) in checked.iter_mut().zip(slight).filter(|(_, is_slight)| **is_slight) {
-        let steps = samples[d.variable].steps(d.at);
+        let steps = samples[d.variable].steps(d.at, here.at(d.at));
         // A jump between two of the distances makes those above it useless.
         let starts = 0..steps.len().saturating_sub(FEWEST);
         let estimates = starts.filter_map(|from| ridders(here.at(d.at), &steps[from..]));

@@ -18,7 +18,7 @@ pub(crate) use autodiff::differences::ridders;
 use autodiff::differences::slope_discontinuity;
 use error::{Error, Result};
 use nalgebra::DMatrix;
-pub(crate) use samples::DifferenceSamples;
+pub(crate) use samples::{DifferenceSamples, FirstStep};
 use status::decide_all;
 
 impl Problem {
@@ -106,13 +106,14 @@ pub fn check(
     let mut failed = Vec::new();
     let (names, derivatives): (Vec<_>, Vec<_>) =
         by_methods(methods, b, &here, wanted, &mut failed)?.into_iter().unzip();
-    let samples = DifferenceSamples::along_all(|designs| analysis.analyze_around(b, designs), b, scales);
+    let first: Vec<FirstStep> = scales.iter().map(|size| FirstStep::of_size(*size)).collect();
+    let samples = DifferenceSamples::along_all(|designs| analysis.analyze_around(b, designs), b, &first);
     let mut checked = Vec::with_capacity(wanted.len() * b.len());
     for (row, &at) in wanted.iter().enumerate() {
         let value = here.at(at);
         let drift = (value - again.at(at)).abs();
         for (variable, samples) in samples.iter().enumerate() {
-            let steps = samples.steps(at);
+            let steps = samples.steps(at, value);
             let difference = ridders(value, &steps);
             let read = |which: usize| derivatives.iter().map(|found| found[which][(row, variable)]).collect();
             checked.push(CheckedDerivative {

@@ -14,55 +14,77 @@ const NARROW_STEPS: Range<usize> = 8..18;
 /// Step number 0 as a fraction of a variable's size.
 const FIRST: f64 = 1e-2;
 
-/// Responses on both sides of a design along one variable, at falling distances.
-pub struct DifferenceSamples(Vec<(f64, [Responses; 2])>);
+/// The first and longest step along a variable; each further one is half of the one before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstStep {
+    /// Distance; negative for the lower side.
+    pub h: f64,
+    /// True if the designs at h and 2h are analysed instead of those at ±h.
+    pub is_one_sided: bool,
+}
+
+impl FirstStep {
+    /// That of a variable of this size, on both sides.
+    pub fn of_size(size: f64) -> Self {
+        Self { h: FIRST * size, is_one_sided: false }
+    }
+}
+
+/// Responses near a design along one variable, at falling distances, on both sides or on one.
+pub struct DifferenceSamples {
+    is_one_sided: bool,
+    /// Distances h, and the responses at ±h or at h and 2h.
+    samples: Vec<(f64, [Responses; 2])>,
+}
 
 impl DifferenceSamples {
-    /// Analyses designs around `b` along every variable by `analyze`; `scales` are the sizes of the variables.
+    /// Analyses designs around `b` along every variable by `analyze`, from the first step of each.
     ///
     /// Designs that cannot be analysed are omitted.
     pub fn along_all(
         analyze: impl FnOnce(&[Vec<f64>]) -> Vec<Result<Responses>>,
         b: &[f64],
-        scales: &[f64],
+        first: &[FirstStep],
     ) -> Vec<Self> {
-        Self::along(analyze, b, scales, |_| STEPS)
+        Self::along(analyze, b, first, |_| STEPS)
     }
 
     /// Analyses designs closer to `b` along the variables for which `includes` is true, and has no samples along others.
     pub fn close_to(
         analyze: impl FnOnce(&[Vec<f64>]) -> Vec<Result<Responses>>,
         b: &[f64],
-        scales: &[f64],
+        first: &[FirstStep],
         includes: impl Fn(usize) -> bool,
     ) -> Vec<Self> {
-        Self::along(analyze, b, scales, |i| if includes(i) { NARROW_STEPS } else { 0..0 })
+        Self::along(analyze, b, first, |i| if includes(i) { NARROW_STEPS } else { 0..0 })
     }
 
     /// Analyses designs around `b` at the `steps` of each variable.
     fn along(
         analyze: impl FnOnce(&[Vec<f64>]) -> Vec<Result<Responses>>,
         b: &[f64],
-        scales: &[f64],
+        first: &[FirstStep],
         steps: impl Fn(usize) -> Range<usize>,
     ) -> Vec<Self> {
         let distance = |i: usize, k: usize| {
-            let wanted = FIRST * scales[i] * 0.5f64.powi(k as i32);
+            let wanted = first[i].h * 0.5f64.powi(k as i32);
             (b[i] + wanted) - b[i] // the distance that the sum represents
         };
         let tasks = (0..b.len()).flat_map(|i| steps(i).map(move |k| (i, k)));
-        let steps: Vec<(usize, f64)> = tasks.map(|(i, k)| (i, distance(i, k))).filter(|(_, h)| *h > 0.0).collect();
+        let steps: Vec<(usize, f64)> = tasks.map(|(i, k)| (i, distance(i, k))).filter(|(_, h)| *h != 0.0).collect();
         let moved = |i: usize, by: f64| {
             let mut design = b.to_vec();
             design[i] += by;
             design
         };
-        let designs: Vec<Vec<f64>> = steps.iter().flat_map(|&(i, h)| [moved(i, h), moved(i, -h)]).collect();
-        let mut all: Vec<Self> = b.iter().map(|_| Self(vec![])).collect();
+        let second = |i: usize, h: f64| if first[i].is_one_sided { 2.0 * h } else { -h };
+        let designs: Vec<Vec<f64>> = steps.iter().flat_map(|&(i, h)| [moved(i, h), moved(i, second(i, h))]).collect();
+        let empty = |step: &FirstStep| Self { is_one_sided: step.is_one_sided, samples: vec![] };
+        let mut all: Vec<Self> = first.iter().map(empty).collect();
         let mut analysed = analyze(&designs).into_iter();
         for (i, h) in steps {
-            if let (Some(Ok(ahead)), Some(Ok(behind))) = (analysed.next(), analysed.next()) {
-                all[i].0.push((h, [ahead, behind]));
+            if let (Some(Ok(at)), Some(Ok(second))) = (analysed.next(), analysed.next()) {
+                all[i].samples.push((h, [at, second]));
             }
         }
         all
@@ -70,16 +92,20 @@ impl DifferenceSamples {
 
     /// The smallest distance, if there are samples.
     pub fn smallest(&self) -> Option<f64> {
-        self.0.iter().map(|(h, _)| *h).reduce(f64::min)
+        self.samples.iter().map(|(h, _)| h.abs()).reduce(f64::min)
     }
 
-    /// The values of one response at one time point.
-    pub fn steps(&self, at: ResponseAt) -> Vec<StepValues> {
-        let step = |(h, [ahead, behind]): &(f64, [Responses; 2])| StepValues {
-            h: *h,
-            ahead: ahead.at(at),
-            behind: behind.at(at),
+    /// The values of one response at one time point, of which `here` is the value at the design.
+    ///
+    /// On one side, the value at −h is that of the parabola through the other three: the central difference is then that of the
+    /// parabola at the design, and its error has the order h², too.
+    pub fn steps(&self, at: ResponseAt, here: f64) -> Vec<StepValues> {
+        let step = |(h, [first, second]): &(f64, [Responses; 2])| {
+            let (first, second) = (first.at(at), second.at(at));
+            let opposite = if self.is_one_sided { 3.0 * (here - first) + second } else { second };
+            let (ahead, behind) = if *h > 0.0 { (first, opposite) } else { (opposite, first) };
+            StepValues { h: h.abs(), ahead, behind }
         };
-        self.0.iter().map(step).collect()
+        self.samples.iter().map(step).collect()
     }
 }

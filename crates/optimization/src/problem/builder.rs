@@ -39,9 +39,9 @@ pub struct ProblemBuilder {
 }
 
 impl ProblemBuilder {
-    /// The start design of the variables so far.
-    pub fn start(&self) -> Vec<f64> {
-        self.variables.iter().map(|variable| variable.start).collect()
+    /// The design variables so far.
+    pub fn variables(&self) -> &[DesignVariable] {
+        &self.variables
     }
 
     /// An empty problem.

@@ -1,7 +1,7 @@
 //! Sensitivities by finite differences of whole analyses, for analyses that offer no better ones.
 
-use crate::gradient_check::{DifferenceSamples, ridders};
-use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+use crate::gradient_check::{DifferenceSamples, FirstStep, ridders};
+use crate::problem::{Analysis, DesignVariable, GradientMethod, ResponseAt, Responses};
 use error::{Error, Result};
 use nalgebra::DMatrix;
 
@@ -18,6 +18,9 @@ const AT_ONCE: usize = 256;
 /// | [`richardson`](Self::richardson) | (4 D(h/2) − D(h)) / 3 | h⁴ | 4 n |
 /// | [`noise_aware`](Self::noise_aware) | D extrapolated from 11 steps, the best one for curvature and noise | estimated | 22 n |
 ///
+/// With [bounds](Self::with_variables) no design is outside of them. Where a bound leaves no room for a step, all designs of this variable
+/// are on the other side, with formulas of the same order and the same number of analyses.
+///
 /// All analyses of a sensitivity analysis are made by [`Analysis::analyze_many`], by default in parallel; the result has the same
 /// bits for any number of threads. For derivatives of the whole analysis in dual numbers use the direct method.
 #[derive(Clone, Debug)]
@@ -27,6 +30,8 @@ pub struct Differences<A> {
     formula: DifferenceFormula,
     /// Typical sizes of the design variables; empty if they are not known.
     sizes: Vec<f64>,
+    /// Bounds of the design variables; empty if there are none.
+    bounds: Vec<[f64; 2]>,
 }
 
 /// Part of its typical size below which a design variable is a rounding error, and its own size is no measure of a step.
@@ -63,6 +68,16 @@ impl DifferenceFormula {
             Self::Forward => &[(1.0, 1.0)],
             Self::Central => &[(1.0, 0.5), (-1.0, -0.5)],
             Self::Richardson => &[(0.5, 4.0 / 3.0), (-0.5, -4.0 / 3.0), (1.0, -1.0 / 6.0), (-1.0, 1.0 / 6.0)],
+            Self::NoiseAware => &[],
+        }
+    }
+
+    /// The same on one side of the design.
+    fn one_sided_points(self) -> &'static [(f64, f64)] {
+        match self {
+            Self::Forward => self.points(),
+            Self::Central => &[(1.0, 2.0), (2.0, -0.5)],
+            Self::Richardson => &[(0.5, 8.0), (1.0, -6.0), (1.5, 8.0 / 3.0), (2.0, -0.5)],
             Self::NoiseAware => &[],
         }
     }
@@ -113,7 +128,13 @@ impl<A: Analysis> Differences<A> {
     ///
     /// Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76.
     pub fn noise_aware(analysis: A) -> Self {
-        Self { analysis, step: DifferenceStep::Relative(1.0), formula: DifferenceFormula::NoiseAware, sizes: vec![] }
+        Self {
+            analysis,
+            step: DifferenceStep::Relative(1.0),
+            formula: DifferenceFormula::NoiseAware,
+            sizes: vec![],
+            bounds: vec![],
+        }
     }
 
     /// Sets typical sizes of the design variables, such as their values at the start. A variable that is zero, or smaller than 1e-9 of its
@@ -122,6 +143,28 @@ impl<A: Analysis> Differences<A> {
     #[must_use]
     pub fn with_typical_sizes(self, sizes: Vec<f64>) -> Self {
         Self { sizes, ..self }
+    }
+
+    /// Sets typical sizes of the design variables, their starts, and bounds that no analysed design leaves. A variable with two equal bounds
+    /// is varied all the same: its derivative has no meaning otherwise.
+    #[must_use]
+    pub fn with_variables(self, variables: &[DesignVariable]) -> Self {
+        let bounds = variables.iter().map(|v| [v.lower, v.upper]).collect();
+        Self { bounds, ..self.with_typical_sizes(variables.iter().map(|v| v.start).collect()) }
+    }
+
+    /// The step of a variable of the length `h`, or shorter, that stays inside the bounds.
+    fn inside(&self, b: &[f64], i: usize, h: f64) -> FirstStep {
+        let both = FirstStep { h, is_one_sided: false };
+        let Some(&[lower, upper]) = self.bounds.get(i).filter(|[lower, upper]| lower < upper) else { return both };
+        let (below, above) = (b[i] - lower, upper - b[i]);
+        let is_forward = self.formula == DifferenceFormula::Forward;
+        if above >= h && (below >= h || is_forward) {
+            return both;
+        }
+        let (side, room) = if above >= below { (1.0, above) } else { (-1.0, below) };
+        let longest = if is_forward { room } else { room / 2.0 };
+        FirstStep { h: side * h.min(longest), is_one_sided: true }
     }
 
     /// The size of a design variable, to which its steps are relative.
@@ -147,7 +190,7 @@ impl<A: Analysis> Differences<A> {
         for &step in steps {
             Error::check_option(what, "positive and finite", step, step > 0.0 && step.is_finite())?;
         }
-        Ok(Self { analysis, step, formula, sizes: vec![] })
+        Ok(Self { analysis, step, formula, sizes: vec![], bounds: vec![] })
     }
 
     /// Sensitivities with steps `factor` times as long.
@@ -164,41 +207,51 @@ impl<A: Analysis> Differences<A> {
         if self.formula == DifferenceFormula::NoiseAware {
             return self.noise_aware_at(b, responses, wanted);
         }
-        let points = self.formula.points();
+        let steps: Vec<FirstStep> = (0..b.len()).map(|i| self.inside(b, i, factor * self.step(b, i))).collect();
+        let points = |i: usize| match steps[i].is_one_sided {
+            false => self.formula.points(),
+            true => self.formula.one_sided_points(),
+        };
+        let count = self.formula.points().len();
         let moved = |task: usize| {
-            let (i, (offset, _)) = (task / points.len(), points[task % points.len()]);
+            let (i, (offset, _)) = (task / count, points(task / count)[task % count]);
             let mut moved = b.to_vec();
-            moved[i] += offset * factor * self.step(b, i);
+            moved[i] += offset * steps[i].h;
+            if let Some([lower, upper]) = self.bounds.get(i).filter(|_| steps[i].is_one_sided) {
+                // The sum may be rounded to the wrong side of a bound.
+                moved[i] = moved[i].max(*lower).min(*upper);
+            }
             moved
         };
-        let designs: Vec<Vec<f64>> = (0..points.len() * b.len()).map(moved).collect();
+        let designs: Vec<Vec<f64>> = (0..count * b.len()).map(moved).collect();
         let mut samples: Vec<(f64, Vec<f64>)> = Vec::with_capacity(designs.len());
         for chunk in designs.chunks(AT_ONCE) {
             for responses in self.analysis.analyze_many(chunk) {
                 let (responses, task) = (responses?, samples.len());
                 let values = wanted.iter().map(|&at| responses.at(at)).collect();
-                samples.push((designs[task][task / points.len()], values));
+                samples.push((designs[task][task / count], values));
             }
         }
         let derivative = |row: usize, i: usize| {
             let value = responses.at(wanted[row]);
             // The distance in floating point replaces the step.
             let share = |(k, (offset, weight)): (usize, &(f64, f64))| {
-                let (at, values) = &samples[i * points.len() + k];
+                let (at, values) = &samples[i * count + k];
                 weight * (values[row] - value) * offset / (at - b[i])
             };
-            points.iter().enumerate().map(share).sum()
+            points(i).iter().enumerate().map(share).sum()
         };
         Ok(DMatrix::from_fn(wanted.len(), b.len(), derivative))
     }
 
     fn noise_aware_at(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
-        let scales: Vec<f64> = (0..b.len()).map(|i| self.size(b, i)).collect();
-        let samples = DifferenceSamples::along_all(|designs| self.analysis.analyze_many(designs), b, &scales);
+        let first = |i: usize| self.inside(b, i, FirstStep::of_size(self.size(b, i)).h);
+        let first: Vec<FirstStep> = (0..b.len()).map(first).collect();
+        let samples = DifferenceSamples::along_all(|designs| self.analysis.analyze_many(designs), b, &first);
         let mut rows = DMatrix::zeros(wanted.len(), b.len());
         for (i, samples) in samples.iter().enumerate() {
             for (row, &at) in wanted.iter().enumerate() {
-                let derivative = ridders(responses.at(at), &samples.steps(at)).ok_or_else(|| {
+                let derivative = ridders(responses.at(at), &samples.steps(at, responses.at(at))).ok_or_else(|| {
                     let why = "the neighbouring designs cannot be analysed";
                     Error::analysis(
                         format!("differences by design variable {i}"),
@@ -302,6 +355,50 @@ mod tests {
         assert!(Differences::forward_by(analysis(), vec![0.1, -0.1]).is_err());
         let short = Differences::forward_by(analysis(), vec![0.1]).unwrap();
         assert!(short.sensitivities(&b, &short.analyze(&b).unwrap(), &wanted).is_err());
+    }
+
+    /// ln b₀ + √(1 − b₁) + b₂² between the bounds of the variables, undefined outside.
+    struct Inside;
+    impl Analysis for Inside {
+        fn analyze(&self, b: &[f64]) -> Result<Responses> {
+            let is_inside = (1.0..=3.0).contains(&b[0]) && (-2.0..=0.5).contains(&b[1]) && b[2] >= 0.0;
+            let value = b[0].ln() + (1.0 - b[1]).sqrt() + b[2] * b[2];
+            Ok(Responses::new(vec![vec![if is_inside { value } else { f64::NAN }]]))
+        }
+        fn sensitivities(&self, _: &[f64], _: &Responses, _: &[ResponseAt]) -> Result<DMatrix<f64>> {
+            Ok(DMatrix::zeros(1, 3))
+        }
+    }
+
+    #[test]
+    fn differences_stay_inside_the_bounds() {
+        let bounds = [(1.0, 3.0), (-2.0, 0.5), (0.0, f64::INFINITY)];
+        let variables = bounds.map(|(lower, upper)| DesignVariable::new("b", "", 1.0).within(lower, upper));
+        let all = [
+            (Differences::forward(Inside, 1e-7).unwrap(), 1e-6),
+            (Differences::central(Inside, 1e-5).unwrap(), 1e-8),
+            (Differences::richardson(Inside, 1e-3).unwrap(), 1e-9),
+            (Differences::noise_aware(Inside), 1e-7),
+        ];
+        for (differences, tolerance) in all {
+            let name = differences.formula.name();
+            let differences = differences.with_variables(&variables);
+            // At bounds, within a step of them, and off them.
+            for b in [[1.0, 0.5, 0.0], [3.0, -2.0, 0.0], [1.0 + 1e-8, 0.5 - 1e-8, 1.0], [2.0, -1.0, 1.0]] {
+                let at = [ResponseAt { response: 0, point: 0 }];
+                let rows = differences.sensitivities(&b, &differences.analyze(&b).unwrap(), &at).unwrap();
+                for (found, exact) in rows.iter().zip([1.0 / b[0], -0.5 / (1.0 - b[1]).sqrt(), 2.0 * b[2]]) {
+                    assert!((found - exact).abs() < tolerance, "{name} at {b:?}: {found} instead of {exact}");
+                }
+            }
+        }
+        // Bounds that fix a variable leave no other way.
+        let fixed = [(1.0, 3.0), (-1.0, -1.0), (0.0, 9.0)];
+        let fixed = fixed.map(|(lower, upper)| DesignVariable::new("b", "", 1.0).within(lower, upper));
+        let differences = Differences::central(Inside, 1e-5).unwrap().with_variables(&fixed);
+        let (b, at) = ([2.0, -1.0, 1.0], [ResponseAt { response: 0, point: 0 }]);
+        let rows = differences.sensitivities(&b, &differences.analyze(&b).unwrap(), &at).unwrap();
+        assert!((rows[(0, 1)] + 0.5 / 2.0f64.sqrt()).abs() < 1e-8);
     }
 
     /// The digits of sin b that a tolerance of 1e-7 leaves.

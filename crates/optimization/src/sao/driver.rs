@@ -82,7 +82,7 @@ impl Method {
     /// # Errors
     ///
     /// Those of the sensitivities, of the approximation and of the subproblem solver. A failed analysis of the proposed design
-    /// is not an error: it rejects the design.
+    /// is not an error, unless it [ends the run](error::Error::ends_run): it rejects the design.
     pub fn step(&self, problem: &Problem, mut state: State) -> Result<State> {
         let rules = self.approximation.asymptotes();
         state.follow(&rules);
@@ -113,6 +113,9 @@ impl Method {
         state.counters.analyses += 1;
         let (at_limit, distance) = (region.at_limit(&solution.x), approximate.distance(&solution.x));
         let analyzed = problem.analyze_design(&solution.x);
+        if let Some(error) = analyzed.as_ref().err().filter(|error| error.ends_run()) {
+            return Err(error.clone());
+        }
         let proposal = Proposal {
             data: &data,
             region: &region,

@@ -4,6 +4,9 @@ use super::{Cycle, State, Status};
 use crate::problem::Problem;
 use error::{Error, Result};
 
+/// Decrease of the objective, relative to its first values, from which on it seems to be unbounded.
+const UNBOUNDED: f64 = 1e8;
+
 /// The stop test.
 ///
 /// A run has converged if an accepted cycle meets three conditions: the relative change of the objective is below
@@ -78,9 +81,12 @@ impl Stop {
         let trials = state.history.len() - 1;
         if trials >= self.max_cycles {
             let accepted = state.history.iter().filter(|cycle| cycle.accepted).count() - 1;
-            let reason = format!(
-                "{trials} trial steps are done, {accepted} of them accepted; continue with a larger number of cycles"
-            );
+            let remedy = if is_unbounded(state) {
+                "the objective seems to be unbounded: add bounds or constraints"
+            } else {
+                "continue with a larger number of cycles"
+            };
+            let reason = format!("{trials} trial steps are done, {accepted} of them accepted; {remedy}");
             return (Status::CycleLimit, reason);
         }
         (Status::Running, String::new())
@@ -119,6 +125,13 @@ impl Stop {
         }
         None
     }
+}
+
+/// True if the minimized objective is negative and huge compared with its first values.
+fn is_unbounded(state: &State) -> bool {
+    let first =
+        state.history.iter().filter(|cycle| cycle.accepted).take(2).fold(0.0, |m: f64, c| m.max(c.objective.abs()));
+    state.evaluation.objective < -UNBOUNDED * first
 }
 
 fn relative_change(objective: f64, before: f64) -> f64 {

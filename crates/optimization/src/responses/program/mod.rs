@@ -26,6 +26,7 @@ mod protocol;
 mod tests;
 
 pub use analysis::{ProgramAnalysis, WithThreads};
+pub use process::end_programs;
 
 use std::path::PathBuf;
 use std::time::Duration;

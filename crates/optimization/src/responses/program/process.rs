@@ -3,10 +3,11 @@
 use super::Program;
 use super::protocol::shown;
 use error::{Error, Result};
+use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TryRecvError, channel, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -14,6 +15,38 @@ use std::time::{Duration, Instant};
 const KEPT: usize = 4096;
 /// Longest time from the end of its input to the end of a program.
 const FAREWELL: Duration = Duration::from_millis(500);
+
+/// The programs that run.
+static RUNNING: Mutex<Running> = Mutex::new(Running { ids: BTreeSet::new(), has_ended: false });
+
+struct Running {
+    /// Process ids.
+    ids: BTreeSet<u32>,
+    /// True after [`end_programs`].
+    has_ended: bool,
+}
+
+fn running() -> MutexGuard<'static, Running> {
+    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Kills all programs of this process, with the processes that they started, and lets no other one start: for the end of this
+/// process by [`std::process::exit`], at which values are not dropped.
+pub fn end_programs() {
+    let mut running = running();
+    running.has_ended = true;
+    running.ids.iter().for_each(|id| kill_group_of(*id));
+}
+
+/// Kills the group of a process, where there are groups.
+#[cfg_attr(not(unix), expect(unused_variables, reason = "there are no groups"))]
+fn kill_group_of(id: u32) {
+    #[cfg(unix)]
+    if let Some(group) = i32::try_from(id).ok().and_then(rustix::process::Pid::from_raw) {
+        // Fails only if there is no such group any more.
+        let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
+    }
+}
 
 /// A running program with threads that write to and read from it, so that a time limit holds for both.
 pub struct Process {
@@ -51,7 +84,13 @@ impl Process {
         // A group of its own, so that the processes which the program starts end with it.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let mut running = running();
+        if running.has_ended {
+            return Err(failed("the program cannot be started: this process is at its end".to_owned()));
+        }
         let mut child = command.spawn().map_err(|why| failed(format!("the program cannot be started: {why}")))?;
+        running.ids.insert(child.id());
+        drop(running);
         let (requests, to_write) = channel::<Vec<u8>>();
         let (read, lines) = sync_channel(2);
         let complaints = Arc::new(Mutex::new(vec![]));
@@ -130,11 +169,8 @@ impl Process {
     }
 
     fn kill_group(&mut self) {
-        #[cfg(unix)]
-        if let Some(group) = i32::try_from(self.child.id()).ok().and_then(rustix::process::Pid::from_raw) {
-            // Fails only if there is no such group any more.
-            let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
-        }
+        running().ids.remove(&self.child.id());
+        kill_group_of(self.child.id());
         drop(self.child.kill());
         drop(self.child.wait());
     }

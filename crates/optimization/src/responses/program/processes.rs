@@ -40,10 +40,12 @@ impl Processes {
     /// [`Error::Analysis`] if the program refuses the design, or fails in all tries; [`Error::File`] if it cannot be started.
     pub fn ask(&self, declared: &Declared, design: &[f64], derivatives: bool) -> Result<Answer> {
         let mut why = String::new();
-        for _ in 0..=self.program.retries {
+        for attempt in 0..=self.program.retries {
             let id = self.next.fetch_add(1, Ordering::Relaxed);
             let place = self.place();
-            let mut process = match place.process() {
+            // A repetition is done by a new process: another old one may be at its end, too.
+            let waiting = if attempt == 0 { place.process() } else { None };
+            let mut process = match waiting {
                 Some(process) => process,
                 None => Process::start(&self.program, self.longest)?,
             };

@@ -136,6 +136,20 @@ fn a_program_that_breaks_down_is_started_again() {
     assert!(why.contains("exit status: 3") && why.contains("`out of licences`"), "{why}");
 }
 
+/// Two processes wait, and both end at their second request.
+#[test]
+fn a_request_is_repeated_by_a_new_process() {
+    let folder = Folder::new("new");
+    let work = format!("n=$((n+1)); if [ $n -eq 2 ]; then exit 7; fi; sleep 0.5; {GOOD}");
+    let analysis = analysis(Program { jobs: 2, ..program(&folder, &script(&work)) });
+    std::thread::scope(|scope| {
+        let first = scope.spawn(|| analysis.analyze(&[1.0]).unwrap());
+        let second = scope.spawn(|| analysis.analyze(&[2.0]).unwrap());
+        (first.join().unwrap(), second.join().unwrap())
+    });
+    assert_eq!(analysis.analyze(&[3.0]).unwrap().values[1], [9.0]);
+}
+
 #[test]
 fn what_a_program_writes_wrongly_is_named() {
     for (name, work, expected) in [

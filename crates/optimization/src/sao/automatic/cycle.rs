@@ -32,6 +32,9 @@ impl Automatic {
             }
         };
         let examined = situation.examine(method, &proposal);
+        if let Some(error) = examined.analyzed.as_ref().err().filter(|error| error.ends_run()) {
+            return Err(error.clone());
+        }
         let cycle = situation.record(method, &proposal, &examined);
         let changes = situation.changes(&proposal, &examined);
         let lengths = situation.units.lengths;
