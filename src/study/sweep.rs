@@ -182,9 +182,7 @@ impl Sweep {
         let constraints = outcome::constraints(problem, &state.design, &state.evaluation);
         values.extend(constraints.iter().map(|c| c.value));
         if self.is_front() {
-            // Active constraints are known from the last cycle; a run that has ended at its start had none.
-            let is_known = state.status.is_success() && state.cycles() > 0;
-            let post = PostOptimal::new(problem, state).ok().filter(|_| is_known);
+            let post = PostOptimal::new(problem, state).ok().filter(|_| state.status.is_success());
             for s in &self.settings {
                 let SettingForm::Limit { constraint, .. } = s.form else { continue };
                 let parameter = Parameter::Limit(constraint);

@@ -112,6 +112,92 @@ fn an_unbounded_problem_does_not_converge() {
     assert_ne!(solve(&case("unbounded")).status, Status::Converged);
 }
 
+/// −2 x² y with x y ≤ 0.8 and y ≥ 0.5: the optimum is a vertex. With L = xy and y the optimum is −2 L² / y.
+struct Vertex;
+impl ClosedForm for Vertex {
+    fn response<S: Scalar>(&self, h: usize, b: &[S], _: S) -> S {
+        let (x, y) = (b[0], b[1]);
+        [-x * x * y * 2.0, x * y, y][h]
+    }
+}
+
+fn vertex(start: [f64; 2]) -> Problem {
+    let mut parts = ProblemBuilder::new("vertex");
+    parts.variable(DesignVariable::new("x", "", start[0]).within(0.1, 10.0));
+    parts.variable(DesignVariable::new("y", "", start[1]).within(0.1, 10.0));
+    let [f, area, height] = ["f", "area", "height"].map(|name| parts.constant(name, ""));
+    parts.minimize("f", "", Quantity::response(None, f));
+    parts.constrain(Constraint::at_most("area", Quantity::response(None, area), 0.8));
+    parts.constrain(Constraint::at_least("height", Quantity::response(None, height), 0.5));
+    parts.build_analytic(Vertex).unwrap()
+}
+
+#[test]
+fn multipliers_are_those_at_the_last_design() {
+    // dF*/dL · L and −dF*/dy · y, relative to the limits.
+    let exact = [4.0 * 0.8 * 0.8 / 0.5, 2.0 * 0.8 * 0.8 / 0.5];
+    for start in [[1.0, 1.0], [1.6, 0.5]] {
+        let end = solve(&vertex(start));
+        assert_eq!(end.status, Status::Converged, "{}", end.reason);
+        let rows = end.active_rows();
+        assert_eq!(rows.len(), 2, "from {start:?}: {rows:?}");
+        for (row, exact) in rows.iter().zip(exact) {
+            assert!((row.multiplier / exact - 1.0).abs() < 1e-5, "from {start:?}: {rows:?}, exact {exact}");
+        }
+    }
+}
+
+struct Paraboloid;
+impl ClosedForm for Paraboloid {
+    fn response<S: Scalar>(&self, _: usize, b: &[S], _: S) -> S {
+        b[0] * b[0] + b[1] * b[1]
+    }
+}
+
+fn paraboloid(start: [f64; 2], bounds: [f64; 2]) -> Problem {
+    let mut parts = ProblemBuilder::new("paraboloid");
+    parts.variable(DesignVariable::new("x", "", start[0]).within(bounds[0], bounds[1]));
+    parts.variable(DesignVariable::new("y", "", start[1]).within(-1.0, 1.0));
+    let f = parts.constant("f", "");
+    parts.minimize("f", "", Quantity::response(None, f));
+    parts.build_analytic(Paraboloid).unwrap()
+}
+
+#[test]
+fn a_start_at_an_optimum_is_confirmed_by_every_method() {
+    for preset in linkwright::sao::presets() {
+        let end = (preset.method)().solve(&paraboloid([0.0, 0.0], [-1.0, 1.0]), |_| ()).unwrap();
+        assert_eq!(
+            (end.status, &end.design[..]),
+            (Status::Converged, &[0.0, 0.0][..]),
+            "{}: {}",
+            preset.name,
+            end.reason
+        );
+    }
+}
+
+#[test]
+fn bounds_far_away_are_no_lengths() {
+    for upper in [1e2, 1e6, 1e10, 1e20] {
+        let end = solve(&paraboloid([1.0, 0.7], [-upper, upper]));
+        assert_eq!(end.status, Status::Converged, "{upper}: {}", end.reason);
+        assert!(end.evaluation.objective < 1e-10, "{upper}: {}", end.evaluation.objective);
+    }
+}
+
+#[test]
+fn an_objective_is_not_zero_beside_that_of_a_start_far_away() {
+    for (name, start) in [("hs49", "start=1e4"), ("quartic", "start=1e4"), ("hs57", "start=-1e2"), ("hs1", "start=1e6")]
+    {
+        let (entry, transformation) = (find(name).unwrap(), Transformation::parse(start).unwrap());
+        let problem = transformation.build(entry).unwrap();
+        let end = solve(&problem);
+        let judgement = suite::judge(entry, &transformation, &problem, suite::Claim::from(end.status), &end.design);
+        assert_ne!(judgement.unwrap().verdict, Verdict::False, "{name}, {start}: {}", end.reason);
+    }
+}
+
 #[test]
 fn a_start_without_any_slope_is_left() {
     // −x y z of HS 37 is flat at the origin, which is no minimum.
