@@ -1,5 +1,6 @@
 //! Step control of explicit methods.
 
+use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::settings::{Explicit, StepControl};
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
 use crate::integrators::explicit::switching::SwitchLocator;
@@ -135,12 +136,16 @@ impl<F: OdeRhs> OdeDriver<F> {
         let (old, exponent, mut rejected) = (self.stepper.t[0], self.stepper.exponent(), false);
         let (mut h, mut is_corrected) = (self.next, false);
         loop {
-            let last = old + 1.01 * h >= self.end;
-            let outcome = self.stepper.attempt(if last { self.end } else { old + h }, Some(tolerance));
+            let planned = self.switches.grade_step(&mut self.stepper, h, self.end - old);
+            let last = self.stepper.grading != Grading::End && old + 1.01 * planned >= self.end;
+            let outcome = self.stepper.attempt(if last { self.end } else { old + planned }, Some(tolerance));
             let error = outcome.as_ref().map_or(f64::INFINITY, |&(error, _)| error);
             let growth = (0.9 * error.powf(-exponent)).clamp(0.2, if rejected { 1.0 } else { 6.0 });
             if error <= 1.0 && !is_corrected && self.switches.correct_beginning(&mut self.stepper)? {
                 is_corrected = true;
+                continue;
+            }
+            if error <= 1.0 && !self.switches.move_end_to_zero(&mut self.stepper)? {
                 continue;
             }
             if error <= 1.0 {
