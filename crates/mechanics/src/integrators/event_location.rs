@@ -275,6 +275,12 @@ impl EventLocator {
         let has_bounced = self.opened == Some(contact) && self.is_bounce;
         let is_touching = impact.is_open_contact(&old.modes) && before.abs() <= TOUCHING;
         let is_opening = is_touching && impact.rate(old, &old.v) > TOUCHING;
+        let is_at_rest = |state: &State<f64>, gap: f64| {
+            gap.abs() <= TOUCHING && impact.rate(state, &state.v).abs() <= TOUCHING
+        };
+        if impact.is_open_contact(&old.modes) && is_at_rest(old, before) && is_at_rest(new, after) {
+            return [BEGUN; 2]; // something else holds it where it touches
+        }
         if !has_bounced && !is_opening && impact.is_unilateral_at_rest(&old.modes, before, has_begun) {
             let rate = impact.rate(old, &old.v);
             let is_leaving = has_begun || after > before;

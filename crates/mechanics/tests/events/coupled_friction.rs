@@ -194,6 +194,29 @@ fn a_pendulum_with_dry_friction_comes_to_rest_on_a_stop() {
     }
 }
 
+/// Friction stops a block of 1 kg where a stop is, at 1 m: its velocity and the gap become zero at the same time.
+#[test]
+fn a_block_that_friction_stops_exactly_at_a_stop_stays_there() {
+    for restitution in [0.0, 0.5, 1.0] {
+        let mut m = Mechanism::new();
+        let block = m.point_mass("block", 1.0, 0.0, 0.0);
+        m.set_velocity(block.x, 2.0);
+        let ground = m.ground();
+        m.fix(block.y);
+        m.rigid_stop("stop", block.x, ground.x, -1.0, restitution);
+        m.dry_friction("friction", ground.x, block.x, [2.0, 1.2, 0.0]);
+        outputs(&mut m, block.x).unwrap();
+        for h in [4e-3, 7.3e-3] {
+            for (history, scheme) in by_all_schemes(&m, h, &[0.5, 2.0, 4.0]) {
+                let [x, v] = [0, 1].map(|k| &history.values[k]);
+                let case = format!("{scheme}, {restitution} {h}: {x:?} {v:?}");
+                assert!((x[0] - 0.75).abs() < 1e-6 && (x[1] - 1.0).abs() < 1e-6 && (x[2] - 1.0).abs() < 1e-6, "{case}");
+                assert!(v[1].abs() < 1e-6 && v[2].abs() < 1e-6, "{case}");
+            }
+        }
+    }
+}
+
 /// A block of the mass b₀ that begins with the velocity b₁ against the friction b₂, pushed by the force b₃; friction ends at the time b₄.
 struct Freed;
 
