@@ -275,9 +275,8 @@ impl EventLocator {
         let has_bounced = self.opened == Some(contact) && self.is_bounce;
         let is_touching = impact.is_open_contact(&old.modes) && before.abs() <= TOUCHING;
         let is_opening = is_touching && impact.rate(old, &old.v) > TOUCHING;
-        let is_at_rest = |state: &State<f64>, gap: f64| {
-            gap.abs() <= TOUCHING && impact.rate(state, &state.v).abs() <= TOUCHING
-        };
+        let is_at_rest =
+            |state: &State<f64>, gap: f64| gap.abs() <= TOUCHING && impact.rate(state, &state.v).abs() <= TOUCHING;
         if impact.is_open_contact(&old.modes) && is_at_rest(old, before) && is_at_rest(new, after) {
             return [BEGUN; 2]; // something else holds it where it touches
         }

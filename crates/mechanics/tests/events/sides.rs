@@ -3,11 +3,11 @@
 use crate::methods::deviation;
 use crate::models::{OnRope, ROPE, outputs};
 use autodiff::{Scalar, gradient, hessian};
-use linkwright_mechanics::analyses::dynamics::{simulate_explicitly, simulate_with_steps};
+use linkwright_mechanics::analyses::dynamics::{simulate_explicitly, simulate_with_steps, taken_steps};
 use linkwright_mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_explicitly_backwards};
 use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright_mechanics::derivatives::second_order::{HessianPart, differentiate_explicitly_twice};
-use linkwright_mechanics::integrators::explicit::Explicit;
+use linkwright_mechanics::integrators::explicit::{Explicit, Grading, StepControl, TakenStep};
 use linkwright_mechanics::{Mechanism, ParametricMechanism, Result};
 
 /// Position and velocity of the mass on a rope at the time `t`, through all phases of the periodic motion.
@@ -189,6 +189,50 @@ fn derivatives_through_compliant_contacts_become_better_with_the_tolerance() {
             check_adjoint(&Bouncing, &BOUNCING, &settings);
         }
     }
+}
+
+/// First derivatives are those of the frozen steps, also where these are coarse. A stage is where the contact begins: differences have an
+/// error with the square root of their step.
+#[test]
+fn derivatives_through_contacts_are_those_of_the_taken_steps() {
+    for settings in [Explicit::adaptive(1e-5), Explicit::eighth_order(1e-6)] {
+        check_taken_steps(&OnRope, &ROPE, &settings);
+        check_taken_steps(&Damped, &DAMPED, &settings);
+        check_taken_steps(&Bouncing, &BOUNCING, &settings);
+    }
+}
+
+fn check_taken_steps<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Explicit) {
+    let mechanism = model.build(b).unwrap();
+    let taken = taken_steps(&mechanism, settings, &TIMES).unwrap();
+    let frozen = settings.clone().with_step_control(StepControl::Taken(taken));
+    let values = |b: &[f64]| simulate_explicitly(&model.build(b).unwrap(), &frozen, &TIMES).unwrap().values;
+    assert_eq!(values(b), simulate_explicitly(&mechanism, settings, &TIMES).unwrap().values);
+    let direct = differentiate_explicitly(model, b, settings, &TIMES).unwrap();
+    for variable in 0..b.len() {
+        let [above, below] = [2e-9, -2e-9].map(|by| {
+            let mut b = b.to_vec();
+            b[variable] *= 1.0 + by;
+            values(&b)
+        });
+        for (output, k) in (0..2 * TIMES.len()).map(|i| (i % 2, i / 2)) {
+            let expected = (above[output][k] - below[output][k]) / 4e-9;
+            let slope = direct.gradients[output][k][variable] * b[variable];
+            let off = (slope - expected).abs() / expected.abs().max(1.0);
+            println!("{} {output} at {} by {variable}: {slope:.6e}, {off:.1e}", settings.method.name, TIMES[k]);
+            assert!(off < 2e-5, "{output} at {} by {variable}: {slope} {expected}", TIMES[k]);
+        }
+    }
+}
+
+/// A step has one side for each switching function.
+#[test]
+fn taken_steps_of_another_model_are_rejected() {
+    let step = TakenStep { length: 3.0, sides: vec![true], grading: Grading::Even };
+    let settings = Explicit::adaptive(1e-6).with_step_control(StepControl::Taken(vec![step]));
+    let error = simulate_explicitly(&Damped.build(&DAMPED).unwrap(), &settings, &TIMES).unwrap_err();
+    let message = "a step has the sides of 1 switching functions, the mechanism 4";
+    assert!(error.to_string().contains(message), "{error}");
 }
 
 /// Steps of the whole motion up to an earlier time have the same bits, also where contacts and ropes end them.

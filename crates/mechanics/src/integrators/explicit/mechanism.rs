@@ -525,11 +525,6 @@ fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
     })
 }
 
-/// Returns whether elements have switching functions, at whose zeros adaptive steps end.
-pub(crate) fn has_switching_functions(mechanism: &Mechanism<f64>) -> bool {
-    mechanism.sided > 0
-}
-
 /// Consistent initial state and the multipliers of its projections.
 pub struct ConsistentState {
     /// Initial state.

@@ -34,6 +34,6 @@ pub use grading::Grading;
 pub use mechanism::MechanismRhs;
 pub use ode::{Ode, OdeHistory, integrate};
 pub use ode_driver::OdeDriver;
-pub use settings::{Coordinates, Explicit, StepControl, Tolerance};
+pub use settings::{Coordinates, Explicit, StepControl, TakenStep, Tolerance};
 pub use stepper::{OdeRhs, Stepper};
 pub use tableau::{DOPRI5, Tableau};

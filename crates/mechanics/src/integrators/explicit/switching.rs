@@ -1,8 +1,8 @@
 //! Adaptive steps that end where the rates are not smooth: where a contact closes or opens.
 
-use crate::Result;
 use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
+use crate::{Error, Result};
 
 /// Signs of the switching functions along a motion.
 ///
@@ -99,6 +99,23 @@ impl SwitchLocator {
             stepper.rhs.switching_functions(stepper.t[0], &stepper.old, &mut self.values);
             self.store_sides();
         }
+        if self.sides == self.held { Ok(()) } else { self.hold(stepper) }
+    }
+
+    /// Begins a step on the given `sides`.
+    ///
+    /// # Errors
+    /// [`Error::Definition`] if they are not one for each switching function, and errors of the rates.
+    pub fn begin_taken_step<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>, sides: &[bool]) -> Result<()> {
+        if sides.len() != self.held.len() {
+            let why = format!(
+                "a step has the sides of {} switching functions, the mechanism {}",
+                sides.len(),
+                self.held.len()
+            );
+            return Err(Error::definition("taken steps", why, "give steps of a simulation of the same model"));
+        }
+        self.sides.copy_from_slice(sides);
         if self.sides == self.held { Ok(()) } else { self.hold(stepper) }
     }
 
