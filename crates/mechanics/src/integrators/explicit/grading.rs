@@ -105,7 +105,7 @@ mod tests {
                 let slope = (grading.fraction(x + 1e-6) - grading.fraction(x - 1e-6)) / 2e-6;
                 assert!((grading.slope(x) - slope).abs() < 1e-9);
             }
-            let weights = DOPRI5.graded_dense_weights(1.0, grading);
+            let weights = DOPRI5.graded_dense_weights(1.0f64, grading);
             assert!((weights.change - 1.0).abs() < 1e-15 && weights.slots.iter().all(|weight| *weight == 0.0));
         }
     }
