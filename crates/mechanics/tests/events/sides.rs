@@ -166,11 +166,11 @@ fn derivatives_through_compliant_contacts_become_better_with_the_tolerance() {
         let slope = |i: usize, h: f64| (all[i][output][k] - all[i + 1][output][k]) / (2.0 * h);
         (4.0 * slope(0, 1e-4) - slope(2, 2e-4)) / 3.0
     };
-    let methods: [(fn(f64) -> Explicit, _); 2] = [
-        (Explicit::adaptive, [(1e-8, 1e-3), (1e-10, 1e-4), (1e-11, 3e-5)]),
+    let orders = [
+        (Explicit::adaptive as fn(f64) -> Explicit, [(1e-8, 1e-3), (1e-10, 1e-4), (1e-11, 3e-5)]),
         (Explicit::eighth_order, [(1e-8, 6e-4), (1e-10, 3e-5), (1e-12, 2e-6)]),
     ];
-    for (method, limits) in methods {
+    for (method, limits) in orders {
         for (tolerance, limit) in limits {
             let settings = method(tolerance);
             let direct = differentiate_explicitly(&Bouncing, &BOUNCING, &settings, &TIMES).unwrap();

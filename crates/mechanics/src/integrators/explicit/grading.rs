@@ -65,7 +65,7 @@ impl Tableau {
     pub fn graded_dense_weights<T: Scalar>(&self, s: T, grading: Grading) -> DenseWeights<T> {
         let mut weights = self.dense_weights(grading.variable(s));
         for (weight, &node) in weights.slots.iter_mut().zip(self.nodes) {
-            *weight = *weight * grading.slope(node);
+            *weight *= grading.slope(node);
         }
         weights
     }
