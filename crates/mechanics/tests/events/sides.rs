@@ -191,18 +191,18 @@ fn derivatives_through_compliant_contacts_become_better_with_the_tolerance() {
     }
 }
 
-/// First derivatives are those of the frozen steps, also where these are coarse. A stage is where the contact begins: differences have an
-/// error with the square root of their step.
+/// First derivatives are those of the frozen steps, also where these are coarse: motions by steps of their own have others, by 1e-1. A stage
+/// is where the contact begins: differences have an error with the square root of their step.
 #[test]
 fn derivatives_through_contacts_are_those_of_the_taken_steps() {
     for settings in [Explicit::adaptive(1e-5), Explicit::eighth_order(1e-6)] {
-        check_taken_steps(&OnRope, &ROPE, &settings);
-        check_taken_steps(&Damped, &DAMPED, &settings);
-        check_taken_steps(&Bouncing, &BOUNCING, &settings);
+        check_taken_steps(&OnRope, &ROPE, &settings, 1e-5);
+        check_taken_steps(&Damped, &DAMPED, &settings, 1e-3);
+        check_taken_steps(&Bouncing, &BOUNCING, &settings, 1e-3);
     }
 }
 
-fn check_taken_steps<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Explicit) {
+fn check_taken_steps<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Explicit, limit: f64) {
     let mechanism = model.build(b).unwrap();
     let taken = taken_steps(&mechanism, settings, &TIMES).unwrap();
     let frozen = settings.clone().with_step_control(StepControl::Taken(taken));
@@ -220,7 +220,7 @@ fn check_taken_steps<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Ex
             let slope = direct.gradients[output][k][variable] * b[variable];
             let off = (slope - expected).abs() / expected.abs().max(1.0);
             println!("{} {output} at {} by {variable}: {slope:.6e}, {off:.1e}", settings.method.name, TIMES[k]);
-            assert!(off < 2e-5, "{output} at {} by {variable}: {slope} {expected}", TIMES[k]);
+            assert!(off < limit, "{output} at {} by {variable}: {slope} {expected}", TIMES[k]);
         }
     }
 }
