@@ -11,11 +11,10 @@ use crate::events::held_outputs::HeldOutputs;
 use crate::events::when::not_happened;
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
-use crate::integrators::explicit::mechanism::{MechanismRhs, has_switching_functions, sample, start};
-use crate::integrators::explicit::{Coordinates, Explicit, OdeDriver, OdeRhs};
+use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
+use crate::integrators::explicit::{Coordinates, Explicit, OdeDriver, OdeRhs, TakenStep};
 use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::Mechanism;
-use crate::mechanism::element::{ElementDescriptor, Family};
 use crate::system::state::State;
 
 pub use crate::integrators::settings::{
@@ -120,14 +119,6 @@ pub fn simulate_by_given_steps(
     finished(record_outputs(mechanism, stepper, times, None)?, settings)
 }
 
-/// Returns whether the mechanism has events, contacts or ropes, near which steps may depend on the motion.
-pub fn has_contacts(mechanism: &Mechanism<f64>) -> bool {
-    let is_contact = |descriptor: &ElementDescriptor| descriptor.family == Family::Contact;
-    mechanism.has_events()
-        || has_switching_functions(mechanism)
-        || mechanism.elements.iter().any(|e| e.element.descriptor().is_some_and(is_contact))
-}
-
 /// The history of a simulation by implicit steps with its events.
 ///
 /// # Errors
@@ -212,6 +203,27 @@ pub fn simulate_with_steps(
     let (driver, _) = start(mechanism, settings, times, false)?;
     let (history, driver) = record_outputs(mechanism, driver, times, None)?;
     Ok((finished_explicitly(history, &driver)?, driver.steps))
+}
+
+/// The steps of a simulation as by [`simulate_explicitly`], without its history.
+///
+/// Given as [`StepControl::Taken`](crate::integrators::explicit::StepControl::Taken), these steps repeat the simulation, also of designs
+/// around: differences of such motions are those of the frozen steps that first derivatives belong to. Events of rigid contacts end steps
+/// of their own.
+///
+/// # Errors
+///
+/// As [`simulate_explicitly`].
+pub fn taken_steps(mechanism: &Mechanism<f64>, settings: &Explicit, times: &[f64]) -> Result<Vec<TakenStep>> {
+    let (mut driver, _) = start(mechanism, settings, times, false)?;
+    let mut steps = Vec::new();
+    for &t in times {
+        while driver.is_before(t) {
+            driver.advance()?;
+            steps.push(driver.taken_step());
+        }
+    }
+    Ok(steps)
 }
 
 /// Simulates as [`simulate_explicitly`] and records the steps in at most `memory` bytes for derivatives.

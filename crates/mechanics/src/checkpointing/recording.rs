@@ -183,7 +183,7 @@ pub struct ExplicitRecording {
     pub system: System,
     /// The consistent initial state.
     pub start: ConsistentState,
-    /// Ends of steps: time, state and rates, and the sides of switching functions along the steps, 1 for positive and 0 for negative ones.
+    /// Ends of steps: time, state and rates, and the sides of switching functions along the steps with their gradings.
     pub store: TrajectoryStore<ExplicitCheckpoint>,
 }
 
@@ -242,10 +242,10 @@ impl<F: OdeRhs> Checkpointable for OdeDriver<F> {
         to.push(stepper.t[1]);
         to.extend_from_slice(&stepper.new);
         to.extend_from_slice(stepper.rates_at_end(!self.steps.is_empty()));
-        to.extend(self.switches.held.iter().map(|&side| f64::from(u8::from(side))));
+        self.switches.write(stepper.grading, to);
     }
 
     fn width(&self) -> usize {
-        1 + 2 * self.stepper.new.len() + self.switches.held.len()
+        1 + 2 * self.stepper.new.len() + self.switches.width()
     }
 }

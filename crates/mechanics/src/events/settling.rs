@@ -125,6 +125,9 @@ fn after_event(
             _ => {}
         }
     }
+    if !released.is_empty() {
+        close_touching(mechanism, &mut state, at_event);
+    }
     let resting = |k: usize| {
         let law = mechanism.events[k].unilateral.filter(|law| law.is_resting(&held.modes) && !at_event.contains(&k))?;
         let law = Some(law).filter(|law| !law.has_ended(&state.modes))?;
@@ -136,6 +139,18 @@ fn after_event(
     follow_velocities(mechanism, held, &mut state, starts);
     settle(system, mechanism, &mut state, (released, step))?;
     Ok((state, jump))
+}
+
+/// Closes the contacts, other than those `at_event`, that touch at rest: the forces to come may press them together.
+fn close_touching(mechanism: &Mechanism<f64>, state: &mut State<f64>, at_event: &[usize]) {
+    for event in (0..mechanism.events.len()).filter(|k| !at_event.contains(k)).map(|k| &mechanism.events[k]) {
+        if let Some(Unilateral::Contact { closed, .. }) = event.unilateral {
+            let jet = event.gap_jet(state, &state.v);
+            if jet.re.abs() <= TOUCHING && jet.v1.abs() <= TOUCHING {
+                state.modes.set(closed, true);
+            }
+        }
+    }
 }
 
 /// Applies the impact at a contact to the velocities of `state`. Returns the closed contact whose impulse pulls most, if there is one:
@@ -335,12 +350,7 @@ pub(crate) fn settle_start(
         return Ok(false);
     }
     let is_closed = |law: Unilateral, modes: &Modes| is_contact(law) && law.is_held(modes);
-    for event in &mechanism.events {
-        if let Some(Unilateral::Contact { closed, .. }) = event.unilateral {
-            let jet = event.gap_jet(state, &state.v);
-            state.modes.set(closed, jet.re.abs() <= TOUCHING && jet.v1.abs() <= TOUCHING);
-        }
-    }
+    close_touching(mechanism, state, &[]);
     follow_velocities(mechanism, &state.clone(), state, |_| false);
     let mut settled = state.clone();
     // More contacts than can carry independent forces: those of least norm decide.

@@ -277,7 +277,11 @@ impl EventLocator {
         let is_opening = is_touching && impact.rate(old, &old.v) > TOUCHING;
         if !has_bounced && !is_opening && impact.is_unilateral_at_rest(&old.modes, before, has_begun) {
             let rate = impact.rate(old, &old.v);
-            let is_leaving = has_begun || after > before;
+            let is_at_rest =
+                |state: &State<f64>, gap: f64| gap.abs() <= TOUCHING && impact.rate(state, &state.v).abs() <= TOUCHING;
+            // Something else holds a contact where it touches.
+            let is_held_open = impact.is_open_contact(&old.modes) && is_at_rest(old, before) && is_at_rest(new, after);
+            let is_leaving = has_begun || after > before || is_held_open;
             return match impact.is_sliding(&old.modes) && rate > 0.0 && has_begun {
                 true => [rate, after / h],
                 false if is_leaving => [BEGUN; 2],

@@ -9,7 +9,7 @@ use linkwright_mechanics::elements::spatial::MassProperties3;
 use linkwright_mechanics::events::Action;
 use linkwright_mechanics::integrators::explicit::Explicit;
 use linkwright_mechanics::mechanism::Pose3;
-use linkwright_mechanics::motion::Fixed;
+use linkwright_mechanics::motion::{Fixed, Harmonic};
 use linkwright_mechanics::{Dynamics, GeneralizedAlpha, History, Mechanism, ParametricMechanism, Pose, Result};
 
 /// The implicit schemes with steps of the length `h` (s), and the explicit ones with tight tolerances.
@@ -190,6 +190,54 @@ fn a_pendulum_with_dry_friction_comes_to_rest_on_a_stop() {
                     assert!(force.iter().all(|force| (force - torque).abs() < 1e-6), "{case}");
                 }
             }
+        }
+    }
+}
+
+/// Friction stops a block of 1 kg where a stop is, at 1 m: its velocity and the gap become zero at the same time.
+#[test]
+fn a_block_that_friction_stops_exactly_at_a_stop_stays_there() {
+    for restitution in [0.0, 0.5, 1.0] {
+        let mut m = Mechanism::new();
+        let block = m.point_mass("block", 1.0, 0.0, 0.0);
+        m.set_velocity(block.x, 2.0);
+        let ground = m.ground();
+        m.fix(block.y);
+        m.rigid_stop("stop", block.x, ground.x, -1.0, restitution);
+        m.dry_friction("friction", ground.x, block.x, [2.0, 1.2, 0.0]);
+        outputs(&mut m, block.x).unwrap();
+        for h in [4e-3, 7.3e-3] {
+            for (history, scheme) in by_all_schemes(&m, h, &[0.5, 2.0, 4.0]) {
+                let [x, v] = [0, 1].map(|k| &history.values[k]);
+                let case = format!("{scheme}, {restitution} {h}: {x:?} {v:?}");
+                assert!((x[0] - 0.75).abs() < 1e-6 && (x[1] - 1.0).abs() < 1e-6 && (x[2] - 1.0).abs() < 1e-6, "{case}");
+                assert!(v[1].abs() < 1e-6 && v[2].abs() < 1e-6, "{case}");
+            }
+        }
+    }
+}
+
+/// Friction holds a block of 1 kg that touches a stop, and is pulled away from it. It breaks away when the block is pushed against the
+/// stop, which then carries what the Coulomb force of 2 N leaves of the push.
+#[test]
+fn friction_that_breaks_away_presses_a_block_on_the_stop_that_it_touches() {
+    let push = |t: f64| 4.0 * (t - 0.5).sin();
+    let mut m = Mechanism::new();
+    let block = m.point_mass("block", 1.0, 0.0, 0.0);
+    let ground = m.ground();
+    m.fix(block.y);
+    let stop = m.rigid_stop("stop", block.x, ground.x, 0.0, 0.3);
+    m.dry_friction("friction", ground.x, block.x, [2.0, 1.2, 0.0]);
+    m.load("push", ground.x, block.x, Harmonic, &[0.0, 4.0, 1.0, -0.5]);
+    outputs(&mut m, block.x).unwrap();
+    let force = m.measure(stop, "contact_force").unwrap();
+    m.output("force", &[force]);
+    let times = [0.5, 1.5, 2.0, 2.5];
+    for (history, tolerance) in by_all_schemes(&m, 4e-3, &times) {
+        let [x, force] = [0, 2].map(|k| &history.values[k]);
+        assert!(x.iter().all(|x| x.abs() < 1e-9), "{x:?}");
+        for (force, expected) in force.iter().zip([0.0, push(1.5) - 2.0, push(2.0) - 2.0, push(2.5) - 2.0]) {
+            assert!((force - expected).abs() < tolerance.max(1e-6), "{force} {expected}");
         }
     }
 }

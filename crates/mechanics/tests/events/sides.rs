@@ -3,11 +3,11 @@
 use crate::methods::deviation;
 use crate::models::{OnRope, ROPE, outputs};
 use autodiff::{Scalar, gradient, hessian};
-use linkwright_mechanics::analyses::dynamics::{simulate_explicitly, simulate_with_steps};
+use linkwright_mechanics::analyses::dynamics::{simulate_explicitly, simulate_with_steps, taken_steps};
 use linkwright_mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_explicitly_backwards};
 use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright_mechanics::derivatives::second_order::{HessianPart, differentiate_explicitly_twice};
-use linkwright_mechanics::integrators::explicit::Explicit;
+use linkwright_mechanics::integrators::explicit::{Explicit, Grading, StepControl, TakenStep};
 use linkwright_mechanics::{Mechanism, ParametricMechanism, Result};
 
 /// Position and velocity of the mass on a rope at the time `t`, through all phases of the periodic motion.
@@ -124,6 +124,115 @@ fn derivatives_through_contacts_and_ropes_with_damping_are_differences() {
             }
         }
     }
+}
+
+/// A ball of 1 kg that bounces on a compliant floor with the stiffness b₀ and the damping b₁, from the height b₂.
+struct Bouncing;
+
+impl ParametricMechanism for Bouncing {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, S::from(-9.81));
+        let ball = m.point_mass("ball", S::from(1.0), zero, b[2]);
+        let ground = m.ground();
+        m.bump_stop("floor", ground.y, ball.y, [b[0], b[1], zero]);
+        outputs(&mut m, ball.y)?;
+        Ok(m)
+    }
+}
+
+const BOUNCING: [f64; 3] = [1e5, 0.1, 1.0];
+
+/// The force begins and ends with the power 3/2 of the depth, its derivatives with the power 1/2: steps that are not graded there lost four
+/// digits of the derivatives with respect to the stiffness, and did not become better with the tolerance.
+#[test]
+fn derivatives_through_compliant_contacts_become_better_with_the_tolerance() {
+    let values = |b: &[f64]| {
+        let exact = Explicit::eighth_order(1e-14);
+        simulate_explicitly(&Bouncing.build(b).unwrap(), &exact, &TIMES).unwrap().values
+    };
+    let differences: Vec<_> = (0..BOUNCING.len())
+        .map(|variable| {
+            let at = |by: f64| {
+                let mut b = BOUNCING;
+                b[variable] *= 1.0 + by;
+                values(&b)
+            };
+            [1e-4, -1e-4, 2e-4, -2e-4].map(at)
+        })
+        .collect();
+    let expected = |output: usize, k: usize, variable: usize| {
+        let all = &differences[variable];
+        let slope = |i: usize, h: f64| (all[i][output][k] - all[i + 1][output][k]) / (2.0 * h);
+        (4.0 * slope(0, 1e-4) - slope(2, 2e-4)) / 3.0
+    };
+    let orders = [
+        (Explicit::adaptive as fn(f64) -> Explicit, [(1e-8, 1e-3), (1e-10, 1e-4), (1e-11, 3e-5)]),
+        (Explicit::eighth_order, [(1e-8, 6e-4), (1e-10, 3e-5), (1e-12, 2e-6)]),
+    ];
+    for (method, limits) in orders {
+        for (tolerance, limit) in limits {
+            let settings = method(tolerance);
+            let direct = differentiate_explicitly(&Bouncing, &BOUNCING, &settings, &TIMES).unwrap();
+            let second =
+                differentiate_explicitly_twice(&Bouncing, &BOUNCING, &settings, &TIMES, HessianPart::Full).unwrap();
+            let mut largest = 0.0f64;
+            for (output, k, variable) in (0..12).flat_map(|i| (0..3).map(move |j| (i % 2, i / 2, j))) {
+                let expected = expected(output, k, variable);
+                for slopes in [&direct.gradients[output][k][..], &second.gradient(output, k)] {
+                    let off = (slopes[variable] * BOUNCING[variable] - expected).abs() / expected.abs().max(1e-3);
+                    largest = largest.max(off);
+                }
+            }
+            println!("{} {tolerance:e}: {largest:.1e}", settings.method.name);
+            assert!(largest < limit, "{} {tolerance:e}: {largest:.1e}", settings.method.name);
+            check_adjoint(&Bouncing, &BOUNCING, &settings);
+        }
+    }
+}
+
+/// First derivatives are those of the frozen steps, also where these are coarse: motions by steps of their own have others, by 1e-1. A stage
+/// is where the contact begins: differences have an error with the square root of their step.
+#[test]
+fn derivatives_through_contacts_are_those_of_the_taken_steps() {
+    for settings in [Explicit::adaptive(1e-5), Explicit::eighth_order(1e-6)] {
+        check_taken_steps(&OnRope, &ROPE, &settings, 1e-5);
+        check_taken_steps(&Damped, &DAMPED, &settings, 1e-3);
+        check_taken_steps(&Bouncing, &BOUNCING, &settings, 1e-3);
+    }
+}
+
+fn check_taken_steps<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Explicit, limit: f64) {
+    let mechanism = model.build(b).unwrap();
+    let taken = taken_steps(&mechanism, settings, &TIMES).unwrap();
+    let frozen = settings.clone().with_step_control(StepControl::Taken(taken));
+    let values = |b: &[f64]| simulate_explicitly(&model.build(b).unwrap(), &frozen, &TIMES).unwrap().values;
+    assert_eq!(values(b), simulate_explicitly(&mechanism, settings, &TIMES).unwrap().values);
+    let direct = differentiate_explicitly(model, b, settings, &TIMES).unwrap();
+    for variable in 0..b.len() {
+        let [above, below] = [2e-9, -2e-9].map(|by| {
+            let mut b = b.to_vec();
+            b[variable] *= 1.0 + by;
+            values(&b)
+        });
+        for (output, k) in (0..2 * TIMES.len()).map(|i| (i % 2, i / 2)) {
+            let expected = (above[output][k] - below[output][k]) / 4e-9;
+            let slope = direct.gradients[output][k][variable] * b[variable];
+            let off = (slope - expected).abs() / expected.abs().max(1.0);
+            println!("{} {output} at {} by {variable}: {slope:.6e}, {off:.1e}", settings.method.name, TIMES[k]);
+            assert!(off < limit, "{output} at {} by {variable}: {slope} {expected}", TIMES[k]);
+        }
+    }
+}
+
+/// A step has one side for each switching function.
+#[test]
+fn taken_steps_of_another_model_are_rejected() {
+    let step = TakenStep { length: 3.0, sides: vec![true], grading: Grading::Even };
+    let settings = Explicit::adaptive(1e-6).with_step_control(StepControl::Taken(vec![step]));
+    let error = simulate_explicitly(&Damped.build(&DAMPED).unwrap(), &settings, &TIMES).unwrap_err();
+    let message = "a step has the sides of 1 switching functions, the mechanism 4";
+    assert!(error.to_string().contains(message), "{error}");
 }
 
 /// Steps of the whole motion up to an earlier time have the same bits, also where contacts and ropes end them.

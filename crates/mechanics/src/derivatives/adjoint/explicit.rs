@@ -21,6 +21,7 @@ use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, star
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
 use crate::integrators::explicit::stepper::OdeRhs;
+use crate::integrators::explicit::switching::HeldSides;
 use crate::integrators::explicit::tableau::{DenseWeights, Tableau};
 use crate::mechanism::ParametricMechanism;
 use crate::system::Unknown;
@@ -138,7 +139,7 @@ struct ReverseExplicitSteps<'m> {
     /// Time, state and rates at the start of the motion.
     first: Vec<f64>,
     /// End in s and sides of switching functions of the step to load next.
-    next: Option<(f64, Vec<bool>)>,
+    next: Option<(f64, HeldSides)>,
     /// True after the evaluation of an output inside the step.
     is_dense: bool,
     at: Vec<f64>,
@@ -201,8 +202,8 @@ impl ReverseSteps for ReverseExplicitSteps<'_> {
     fn load_step(&mut self, k: usize) -> Result<()> {
         let stepper = &mut self.driver.stepper;
         let numbers = 1 + 2 * stepper.old.len();
-        let end_of = |row: &[f64]| (row[0], row[numbers..].iter().map(|side| *side != 0.0).collect::<Vec<_>>());
-        let (end, sides) = match self.next.take() {
+        let end_of = |row: &[f64]| (row[0], HeldSides::read(&row[numbers..]));
+        let (end, HeldSides { sides, grading }) = match self.next.take() {
             Some(next) => next,
             None => end_of(self.playback.row(k)?),
         };
@@ -210,7 +211,8 @@ impl ReverseSteps for ReverseExplicitSteps<'_> {
         stepper.put(begin, false);
         let last = end_of(begin);
         stepper.rhs.hold_sides(&sides);
-        self.stages.linearized.is_restarted = sides != last.1;
+        self.stages.linearized.is_restarted = sides != last.1.sides;
+        (stepper.grading, self.stages.linearized.grading) = (grading, grading);
         if self.stages.linearized.is_restarted {
             stepper.restart_rates()?;
         }
@@ -226,7 +228,8 @@ impl ReverseSteps for ReverseExplicitSteps<'_> {
     fn add_outputs(&mut self, t: f64, terms: &[OutputTerm]) -> Result<()> {
         let is_dense = sample(&mut self.driver, &mut self.at, t)?;
         let stepper = &self.driver.stepper;
-        let weights = is_dense.then(|| stepper.method.dense_weights((t - stepper.t[0]) / stepper.length()));
+        let weights = is_dense
+            .then(|| stepper.method.graded_dense_weights((t - stepper.t[0]) / stepper.length(), stepper.grading));
         self.is_dense |= is_dense;
         self.with_record(|adjoints, stages| {
             stages.linearize(SAMPLE..SAMPLE + 1);
@@ -257,8 +260,7 @@ impl ReverseSteps for ReverseExplicitSteps<'_> {
     fn load_start(&mut self) -> Result<()> {
         let stepper = &mut self.driver.stepper;
         stepper.put(&self.first, false);
-        let sides: Vec<bool> = self.first[1 + 2 * stepper.old.len()..].iter().map(|side| *side != 0.0).collect();
-        stepper.rhs.hold_sides(&sides);
+        stepper.rhs.hold_sides(&HeldSides::read(&self.first[1 + 2 * stepper.old.len()..]).sides);
         self.stages.h = 0.0;
         Ok(())
     }
@@ -376,7 +378,7 @@ impl StageAdjoint {
         self.differentiate_rates(stages, slot, slot);
         let Self { batch, begin, rates, .. } = self;
         batch.add_state(1.0, begin);
-        for &(j, weight) in stages.method.stages[slot] {
+        for (j, weight) in stages.method.row(slot, stages.linearized.grading) {
             batch.add_state(stages.h * weight, &mut rates[j]);
         }
     }
@@ -387,7 +389,7 @@ impl StageAdjoint {
         let add_end =
             |to: &mut [BatchValues], factor: f64| to.iter_mut().zip(&*end).for_each(|(to, end)| add(to, factor, end));
         add_end(begin, 1.0);
-        for &(j, weight) in stages.method.stages[stages.method.end] {
+        for (j, weight) in stages.method.row(stages.method.end, stages.linearized.grading) {
             add_end(&mut rates[j], stages.h * weight);
         }
     }

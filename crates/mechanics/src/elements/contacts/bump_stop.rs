@@ -60,6 +60,10 @@ impl Element for BumpStop {
         hunt_crossley::SWITCHING_FUNCTIONS
     }
 
+    fn num_fractional_powers(&self) -> usize {
+        hunt_crossley::FRACTIONAL_POWERS
+    }
+
     fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {
         let (depth, rate) = Self::depth(x);
         hunt_crossley::switching_functions(BumpStopInputs(x.p).damping(), depth, rate, out);

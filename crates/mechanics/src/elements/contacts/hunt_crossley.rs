@@ -36,6 +36,9 @@ pub fn switching_functions<T: Scalar>(damping: T, depth: T, rate: T, out: &mut V
 /// Number of [`switching_functions`].
 pub const SWITCHING_FUNCTIONS: usize = 2;
 
+/// Number of the first of them that the force has with a power that is not an integer: the depth.
+pub const FRACTIONAL_POWERS: usize = 1;
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -98,6 +98,10 @@ impl Element for ProfileContact {
         hunt_crossley::SWITCHING_FUNCTIONS
     }
 
+    fn num_fractional_powers(&self) -> usize {
+        hunt_crossley::FRACTIONAL_POWERS
+    }
+
     fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {
         let Contact { depth, rate, .. } = Contact::of(x);
         hunt_crossley::switching_functions(ProfileContactInputs(x.p).damping(), depth, rate, out);

@@ -60,6 +60,8 @@ pub struct MechanismRhs<'m> {
     jets: ElementWorkspace<Jet2<f64>>,
     /// Elements with switching functions.
     switching: Vec<usize>,
+    /// For each switching function, true if forces have a power of it that is not an integer.
+    fractional_powers: Vec<bool>,
     workspace: ElementWorkspace<f64>,
 }
 
@@ -133,23 +135,29 @@ impl<'m> MechanismRhs<'m> {
     pub fn new(mechanism: &'m Mechanism<f64>, system: System, state: State<f64>) -> Self {
         let rows = vec![[0.0]; system.size()];
         let (jets, workspace) = (ElementWorkspace::default(), ElementWorkspace::default());
-        let (drift, switching) = (ConstraintDrift::default(), Vec::new());
-        let mut rhs = Self {
+        let elements = &mechanism.elements;
+        let switching: Vec<_> = (0..elements.len()).filter(|&k| elements[k].sides.is_some()).collect();
+        let kinds = |&k: &usize| {
+            let element = &elements[k].element;
+            let fractional = element.num_fractional_powers();
+            (0..element.num_switching_functions()).map(move |function| function < fractional)
+        };
+        let fractional_powers = switching.iter().flat_map(kinds).collect();
+        Self {
             mechanism,
             system,
             state,
             record: None,
-            drift,
+            drift: ConstraintDrift::default(),
             locator: None,
             step_ends: None,
             relative: None,
             rows,
             jets,
             switching,
+            fractional_powers,
             workspace,
-        };
-        rhs.switching = (0..mechanism.elements.len()).filter(|&k| mechanism.elements[k].sides.is_some()).collect();
-        rhs
+        }
     }
 
     /// Appends the switching functions of element number `k` at the current state.
@@ -324,6 +332,10 @@ impl OdeRhs for MechanismRhs<'_> {
         for k in 0..self.switching.len() {
             self.add_switching_functions(self.switching[k], out);
         }
+    }
+
+    fn has_fractional_power(&self, k: usize) -> bool {
+        self.fractional_powers.get(k).is_some_and(|is_fractional| *is_fractional)
     }
 
     fn hold_sides(&mut self, mut sides: &[bool]) {
@@ -511,11 +523,6 @@ fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
         let remedy = "take implicit steps, or an event that activates the force";
         Err(Error::unsupported(&switch.gap.name, why, remedy))
     })
-}
-
-/// Returns whether elements have switching functions, at whose zeros adaptive steps end.
-pub(crate) fn has_switching_functions(mechanism: &Mechanism<f64>) -> bool {
-    mechanism.sided > 0
 }
 
 /// Consistent initial state and the multipliers of its projections.

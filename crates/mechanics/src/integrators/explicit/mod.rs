@@ -8,6 +8,7 @@
 //! | `stepper` | one step, its error, dense output |
 //! | `constraint_drift` | violation of the constraints along the steps |
 //! | `switching` | adaptive steps that end where contacts close or open |
+//! | `grading` | stages that are graded towards the start and the end of a contact |
 //! | `ode_driver` | step control |
 //! | `ode` | systems of ordinary differential equations |
 //! | `mechanism` | constrained mechanisms as such a system: accelerations and projections, steps that end at events |
@@ -18,6 +19,7 @@
 
 pub mod constraint_drift;
 pub(crate) mod dop853;
+pub mod grading;
 pub mod mechanism;
 pub mod ode;
 pub mod ode_driver;
@@ -28,9 +30,10 @@ pub(crate) mod switching;
 pub mod tableau;
 
 pub use dop853::DOP853;
+pub use grading::Grading;
 pub use mechanism::MechanismRhs;
 pub use ode::{Ode, OdeHistory, integrate};
 pub use ode_driver::OdeDriver;
-pub use settings::{Coordinates, Explicit, StepControl, Tolerance};
+pub use settings::{Coordinates, Explicit, StepControl, TakenStep, Tolerance};
 pub use stepper::{OdeRhs, Stepper};
 pub use tableau::{DOPRI5, Tableau};

@@ -1,6 +1,7 @@
 //! Step control of explicit methods.
 
-use crate::integrators::explicit::settings::{Explicit, StepControl};
+use crate::integrators::explicit::grading::Grading;
+use crate::integrators::explicit::settings::{Explicit, StepControl, TakenStep};
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
 use crate::integrators::explicit::switching::SwitchLocator;
 use crate::integrators::settings::{MOST_STEPS, Work, too_many_steps};
@@ -36,10 +37,11 @@ pub(crate) struct GivenStep {
 
 impl GivenStep {
     /// Sets the end of the step that begins at the time `t` (s): that of the given step which an event has split, or of the next one.
-    fn begin_step(&mut self, t: f64, steps: &[f64]) -> Result<()> {
+    /// `length`: that of the step of a number (s).
+    fn begin_step(&mut self, t: f64, length: impl Fn(usize) -> Option<f64>) -> Result<()> {
         let length = |k: usize| {
-            steps.get(k).copied().ok_or_else(|| {
-                let why = format!("{} steps end at t = {t:.6e} s, before the last output", steps.len());
+            length(k).ok_or_else(|| {
+                let why = format!("{k} steps end at t = {t:.6e} s, before the last output");
                 Error::definition("given steps", why, "give steps up to the last output time")
             })
         };
@@ -70,14 +72,16 @@ impl<F: OdeRhs> OdeDriver<F> {
         let end = settings.end_after(times);
         let next = match &settings.step_control {
             StepControl::Fixed(h) => *h,
-            StepControl::Given(_) => 0.0,
+            StepControl::Given(_) | StepControl::Taken(_) => 0.0,
             StepControl::Adaptive { tolerance, longest } if end > settings.start => {
                 stepper.first_step(tolerance)?.min(*longest)
             }
             StepControl::Adaptive { longest, .. } => *longest,
         };
         let switches = match &settings.step_control {
-            StepControl::Adaptive { .. } => SwitchLocator::new(&mut stepper.rhs, settings.start, &stepper.old),
+            StepControl::Adaptive { .. } | StepControl::Taken(_) => {
+                SwitchLocator::new(&mut stepper.rhs, settings.start, &stepper.old)
+            }
             _ => SwitchLocator::default(),
         };
         let steps = Vec::with_capacity(EXPECTED_STEPS);
@@ -113,7 +117,14 @@ impl<F: OdeRhs> OdeDriver<F> {
                 self.stepper.attempt(target, None)?;
             }
             StepControl::Given(steps) => {
-                self.given.begin_step(old, steps)?;
+                self.given.begin_step(old, |k| steps.get(k).copied())?;
+                self.stepper.attempt(self.given.end, None)?;
+            }
+            StepControl::Taken(steps) => {
+                self.given.begin_step(old, |k| steps.get(k).map(|step| step.length))?;
+                let TakenStep { sides, grading, .. } = &steps[self.given.count - 1];
+                self.stepper.grading = *grading;
+                self.switches.begin_taken_step(&mut self.stepper, sides)?;
                 self.stepper.attempt(self.given.end, None)?;
             }
             StepControl::Adaptive { .. } => self.advance_adaptive()?,
@@ -135,12 +146,16 @@ impl<F: OdeRhs> OdeDriver<F> {
         let (old, exponent, mut rejected) = (self.stepper.t[0], self.stepper.exponent(), false);
         let (mut h, mut is_corrected) = (self.next, false);
         loop {
-            let last = old + 1.01 * h >= self.end;
-            let outcome = self.stepper.attempt(if last { self.end } else { old + h }, Some(tolerance));
+            let planned = self.switches.grade_step(&mut self.stepper, h, self.end - old);
+            let last = self.stepper.grading != Grading::End && old + 1.01 * planned >= self.end;
+            let outcome = self.stepper.attempt(if last { self.end } else { old + planned }, Some(tolerance));
             let error = outcome.as_ref().map_or(f64::INFINITY, |&(error, _)| error);
             let growth = (0.9 * error.powf(-exponent)).clamp(0.2, if rejected { 1.0 } else { 6.0 });
             if error <= 1.0 && !is_corrected && self.switches.correct_beginning(&mut self.stepper)? {
                 is_corrected = true;
+                continue;
+            }
+            if error <= 1.0 && !self.switches.move_end_to_zero(&mut self.stepper)? {
                 continue;
             }
             if error <= 1.0 {
@@ -161,6 +176,12 @@ impl<F: OdeRhs> OdeDriver<F> {
                 return Err(Error::analysis(self.stepper.rhs.name(component), why, remedy));
             }
         }
+    }
+
+    /// The current step, to be taken in another simulation.
+    pub fn taken_step(&self) -> TakenStep {
+        let (sides, grading) = (self.switches.held.clone(), self.stepper.grading);
+        TakenStep { length: self.steps.last().copied().unwrap_or(0.0), sides, grading }
     }
 
     /// Writes the state at the time `t` (s) in the current step to `y`. Returns whether dense output was

@@ -2,6 +2,7 @@
 
 use crate::initial_conditions::Assembly;
 use crate::integrators::explicit::dop853::DOP853;
+use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::tableau::{DOPRI5, Tableau};
 use crate::integrators::settings::check_times;
 use crate::{Error, Result};
@@ -87,6 +88,19 @@ pub enum StepControl {
     },
     /// Given steps in s, for example those of an earlier simulation. An event in a step splits it.
     Given(Vec<f64>),
+    /// The steps of an earlier simulation of another design, for differences: the contacts of a step are closed or open as they were.
+    Taken(Vec<TakenStep>),
+}
+
+/// A step of a simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TakenStep {
+    /// Length in s.
+    pub length: f64,
+    /// Signs of the switching functions of all elements along the step, true for positive ones.
+    pub sides: Vec<bool>,
+    /// Distribution of the stages.
+    pub grading: Grading,
 }
 
 /// Settings of an explicit method.
@@ -174,6 +188,11 @@ impl Explicit {
             StepControl::Given(steps) => {
                 for &h in steps {
                     Error::check_option("given step", "positive", h, positive(h))?;
+                }
+            }
+            StepControl::Taken(steps) => {
+                for TakenStep { length, .. } in steps {
+                    Error::check_option("taken step", "positive", *length, positive(*length))?;
                 }
             }
         }

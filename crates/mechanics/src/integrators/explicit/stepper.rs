@@ -1,5 +1,6 @@
 //! One explicit step, its error estimate and dense output.
 
+use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::settings::Tolerance;
 use crate::integrators::explicit::tableau::Tableau;
 use crate::{Error, Result};
@@ -22,6 +23,11 @@ pub trait OdeRhs {
     /// Adaptive steps end there.
     fn switching_functions(&mut self, _t: f64, _y: &[f64], out: &mut Vec<f64>) {
         out.clear();
+    }
+
+    /// Returns whether the rates have a power of switching function number `k` that is not an integer, where it is positive.
+    fn has_fractional_power(&self, _k: usize) -> bool {
+        false
     }
 
     /// Makes the rates those on one side of each switching function, positive if `sides` is true, whatever the signs of the functions are.
@@ -64,6 +70,8 @@ pub struct Stepper<F> {
     pub rhs: F,
     /// Integration method.
     pub method: &'static Tableau,
+    /// Distribution of the stages of the step.
+    pub grading: Grading,
     /// Beginning and end of the step in s.
     pub t: [f64; 2],
     /// State at the beginning.
@@ -86,8 +94,20 @@ impl<F: OdeRhs> Stepper<F> {
         let mut rhs = rhs;
         rhs.rates(0, t, &y, &mut slots[0])?;
         let stage = y.clone();
-        let (has_end, is_dense) = (false, false);
-        Ok(Self { rhs, method, t: [t; 2], new: y.clone(), old: y, evaluations: 1, slots, stage, has_end, is_dense })
+        let (grading, has_end, is_dense) = (Grading::Even, false, false);
+        Ok(Self {
+            rhs,
+            method,
+            grading,
+            t: [t; 2],
+            new: y.clone(),
+            old: y,
+            evaluations: 1,
+            slots,
+            stage,
+            has_end,
+            is_dense,
+        })
     }
 
     /// Length of the step in s.
@@ -170,7 +190,7 @@ impl<F: OdeRhs> Stepper<F> {
     /// The state at time `t` inside the step, after [`Stepper::make_dense`].
     pub fn interpolate(&self, t: f64, y: &mut [f64]) {
         let h = self.length();
-        let weights = self.method.dense_weights((t - self.t[0]) / h);
+        let weights = self.method.graded_dense_weights((t - self.t[0]) / h, self.grading);
         for ((y, old), new) in y.iter_mut().zip(&self.old).zip(&self.new) {
             *y = old + weights.change * (new - old);
         }
@@ -188,6 +208,16 @@ impl<F: OdeRhs> Stepper<F> {
         for (i, y) in y.iter_mut().enumerate() {
             *y = v0 * self.old[i] + v1 * self.new[i] + r0 * first[i] + r1 * last[i];
         }
+    }
+
+    /// Writes the time in s after the end (`is_end`) or the beginning of the step, and the state there by the present rates.
+    pub(crate) fn extrapolate(&self, is_end: bool, after: f64, y: &mut [f64]) -> f64 {
+        let (t, state, rates) = match is_end {
+            true => (self.t[1], &self.new, &self.slots[self.method.end]),
+            false => (self.t[0], &self.old, &self.slots[0]),
+        };
+        y.iter_mut().zip(state).zip(rates).for_each(|((y, state), rate)| *y = state + after * rate);
+        t + after
     }
 
     /// Length of the first step in s, estimated from the first and second derivative.
@@ -223,14 +253,14 @@ impl<F: OdeRhs> Stepper<F> {
     /// Evaluates the derivative of a slot.
     fn evaluate(&mut self, slot: usize) -> Result<()> {
         self.combine(slot);
-        let t = self.t[0] + self.method.nodes[slot] * self.length();
+        let t = self.t[0] + self.grading.fraction(self.method.nodes[slot]) * self.length();
         self.evaluations += 1;
         self.rhs.rates(slot, t, &self.stage, &mut self.slots[slot])
     }
 
     /// Writes the state at which a slot is evaluated to `stage`.
     fn combine(&mut self, slot: usize) {
-        self.method.combine(slot, self.length(), &self.old, |j| &self.slots[j], &mut self.stage);
+        self.method.combine(slot, (self.length(), self.grading), &self.old, |j| &self.slots[j], &mut self.stage);
     }
 
     /// Error estimate in units of the tolerance, and the component with the largest error.
@@ -239,7 +269,8 @@ impl<F: OdeRhs> Stepper<F> {
         for i in 0..self.old.len() {
             let scale = tolerance.at(i, self.old[i].abs().max(self.new[i].abs()));
             for (sum, row) in sums.iter_mut().zip(self.method.errors) {
-                let error: f64 = row.iter().map(|&(j, weight)| weight * self.slots[j][i]).sum::<f64>() / scale;
+                let weights = row.iter().map(|&(j, weight)| (j, weight * self.grading.slope(self.method.nodes[j])));
+                let error: f64 = weights.map(|(j, weight)| weight * self.slots[j][i]).sum::<f64>() / scale;
                 *sum += error * error;
                 if error.abs() > worst.0 || error.is_nan() {
                     worst = (error.abs(), i);
@@ -249,6 +280,8 @@ impl<F: OdeRhs> Stepper<F> {
         let count = self.old.len().max(1) as f64;
         let error = match self.method.errors.len() {
             1 => h * (sums[0] / count).sqrt(),
+            // The estimates of a graded step are of other orders than those whose ratio gives the order of the method.
+            _ if self.grading != Grading::Even => h * (sums[0] / count).sqrt(),
             _ if sums[0] == 0.0 => 0.0,
             _ => h * sums[0] / (count * (sums[0] + 0.01 * sums[1])).sqrt(),
         };

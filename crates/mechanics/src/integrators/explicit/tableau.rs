@@ -1,5 +1,6 @@
 //! Coefficients of an explicit Runge–Kutta method.
 
+use crate::integrators::explicit::grading::Grading;
 use autodiff::Scalar;
 
 /// A row of weights: pairs of slot and nonzero weight.
@@ -63,11 +64,23 @@ impl Tableau {
         self.stages.len()
     }
 
-    /// Writes the state at which `slot` is evaluated, y = y₀ + h Σ a k.
+    /// Writes the state at which `slot` is evaluated in a step of the length `h` with a grading, y = y₀ + h Σ a k.
     ///
     /// Works on pieces that fit into registers: every rate is read once and y is written once.
-    pub fn combine<'a>(&self, slot: usize, h: f64, start: &[f64], rates: impl Fn(usize) -> &'a [f64], y: &mut [f64]) {
-        let row = self.stages[slot];
+    pub fn combine<'a>(
+        &self,
+        slot: usize,
+        (h, grading): (f64, Grading),
+        start: &[f64],
+        rates: impl Fn(usize) -> &'a [f64],
+        y: &mut [f64],
+    ) {
+        let (mut all, mut count) = ([(0, 0.0); SLOTS], 0);
+        for weight in self.row(slot, grading) {
+            all[count] = weight;
+            count += 1;
+        }
+        let row = &all[..count];
         let (mut y_pieces, mut start_pieces) = (y.chunks_exact_mut(PIECE), start.chunks_exact(PIECE));
         let mut at = 0;
         for (y, start) in (&mut y_pieces).zip(&mut start_pieces) {

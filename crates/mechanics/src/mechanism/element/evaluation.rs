@@ -44,6 +44,8 @@ pub trait AnyElement:
     fn diagnose_assembly(&self, x: &ElementState<'_, f64>) -> Option<String>;
     /// See [`Element::num_switching_functions`].
     fn num_switching_functions(&self) -> usize;
+    /// See [`Element::num_fractional_powers`].
+    fn num_fractional_powers(&self) -> usize;
     /// See [`Element::is_sensor`].
     fn is_sensor(&self) -> bool;
 
@@ -126,6 +128,10 @@ impl<E: Element> AnyElement for E {
     }
     fn num_switching_functions(&self) -> usize {
         Element::num_switching_functions(self)
+    }
+
+    fn num_fractional_powers(&self) -> usize {
+        Element::num_fractional_powers(self)
     }
     fn is_sensor(&self) -> bool {
         Element::is_sensor(self)

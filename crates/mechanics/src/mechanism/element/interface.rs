@@ -173,6 +173,14 @@ pub trait Element: Send + Sync + 'static {
         0
     }
 
+    /// Number of the first of these functions that enter the residual, where they are positive, with a power that is not an integer: the
+    /// depth δ of a contact with a force proportional to δ^{3/2}.
+    ///
+    /// Adaptive explicit steps that begin or end at their zeros are [graded](crate::integrators::explicit::Grading).
+    fn num_fractional_powers(&self) -> usize {
+        0
+    }
+
     /// Returns whether the element only measures and adds nothing to the equations.
     fn is_sensor(&self) -> bool {
         self.descriptor().is_some_and(|descriptor| descriptor.family == Family::Sensor)

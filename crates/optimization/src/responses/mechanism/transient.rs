@@ -3,8 +3,8 @@
 use crate::problem::{Analysis, GradientMethod, ResponseAt, ResponseSum, Responses};
 use crate::{Error, Result};
 use mechanics::analyses::dynamics::{
-    Dynamics, StepSize, has_contacts, implicit_step_lengths, simulate_by_given_steps, simulate_explicitly,
-    simulate_recorded, simulate_with_recording, simulate_with_steps,
+    Dynamics, StepSize, implicit_step_lengths, simulate_by_given_steps, simulate_explicitly, simulate_recorded,
+    simulate_with_recording, taken_steps,
 };
 use mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
 use mechanics::analyses::step_comparison::{explicit_step_warning, step_warning};
@@ -321,21 +321,33 @@ impl<M: ParametricMechanism> Transient<M> {
     }
 }
 
+/// Adaptive steps of a motion, for motions of other designs.
+enum FrozenSteps {
+    /// Settings, and lengths in s.
+    Implicit(Dynamics, Vec<f64>),
+    /// Settings with these steps.
+    Explicit(Explicit),
+}
+
 impl<M: ParametricMechanism> Transient<M> {
-    /// Lengths in s of adaptive steps at the design `b`, which derivatives do not vary.
+    /// Adaptive steps at the design `b`, which derivatives do not vary.
     ///
-    /// `None` for fixed steps, and if steps end at events or, explicit ones, at contacts: then the motion determines their lengths.
-    fn adaptive_steps(&self, b: &[f64]) -> Option<Vec<f64>> {
+    /// `None` for fixed steps, and if steps end at events: then the motion determines their lengths.
+    fn adaptive_steps(&self, b: &[f64]) -> Option<FrozenSteps> {
         let mechanism = self.model.build(b).ok()?;
+        if mechanism.has_events() {
+            return None;
+        }
         match &self.settings {
             Integration::Implicit(settings) => {
-                let is_adaptive = matches!(settings.step, StepSize::Adaptive { .. }) && !mechanism.has_events();
-                is_adaptive.then(|| implicit_step_lengths(&mechanism, settings, &self.times).ok())?
+                let is_adaptive = matches!(settings.step, StepSize::Adaptive { .. });
+                let lengths = is_adaptive.then(|| implicit_step_lengths(&mechanism, settings, &self.times))?;
+                Some(FrozenSteps::Implicit(*settings, lengths.ok()?))
             }
             Integration::Explicit(settings) => {
                 let is_adaptive = matches!(settings.step_control, StepControl::Adaptive { .. });
-                let is_free = is_adaptive && !has_contacts(&mechanism);
-                is_free.then(|| Some(simulate_with_steps(&mechanism, settings, &self.times).ok()?.1))?
+                let steps = is_adaptive.then(|| taken_steps(&mechanism, settings, &self.times))?;
+                Some(FrozenSteps::Explicit(settings.clone().with_step_control(StepControl::Taken(steps.ok()?))))
             }
         }
     }
@@ -368,12 +380,11 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         let Some(steps) = self.adaptive_steps(b) else { return self.analyze_many(designs) };
         let one = |design: &Vec<f64>| {
             let mechanism = self.model.build(design)?;
-            let history = match &self.settings {
-                Integration::Implicit(settings) => simulate_by_given_steps(&mechanism, settings, &steps, &self.times)?,
-                Integration::Explicit(settings) => {
-                    let settings = settings.clone().with_step_control(StepControl::Given(steps.clone()));
-                    simulate_explicitly(&mechanism, &settings, &self.times)?
+            let history = match &steps {
+                FrozenSteps::Implicit(settings, lengths) => {
+                    simulate_by_given_steps(&mechanism, settings, lengths, &self.times)?
                 }
+                FrozenSteps::Explicit(settings) => simulate_explicitly(&mechanism, settings, &self.times)?,
             };
             let notes = notes(history.coordinates);
             Ok(Responses { values: history.values, warnings: history.warnings, notes, trace: None })

@@ -20,6 +20,7 @@ use crate::elements::element::{ElementState, ElementWorkspace, Sides};
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::simultaneous_switches;
 use crate::initial_conditions::acceleration_rows;
+use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::mechanism::{
     ConsistentState, MechanismRhs, SAMPLE, StageRecord, StepRecord, sample, start,
 };
@@ -84,6 +85,8 @@ struct RecordedStep {
     closed: Option<(StepEnd, f64)>,
     /// True if the rates at the beginning of the step are on other sides of switching functions than those at the end of the last one.
     is_restarted: bool,
+    /// Distribution of the stages.
+    grading: Grading,
 }
 
 /// The explicit steps of a mechanism, whose outputs are recorded.
@@ -97,7 +100,13 @@ impl StepSource for RecordedSteps<'_> {
     type Block = RecordedStep;
 
     fn block(&mut self) -> RecordedStep {
-        RecordedStep { action: StepEvent::Start, record: None, closed: None, is_restarted: false }
+        RecordedStep {
+            action: StepEvent::Start,
+            record: None,
+            closed: None,
+            is_restarted: false,
+            grading: Grading::Even,
+        }
     }
 
     /// Fills the block with one step, or with the state at one output time.
@@ -116,6 +125,7 @@ impl StepSource for RecordedSteps<'_> {
                 let switch = steps.driver.switches.crossed.map(StepEnd::Switch);
                 step.closed = event.or(switch).map(|at| (at, end - begin));
                 step.is_restarted = steps.driver.switches.is_restarted;
+                step.grading = stepper.grading;
                 if step.closed.is_some() {
                     stepper.make_dense()?; // the end is inside the steps of other designs
                 }
@@ -142,6 +152,8 @@ struct DualSteps<'m, T, const L: usize> {
     end: State<T>,
     /// Length of the step in s.
     h: T,
+    /// Distribution of its stages.
+    grading: Grading,
     /// Rates of positions and velocities, slot by slot; those of prescribed coordinates are zero.
     rates: Vec<Vec<T>>,
     /// The state at a stage.
@@ -188,6 +200,7 @@ where
             begin: state.clone(),
             end: state.clone(),
             h: zero,
+            grading: Grading::Even,
             rates: vec![vec![zero; 2 * state.q.len()]; method.slots()],
             stage: state,
             is_started: false,
@@ -223,7 +236,7 @@ where
             self.solve_accelerations(&record.stages[0]);
             self.store_rates(0);
         }
-        (self.is_started, self.is_dense) = (true, false);
+        (self.is_started, self.is_dense, self.grading) = (true, false, step.grading);
         match step.closed {
             Some((at, length)) => self.end_at_zero(record, at, length),
             None => {
@@ -333,13 +346,13 @@ where
     /// Writes time, positions and velocities at which a slot is evaluated to the stage: y = y₀ + h Σ a k. `values` is the state
     /// there.
     fn combine(&mut self, slot: usize, values: &State<f64>) {
-        let Self { method, begin, stage, rates, h, .. } = self;
+        let Self { method, begin, stage, rates, h, grading, .. } = self;
         let n = begin.q.len();
         let sum = |i: usize| {
             let zero = T::from(0.0);
-            method.stages[slot].iter().fold(zero, |sum, &(j, weight)| sum + rates[j][i] * weight)
+            method.row(slot, *grading).fold(zero, |sum, (j, weight)| sum + rates[j][i] * weight)
         };
-        stage.t = begin.t + *h * method.nodes[slot];
+        stage.t = begin.t + *h * grading.fraction(method.nodes[slot]);
         for i in 0..n {
             stage.q[i] = begin.q[i] + *h * sum(i);
             stage.v[i] = begin.v[i] + *h * sum(n + i);
@@ -480,8 +493,8 @@ where
         if !std::mem::replace(&mut self.is_dense, true) {
             (self.method.end + 1..self.method.slots()).for_each(|slot| self.evaluate(record, slot));
         }
-        let Self { method, begin, end, stage, rates, h, .. } = self;
-        let weights = method.dense_weights((-begin.t + t) / *h);
+        let Self { method, begin, end, stage, rates, h, grading, .. } = self;
+        let weights = method.graded_dense_weights((-begin.t + t) / *h, *grading);
         let n = begin.q.len();
         let value = |i: usize, old: T, new: T| {
             let slots = rates.iter().zip(&weights.slots);

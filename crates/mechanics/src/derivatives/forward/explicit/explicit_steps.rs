@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::derivatives::forward::explicit::entries::Entries;
 use crate::derivatives::forward::explicit::linearize::{ElementWorkspaces, Linearizer};
+use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::mechanism::{Projected, SAMPLE, StageRecord, StepRecord};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::stepper::OdeRhs;
@@ -69,6 +70,8 @@ pub(crate) struct LinearizedStages {
     pub projections: [Entries; 3],
     /// True if the rates at the beginning of the step are on other sides of switching functions than those at the end of the last one.
     pub is_restarted: bool,
+    /// Distribution of the stages.
+    pub grading: Grading,
     /// True if there are no constraints to project onto.
     pub is_free: bool,
     /// Positions before the projection, with the correction of the velocities.
@@ -85,6 +88,7 @@ impl LinearizedStages {
             entries: vec![linearizer.entries(); SAMPLE + 1],
             projections: [(); 3].map(|()| linearizer.entries()),
             is_restarted: false,
+            grading: Grading::Even,
             is_free: state.l.is_empty(),
             corrections: state.clone(),
             workspaces: vec![ElementWorkspaces::default(); SAMPLE + 2],

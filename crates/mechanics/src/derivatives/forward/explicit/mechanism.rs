@@ -146,6 +146,7 @@ impl StepSource for MechanismSteps<'_> {
         let (method, rhs) = (steps.driver.stepper.method, &mut steps.driver.stepper.rhs);
         stages.take_record(&mut rhs.record);
         (stages.event, stages.is_restarted) = (event, steps.driver.switches.is_restarted);
+        stages.grading = steps.driver.stepper.grading;
         let first = if stages.is_restarted { 0 } else { 1 };
         let mut linearize = |slots| stages.linearize(linearizer, mechanism, slots, *is_parallel);
         match event {

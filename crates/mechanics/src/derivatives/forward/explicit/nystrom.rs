@@ -1,5 +1,6 @@
 //! Derivatives of positions and velocities along an explicit step.
 
+use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::tableau::{DenseWeights, SLOTS, Tableau};
 use crate::linalg::simd::Gradient;
 use crate::linalg::simd::{Kernel, dispatch};
@@ -37,17 +38,17 @@ pub(crate) struct SlotWeights {
 }
 
 impl NystromWeights {
-    /// Weights of the state at which each slot of `method` is evaluated.
-    pub fn table(method: &Tableau) -> Vec<Self> {
-        method.stages.iter().map(|row| Self::new(method, row.iter().copied())).collect()
+    /// Weights of the state at which each slot of `method` is evaluated in steps with a `grading`.
+    pub fn table(method: &Tableau, grading: Grading) -> Vec<Self> {
+        (0..method.slots()).map(|slot| Self::new(method, grading, method.row(slot, grading))).collect()
     }
 
     /// Weights of dense output, without the change between the ends.
-    pub fn dense(method: &Tableau, weights: &DenseWeights) -> Self {
-        Self::new(method, weights.slots.into_iter().enumerate())
+    pub fn dense(method: &Tableau, grading: Grading, weights: &DenseWeights) -> Self {
+        Self::new(method, grading, weights.slots.into_iter().enumerate())
     }
 
-    fn new(method: &Tableau, weights: impl Iterator<Item = (usize, f64)>) -> Self {
+    fn new(method: &Tableau, grading: Grading, weights: impl Iterator<Item = (usize, f64)>) -> Self {
         let mut all = [SlotWeights::default(); SLOTS];
         let (mut start, mut end) = (0.0, 0.0);
         for (j, weight) in weights.filter(|(_, weight)| *weight != 0.0) {
@@ -57,7 +58,7 @@ impl NystromWeights {
                 continue;
             }
             start += weight;
-            method.stages[j].iter().for_each(|&(l, inner)| all[l].position += weight * inner);
+            method.row(j, grading).for_each(|(l, inner)| all[l].position += weight * inner);
         }
         let (mut slots, mut count) = (all, 0);
         for (slot, weights) in all.into_iter().enumerate() {
@@ -147,10 +148,10 @@ impl<const W: usize> StepDerivatives<W> {
     }
 
     /// Writes all positions and velocities at the time `t` inside the step.
-    pub fn interpolate(&self, method: &Tableau, t: f64, y: &mut [Gradient<W>]) {
+    pub fn interpolate(&self, method: &Tableau, grading: Grading, t: f64, y: &mut [Gradient<W>]) {
         let (h, n) = (self.t[1] - self.t[0], self.accelerations.len());
-        let dense = method.dense_weights((t - self.t[0]) / h);
-        self.sum(&NystromWeights::dense(method, &dense), h, 0..n, y);
+        let dense = method.graded_dense_weights((t - self.t[0]) / h, grading);
+        self.sum(&NystromWeights::dense(method, grading, &dense), h, 0..n, y);
         let (positions, velocities) = y.split_at_mut(n);
         let [old, new] = &self.ends;
         for (y, old, new) in [(positions, &old.q, &new.q), (velocities, &old.v, &new.v)] {
@@ -214,7 +215,7 @@ mod tests {
     #[test]
     fn a_cubic_is_exact_at_the_end_and_inside() {
         for method in [&DOPRI5, &DOP853] {
-            let table = NystromWeights::table(method);
+            let table = NystromWeights::table(method, Grading::Even);
             let sum = |w: &NystromWeights, of: fn(&SlotWeights) -> f64| -> f64 {
                 w.slots().iter().map(|slot| of(slot) * 6.0 * method.nodes[slot.slot]).sum()
             };
@@ -223,7 +224,7 @@ mod tests {
             assert!((sum(end, |s| s.velocity) - 3.0).abs() < 1e-13, "{}", method.name);
             assert!((end.start - 1.0).abs() < 1e-13 && end.end == 0.0);
             let weights = method.dense_weights(0.3);
-            let inside = NystromWeights::dense(method, &weights);
+            let inside = NystromWeights::dense(method, Grading::Even, &weights);
             let computed = weights.change + 3.0 * inside.end + sum(&inside, |s| s.position);
             assert!((computed - 0.027).abs() < 1e-13, "{}: {computed}", method.name);
         }

@@ -5,6 +5,7 @@ use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, StepE
 use crate::derivatives::history::OutputGradients;
 use crate::derivatives::propagation::{Schedule, StepConsumer, StepSource, propagate};
 use crate::derivatives::seeding::seed_chunk;
+use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::ode::{Ode, OdeHistory, OdeModelRhs};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::settings::Explicit;
@@ -170,7 +171,7 @@ impl<'o, O: Ode> OdeForwardSensitivity<'o, O> {
     fn combine(&mut self, slot: usize) {
         let h = self.t[1] - self.t[0];
         let (old, rates) = (self.old.as_flattened(), |j: usize| self.slots[j].as_flattened());
-        self.method.combine(slot, h, old, rates, self.stage.as_flattened_mut());
+        self.method.combine(slot, (h, Grading::Even), old, rates, self.stage.as_flattened_mut());
     }
 
     /// Derivatives of dy/dt in `slot`, where those of the state are in the stage.

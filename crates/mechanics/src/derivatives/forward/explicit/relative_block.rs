@@ -15,6 +15,7 @@ use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::history::OutputGradients;
 use crate::derivatives::propagation::{Schedule, StepConsumer, StepSource, propagate};
 use crate::derivatives::seeding::Activity;
+use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs, SAMPLE, sample};
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::relative::RelativeStageRecord;
@@ -54,7 +55,7 @@ pub(crate) fn propagate_relative_blocks<const W: usize>(
     });
     let plan = RelativePlan {
         method,
-        weights: NystromWeights::table(method),
+        weights: NystromWeights::table(method, Grading::Even),
         tree: dynamics.tree.clone(),
         unknowns: system.unknowns().to_vec(),
         multipliers: (0..mechanism.multipliers).map(Unknown::Multiplier).collect(),
@@ -273,7 +274,7 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
             (method.end + 1..method.slots()).for_each(|slot| self.evaluate(stages, slot));
         }
         if is_dense {
-            self.step.interpolate(method, t, &mut self.y);
+            self.step.interpolate(method, Grading::Even, t, &mut self.y);
         } else {
             self.step.end(&mut self.y);
         }

@@ -5,6 +5,7 @@ use crate::derivatives::forward::explicit::explicit_steps::{LinearizedStages, St
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::forward::explicit::nystrom::{NystromWeights, StepDerivatives};
 use crate::derivatives::propagation::StepConsumer;
+use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::mechanism::SAMPLE;
 use crate::integrators::explicit::tableau::Tableau;
 use crate::linalg::factor::SolveWorkspace;
@@ -19,7 +20,8 @@ use autodiff::WIDTH;
 /// Data that the blocks of all design variables share.
 pub(crate) struct SensitivityPlan {
     method: &'static Tableau,
-    weights: Vec<NystromWeights>,
+    /// Weights of the stages, for each grading.
+    weights: [Vec<NystromWeights>; 3],
     /// Coordinates on whose positions and velocities accelerations depend.
     state_coordinates: Vec<usize>,
     unknowns: Vec<Unknown>,
@@ -31,7 +33,7 @@ impl SensitivityPlan {
     pub fn new(method: &'static Tableau, linearizer: &Linearizer, system: &System) -> Self {
         Self {
             method,
-            weights: NystromWeights::table(method),
+            weights: Grading::ALL.map(|grading| NystromWeights::table(method, grading)),
             state_coordinates: linearizer.state_coordinates(),
             unknowns: system.unknowns().to_vec(),
             moving: linearizer.moving.clone(),
@@ -107,7 +109,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
             self.accelerate(stages, 0);
         }
         (1..end).for_each(|slot| self.evaluate(stages, slot));
-        self.step.combine(&plan.weights[end], 0..n, &mut self.sources);
+        self.step.combine(&plan.weights[stages.grading as usize][end], 0..n, &mut self.sources);
         self.project(stages);
         self.step.finish(&self.sources[..2 * n]);
         self.accelerate(stages, end);
@@ -120,7 +122,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
             (method.end + 1..method.slots()).for_each(|slot| self.evaluate(stages, slot));
         }
         if is_dense {
-            self.step.interpolate(method, t, &mut self.sources[..2 * n]);
+            self.step.interpolate(method, stages.grading, t, &mut self.sources[..2 * n]);
         } else {
             self.step.end(&mut self.sources[..2 * n]);
         }
@@ -144,7 +146,11 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
     /// Derivatives of the state and of the accelerations at a stage.
     fn evaluate(&mut self, stages: &LinearizedStages, slot: usize) {
         let plan = self.plan;
-        self.step.combine(&plan.weights[slot], plan.state_coordinates.iter().copied(), &mut self.sources);
+        self.step.combine(
+            &plan.weights[stages.grading as usize][slot],
+            plan.state_coordinates.iter().copied(),
+            &mut self.sources,
+        );
         self.accelerate(stages, slot);
     }
 
