@@ -39,7 +39,7 @@ disagreement. Verdicts:
                   by their own estimate
   constant        the response does not depend on the variable, and all methods give zero
   WRONG           a method contradicts the finite differences or the other methods; it is marked with a star
-  kink            the response has a kink here, or no derivative
+  kink            the response has a kink here and no derivative
   not repeatable  two analyses of one design differ
   unclear         the finite differences are too noisy
 A wrong derivative is an error, and so is a method that fails where another does not. Scales of variables and constraints that are far off are told before the table; the default

@@ -202,7 +202,8 @@ impl Parts {
                     && z == Z.name
                     && are_parallel(x, &Z_OF_FRAME.map(CompiledExpression::constant))
                 {
-                    let error = section.error_at("x", "with `x` alone the axis z is near z of the body, which is along x");
+                    let error =
+                        section.error_at("x", "with `x` alone the axis z is near z of the body, which is along x");
                     return Err(error.help("give the direction `z`, too"));
                 }
                 Some(Axes::X(x))

@@ -238,8 +238,15 @@ impl<'p> Sensors<'p> {
                     Owner::Angles(frame) => context.frame3(frame).origin(),
                     _ => unreachable!("these are the angles"),
                 };
+                // Its warnings name the part.
+                let is_owner = |name: &&String| match owner {
+                    Owner::PointAngles(k) => matches!(self.parts.get(name), Some(NamedPart::Point(j)) if *j == k),
+                    Owner::Angles(frame) => self.parts.find_frame(name) == Some(frame),
+                    _ => false,
+                };
+                let name = self.parts.order.iter().find(is_owner).map_or("motion", String::as_str);
                 let ground = context.mechanism.ground3().origin();
-                context.mechanism.euler_angle_sensor("motion", ground, marker, EulerSequence::Zyx)
+                context.mechanism.euler_angle_sensor(name, ground, marker, EulerSequence::Zyx)
             }
             Owner::Frame(frame) => {
                 let marker = context.frame(frame).origin();

@@ -1,7 +1,7 @@
 //! Warnings of elements about states of a motion in which their laws are doubtful.
 
 use crate::mechanism::Mechanism;
-use crate::mechanism::element::ElementWorkspace;
+use crate::mechanism::element::{ElementState, ElementWorkspace};
 use crate::system::state::{State, gather};
 
 /// The first warning of each element, at the output times of a simulation.
@@ -21,7 +21,8 @@ impl StateWatch {
                 continue;
             }
             gather(instance, state, workspace);
-            if let Some(why) = instance.element.warn_of_state(&workspace.local(state.t)) {
+            let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
+            if let Some(why) = instance.element.warn_of_state(&local) {
                 found.push((k, format!("{}: at t = {:.6e} s {why}", instance.name, state.t)));
             }
         }

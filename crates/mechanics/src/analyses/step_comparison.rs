@@ -4,7 +4,7 @@ use crate::Result;
 use crate::analyses::dynamics::{History, simulate, simulate_explicitly};
 use crate::integrators::explicit::{Explicit, StepControl};
 use crate::integrators::settings::{Dynamics, StepSize};
-use crate::mechanism::{MeasuredQuantity, Mechanism, Term};
+use crate::mechanism::{AnyFormula, FormulaIn, MeasuredQuantity, Mechanism, OutputData, Term};
 
 /// Change of an output, as a fraction of its size, that is worth a warning.
 ///
@@ -71,7 +71,19 @@ impl StepComparison {
     }
 }
 
-/// The unit of an output that is a sum of measures of one unit; `None` for others.
+/// Returns whether an output is a sum or a difference of its measures: then it has their unit.
+fn is_sum(output: &OutputData<f64>) -> bool {
+    let Some(formula) = &output.formula else { return true };
+    let value = |x: &[f64]| <dyn AnyFormula as FormulaIn<f64>>::value(formula.as_ref(), 0.0, x);
+    let count = output.terms.len();
+    let of_one = |i: usize| value(&(0..count).map(|k| f64::from(u8::from(k == i))).collect::<Vec<_>>());
+    let signs: Vec<f64> = (0..count).map(of_one).collect();
+    let sample: Vec<f64> = (0..count).map(|k| (1.0 + 1.7 * k as f64).sin()).collect();
+    let sum: f64 = signs.iter().zip(&sample).map(|(sign, x)| sign * x).sum();
+    signs.iter().all(|sign| sign.abs() == 1.0) && (value(&sample) - sum).abs() < 1e-12
+}
+
+/// The unit of an output that is a sum or a difference of measures of one unit; `None` for others.
 fn unit(mechanism: &Mechanism<f64>, output: usize) -> Option<&'static str> {
     let data = &mechanism.outputs[output];
     let of_term = |term: &Term<f64>| match term.source {
@@ -83,7 +95,7 @@ fn unit(mechanism: &Mechanism<f64>, output: usize) -> Option<&'static str> {
     };
     let mut units = data.terms.iter().map(of_term);
     let first = units.next().flatten()?;
-    (data.formula.is_none() && units.all(|unit| unit == Some(first))).then_some(first)
+    (is_sum(data) && units.all(|unit| unit == Some(first))).then_some(first)
 }
 
 /// The warning about implicit steps of a fixed length that is too long for the `values` of the outputs at `times` (s); `None`
@@ -136,8 +148,7 @@ fn warning(
             return Some(format!("a time step of {:.1e} s, twice the one given, fails: {error}. {remedy}", 2.0 * h));
         }
     };
-    let StepComparison { output, relative, largest, time } =
-        StepComparison::of(mechanism, times, values, &coarse)?;
+    let StepComparison { output, relative, largest, time } = StepComparison::of(mechanism, times, values, &coarse)?;
     (!(relative <= NOTABLE)).then(|| {
         let name = &mechanism.outputs[output].name;
         format!(

@@ -76,12 +76,6 @@ impl CheckedDerivative {
         all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min)
     }
 
-    /// True if exact methods return no number: they say that there is no derivative.
-    fn is_undefined(&self) -> bool {
-        let mut exact = self.computed.iter().zip(&self.uncertainty).filter(|(_, error)| **error == 0.0).peekable();
-        exact.peek().is_some() && exact.all(|(value, _)| value.is_nan())
-    }
-
     /// The largest of the derivatives by methods and differences.
     fn size(&self) -> f64 {
         let computed = self.computed.iter().fold(0.0f64, |a, x| a.max(x.abs()));
@@ -109,9 +103,6 @@ impl CheckedDerivative {
             }
             GradientStatus::Right => "all methods agree with the differences".to_owned(),
             GradientStatus::Constant => "the response does not depend on the variable".to_owned(),
-            GradientStatus::Kink if self.is_undefined() => {
-                "exact methods return no number: there is no derivative here; move the design".to_owned()
-            }
             GradientStatus::Kink => {
                 let slope_discontinuity = self.slope_discontinuity.unwrap_or(f64::NAN);
                 format!("the slope jumps by {slope_discontinuity:.3e} here: there is no derivative; move the design, or smooth the response")
@@ -249,7 +240,6 @@ fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
         d.status = match () {
             () if d.drift > 0.0 => GradientStatus::NotRepeatable,
             () if d.slope_discontinuity.is_some_and(|jump| !(jump.abs() <= floor)) => GradientStatus::Kink,
-            () if d.is_undefined() => GradientStatus::Kink,
             () if !d.disagreeing.is_empty() => GradientStatus::Wrong,
             () if d.is_constant => GradientStatus::Constant,
             () if is_noise => GradientStatus::Unclear,
@@ -306,15 +296,6 @@ mod tests {
         let methods = ["direct".to_owned(), "semi-analytical".to_owned()];
         let words = derivatives[0].explanation(&methods);
         assert!(words.contains("semi-analytical is only good to ± 2e-1"), "{words}");
-    }
-
-    /// The yaw of a body whose pitch is a right angle.
-    #[test]
-    fn a_derivative_that_is_not_defined_is_a_kink() {
-        let mut derivatives = [checked(vec![f64::NAN, f64::NAN, 0.3], vec![0.0, 0.0, 1e-6], 0.3, 1e-9)];
-        decide(&mut derivatives, &[1.0]);
-        assert_eq!(derivatives[0].status, GradientStatus::Kink);
-        assert!(derivatives[0].explanation(&[]).contains("no derivative"));
     }
 
     /// Where the response does not depend on the design, such as a wheel at ride height, its derivatives are rounding.

@@ -232,7 +232,8 @@ impl<'a> Bodies<'a> {
         let name = element.attribute("name").map_or_else(by_number, str::to_owned);
         let what = format!("joint `{name}`");
         let unknown = element.attributes.iter().filter(|(key, _)| !JOINT_KEYS.contains(&&**key));
-        self.left_out.extend(unknown.map(|(key, _)| format!("attribute `{key}` of {what} is not known and was left out")));
+        self.left_out
+            .extend(unknown.map(|(key, _)| format!("attribute `{key}` of {what} is not known and was left out")));
         let kind = match (&*element.name, own.attribute("type").unwrap_or("hinge")) {
             ("freejoint", _) | (_, "free") => JointType::Floating,
             (_, "hinge") => JointType::Revolute,

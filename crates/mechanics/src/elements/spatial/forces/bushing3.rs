@@ -48,9 +48,21 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("force_x", "N", "force on a along x of its marker, positive if b is displaced in this direction"),
         Measure::new("force_y", "N", "force on a along y of its marker, positive if b is displaced in this direction"),
         Measure::new("force_z", "N", "force on a along z of its marker, positive if b is displaced in this direction"),
-        Measure::new("torque_x", "N·m", "torque on a about x of its marker without that of the force, positive if b is turned this way"),
-        Measure::new("torque_y", "N·m", "torque on a about y of its marker without that of the force, positive if b is turned this way"),
-        Measure::new("torque_z", "N·m", "torque on a about z of its marker without that of the force, positive if b is turned this way"),
+        Measure::new(
+            "torque_x",
+            "N·m",
+            "torque on a about x of its marker without that of the force, positive if b is turned this way",
+        ),
+        Measure::new(
+            "torque_y",
+            "N·m",
+            "torque on a about y of its marker without that of the force, positive if b is turned this way",
+        ),
+        Measure::new(
+            "torque_z",
+            "N·m",
+            "torque on a about z of its marker without that of the force, positive if b is turned this way",
+        ),
     ],
     about: "an elastic connection of two markers",
     law: "force = stiffness·displacement + damping·velocity of b seen from a, component by component in axes of the marker of a; it acts \
