@@ -44,6 +44,8 @@ mod runs;
 mod scale;
 mod shell;
 mod space;
+mod space_axes;
+mod space_results;
 mod study;
 mod study_kinds;
 mod study_units;

@@ -77,6 +77,47 @@ fn a_joint_apart_from_the_frame_of_its_body_has_the_period_of_its_pendulum() {
     near(outputs(&pushed)[0][2], 1e-4 / rate * rate.sin(), 1e-9);
 }
 
+/// `relpose` places the point `anchor` of the second body in the first one.
+#[test]
+fn a_weld_with_an_anchor_and_a_relative_pose_has_both() {
+    let shape = "<geom type=\"box\" size=\"0.1 0.05 0.02\" mass=\"1\"/>";
+    let bodies = format!(
+        "<body name=\"b2\" pos=\"0 0.5 1\"><freejoint/>{shape}</body><body name=\"b3\" pos=\"0 1.5 1\"><freejoint/>{shape}</body>"
+    );
+    let with = |weld: &str| {
+        let closed = format!("{}<equality>{weld}</equality>\n</mujoco>", model(&bodies).trim_end_matches("</mujoco>"));
+        imported(&closed)
+    };
+    let text = with("<weld body1=\"b2\" body2=\"b3\" relpose=\"0 1 0 1 0 0 0\" anchor=\"0.1 0.2 0\"/>");
+    assert!(
+        text.contains("a = { body = \"b2\", at = [0, 1.0, 0] }\nb = { body = \"b3\", at = [0.1, 0.2, 0] }"),
+        "{text}"
+    );
+    let text = with("<weld body1=\"b2\" body2=\"b3\" anchor=\"0.1 0.2 0\"/>");
+    assert!(
+        text.contains("a = { body = \"b2\", at = [0.1, 1.2, 0] }\nb = { body = \"b3\", at = [0.1, 0.2, 0] }"),
+        "{text}"
+    );
+}
+
+#[test]
+fn what_free_joints_have_in_mujoco_and_unknown_attributes_are_named() {
+    let free = |joint: &str| {
+        let body = format!("<body name=\"b\">{joint}<geom size=\"0.1\" mass=\"1\"/></body>");
+        import("m.xml", &model(&body), Base::Fixed).unwrap().left_out.join("\n")
+    };
+    let found = free("<joint type=\"free\" damping=\"0.4\" armature=\"0.05\"/>");
+    for words in [
+        "damping and friction of planar, spherical and floating joints (1) were left out",
+        "springs and motor inertia of spherical and floating joints (1) were left out",
+    ] {
+        assert!(found.contains(words), "{found}");
+    }
+    assert!(!free("<freejoint/>").contains("floating"));
+    let found = free("<joint typ=\"slide\" axis=\"1 0 0\"/>");
+    assert!(found.contains("attribute `typ` of joint `b_joint` is not known and was left out"), "{found}");
+}
+
 /// A parallelogram that is closed by `connect`, and one of two bodies by `weld`: m l²/3 φ̈ = … of two cranks and a coupler.
 #[test]
 fn loops_are_closed_by_joints() {

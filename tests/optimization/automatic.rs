@@ -127,8 +127,8 @@ fn vertex(start: [f64; 2]) -> Problem {
     parts.variable(DesignVariable::new("y", "", start[1]).within(0.1, 10.0));
     let [f, area, height] = ["f", "area", "height"].map(|name| parts.constant(name, ""));
     parts.minimize("f", "", Quantity::response(None, f));
-    parts.constrain(Constraint::at_most("area", Quantity::response(None, area), 0.8));
-    parts.constrain(Constraint::at_least("height", Quantity::response(None, height), 0.5));
+    parts.subject_to(Constraint::at_most("area", 0.8, Quantity::response(None, area)));
+    parts.subject_to(Constraint::at_least("height", 0.5, Quantity::response(None, height)));
     parts.build_analytic(Vertex).unwrap()
 }
 

@@ -315,6 +315,10 @@ impl Analysis for KnownAnalyses {
         self.analysis.analyze_around(b, designs)
     }
 
+    fn step_tolerance(&self, b: &[f64]) -> f64 {
+        self.analysis.step_tolerance(b)
+    }
+
     /// Rows that were computed by the same method, also if others were wanted with them.
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let method = self.analysis.differentiation(b.len(), wanted);

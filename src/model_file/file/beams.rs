@@ -64,6 +64,21 @@ pub const TABLES: &[TableKeys] = &[
     TableKeys { name: "beam", kind: Some("section"), about: "any section by its stiffness and mass", keys: SECTION },
 ];
 
+/// Reads Poisson's ratio, if the kind of beam has it.
+///
+/// # Errors
+/// If it is a number for which a shear modulus or a bulk modulus would be negative.
+pub fn poissons_ratio(section: &Section<'_>, names: &Names) -> Read<CompiledExpression> {
+    let ratio = section.expression("poisson", names, &Scope::DESIGN)?;
+    match ratio.as_constant() {
+        Some(number) if !(number > -1.0 && number <= 0.5) => {
+            let message = format!("Poisson's ratio is {number}; it must be above -1 and at most 0.5");
+            Err(section.error_at("poisson", message).help("steel and aluminium have about 0.3, rubber almost 0.5"))
+        }
+        _ => Ok(ratio),
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 enum CrossSection {
     Circular,
@@ -130,7 +145,10 @@ fn beam(
     names: &Names,
     parts: &Parts,
 ) -> Read<BeamSpec> {
-    let expression = |key: &Key| section.expression(key.name, names, &Scope::DESIGN);
+    let expression = |key: &Key| match key.name {
+        "poisson" => poissons_ratio(section, names),
+        name => section.expression(name, names, &Scope::DESIGN),
+    };
     let end = |key: &str| -> Read<Option<FrameRef>> {
         section.word(key)?.map(|word| parts.frame(&word.text, &word.span)).transpose()
     };

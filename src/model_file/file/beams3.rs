@@ -1,5 +1,6 @@
 //! `[[beam]]` in space: rows of flexible elements.
 
+use super::beams::poissons_ratio;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
 use super::parts::{BuildContext, FrameRef, NamedPart, Parts, Place, Vector};
 use super::section::{Read, Section};
@@ -18,7 +19,7 @@ const COMMON: &[Key] = &[
     optional(
         "up",
         Accepts::Triple,
-        "direction in world axes near which the axis z of the sections is; by default [0, 0, 1]",
+        "direction in world axes near which the axis z of the sections is; by default [0, 0, 1], or [1, 0, 0] for a vertical beam",
     ),
     optional("start", Accepts::Name, "body or node to which the first end is fixed"),
     optional("end", Accepts::Name, "body or node to which the last end is fixed"),
@@ -52,7 +53,7 @@ pub const TABLES: &[TableKeys] = &[
 pub struct BeamSpec3 {
     name: String,
     ends: [Place; 2],
-    up: Vector,
+    up: Option<Vector>,
     fixed_to: [Option<FrameRef>; 2],
     pub elements: usize,
     shear: Shear,
@@ -93,10 +94,7 @@ fn beam(shape: &[Key], section: &Section<'_>, names: &Names, parts: &Parts) -> R
         return Err(section.error_at("elements", "a beam needs at least one element"));
     }
     let shears = [("flexible", Shear::Flexible), ("rigid", Shear::Rigid), ("plain", Shear::Plain)];
-    let up = match section.has("up") {
-        true => section.vector("up", names, &Scope::DESIGN)?,
-        false => [0.0, 0.0, 1.0].map(CompiledExpression::constant),
-    };
+    let up = section.has("up").then(|| section.vector("up", names, &Scope::DESIGN)).transpose()?;
     Ok(BeamSpec3 {
         name: section.text("name")?,
         ends: [place("from")?, place("to")?],
@@ -105,8 +103,18 @@ fn beam(shape: &[Key], section: &Section<'_>, names: &Names, parts: &Parts) -> R
         elements,
         shear: section.choice("shear", &shears)?,
         shape: shape.iter().map(|key| expression(key.name)).collect::<Read<_>>()?,
-        material: [expression("young")?, expression("poisson")?, expression("density")?],
+        material: [expression("young")?, poissons_ratio(section, names)?, expression("density")?],
     })
+}
+
+/// Sine of the angle between a beam and z of the world below which the beam counts as vertical.
+const VERTICAL: f64 = 1e-6;
+
+/// The direction near which the axis z of the sections of a beam is by default: upwards, or along x if the beam is vertical.
+fn default_up<S: Scalar>(from: [S; 3], to: [S; 3]) -> [S; 3] {
+    let [x, y, z] = [0, 1, 2].map(|k| (to[k] - from[k]).re());
+    let is_vertical = x.hypot(y) <= VERTICAL * z.abs();
+    (if is_vertical { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] }).map(S::from)
 }
 
 impl BeamSpec3 {
@@ -115,7 +123,10 @@ impl BeamSpec3 {
         let world = Pose3::at([S::from(0.0); 3]);
         let [from, to] = self.ends.each_ref().map(|end| context.place(&world, end, b));
         let ends = self.fixed_to.map(|end| end.map(|frame| context.frame3(frame)));
-        let up = context.numbers(&self.up, b);
+        let up = match &self.up {
+            Some(up) => context.numbers(up, b),
+            None => default_up(from, to),
+        };
         let points: Vec<[S; 3]> = (0..=self.elements)
             .map(|k| {
                 let share = k as f64 / self.elements as f64;

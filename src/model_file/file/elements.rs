@@ -178,7 +178,7 @@ impl ElementSpec {
             context.joints.insert(context.elements.len(), (self.name.clone(), [first, second]));
         }
         let added = match JointCoordinate::of_element(self.kind.descriptor) {
-            Some(own) => Added::Motion(context.coordinate(CoordinateRef::Joint(context.elements.len(), own))),
+            Some(own) => Added::Element(context.joint_coordinate(context.elements.len(), own).1),
             None => self.kind.add_to(&mut context.mechanism, &self.name, values),
         };
         context.elements.push(added);

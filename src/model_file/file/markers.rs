@@ -7,7 +7,6 @@ use crate::model_file::Diagnostic;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use autodiff::Scalar;
 use mechanics::mechanism::{Body3, EulerSequence, Marker3, Pose3, Rotation};
-use std::f64::consts::FRAC_PI_2;
 use toml::de::DeValue;
 
 /// Keys of an orientation.
@@ -35,8 +34,15 @@ const ORIENTATION: &[Key] = &[
 ];
 const Z: Key = optional("z", Accepts::Direction, "direction of the axis z, in axes of the body, or through two points")
     .of_any_unit();
-const X: Key = optional("x", Accepts::Direction, "direction of the axis x; with `z`, the direction near which it is")
-    .of_any_unit();
+const X: Key = optional(
+    "x",
+    Accepts::Direction,
+    "direction of the axis x; with `z`, the direction near which it is; without, z is as near as possible to that of the body",
+)
+.of_any_unit();
+
+/// The axis z of a frame in its own axes.
+const Z_OF_FRAME: [f64; 3] = [0.0, 0.0, 1.0];
 
 /// Keys of a point in a table.
 pub const MARKER_KEYS: &[Key] = &[
@@ -53,7 +59,7 @@ pub const SHARED_KEYS: &[Key] = &[
     optional(
         "at",
         Accepts::Place,
-        "place of the joint at the start, in world axes or as a named point, for `a` and `b` that name bodies only",
+        "place of the joint at the start, in world axes or as a named point, for those of `a` and `b` that name a body only",
     )
     .of("m"),
     optional(
@@ -64,8 +70,13 @@ pub const SHARED_KEYS: &[Key] = &[
     .of_any_unit(),
     optional("axis_b", Accepts::Direction, "axis z of `b`, if it differs from that of `a`, as in a universal joint")
         .of_any_unit(),
-    optional("x", Accepts::Direction, "direction in world axes near which the axis x of both points is at the start")
-        .of_any_unit(),
+    optional(
+        "x",
+        Accepts::Direction,
+        "direction in world axes near which the axis x of both points is at the start; without `axis`, x has it, and z is as \
+         near as possible to that of the bodies",
+    )
+    .of_any_unit(),
 ];
 
 const SEQUENCES: &[&str] = &["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"];
@@ -186,7 +197,17 @@ impl Parts {
         let (main, near) = (self.direction(section, z, names)?, self.direction(section, "x", names)?);
         Ok(match (main, near) {
             (None, None) => None,
-            (None, Some(x)) => Some(Axes::X(x)),
+            (None, Some(x)) => {
+                if let Direction::Components(x) = &x
+                    && z == Z.name
+                    && are_parallel(x, &Z_OF_FRAME.map(CompiledExpression::constant))
+                {
+                    let error =
+                        section.error_at("x", "with `x` alone the axis z is near z of the body, which is along x");
+                    return Err(error.help("give the direction `z`, too"));
+                }
+                Some(Axes::X(x))
+            }
             (Some(z), x) => {
                 if let (Direction::Components(z), Some(Direction::Components(x))) = (&z, &x)
                     && are_parallel(z, x)
@@ -259,7 +280,7 @@ impl Parts {
 }
 
 /// Whether two directions are numbers, and parallel.
-fn are_parallel(a: &Vector, b: &Vector) -> bool {
+pub(super) fn are_parallel(a: &Vector, b: &Vector) -> bool {
     let numbers = |v: &Vector| v.iter().map(CompiledExpression::as_constant).collect::<Option<Vec<f64>>>();
     let (Some(a), Some(b)) = (numbers(a), numbers(b)) else { return false };
     let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -335,8 +356,7 @@ impl<S: Scalar> BuildContext<S> {
             }
             Axes::Z(z, None) => Rotation::z_along(self.direction(pose, z, b)),
             Axes::Z(z, Some(x)) => Rotation::from_z_x(self.direction(pose, z, b), self.direction(pose, x, b)),
-            // A quarter about y turns x to −z.
-            Axes::X(x) => Rotation::z_along(self.direction(pose, x, b)).then(Rotation::about_y(S::from(-FRAC_PI_2))),
+            Axes::X(x) => Rotation::from_x_z(self.direction(pose, x, b), Z_OF_FRAME.map(S::from)),
             Axes::EulerParameters(e) => Rotation::euler_parameters(self.numbers(e, b)),
             Axes::Fixed(e) => Rotation::euler_parameters(e.map(S::from)),
         }
@@ -361,10 +381,14 @@ impl<S: Scalar> BuildContext<S> {
         } else {
             self.place(&pose, &marker.place, b)
         };
-        let orientation = if marker.is_world_axes {
-            pose.orientation.inverse().then(self.rotation(&world, &marker.axes, b))
-        } else {
-            self.rotation(&pose, &marker.axes, b)
+        let orientation = match &marker.axes {
+            // The axis z is near that of the body.
+            Axes::X(x) if marker.is_world_axes => {
+                let x = self.direction(&world, x, b);
+                Rotation::from_x_z(along(&pose, x), Z_OF_FRAME.map(S::from))
+            }
+            axes if marker.is_world_axes => pose.orientation.inverse().then(self.rotation(&world, axes, b)),
+            axes => self.rotation(&pose, axes, b),
         };
         Marker3 { body, point, orientation }
     }

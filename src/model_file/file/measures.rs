@@ -1,6 +1,6 @@
 //! Measured quantities of a mechanism, from which outputs are computed.
 
-use super::parts::{BuildContext, CoordinateRef, FrameRef, JointCoordinate, NamedPart, Parts};
+use super::parts::{BuildContext, CoordinateRef, FrameRef, NamedPart, Parts};
 use crate::Result;
 use crate::model_file::expression::{CompiledExpression, Inputs, Known, OtherUnit};
 use crate::model_file::unit::Unit;
@@ -74,10 +74,7 @@ pub fn find(text: &str, parts: &Parts) -> Option<MeasureRef> {
                 let kind = names.iter().position(|name| name == text)?;
                 Some(MeasureRef::Joint(place, ["position", "velocity", "acceleration"][kind]))
             });
-            let is_element = JointCoordinate::of_element(of).is_none();
-            let measure =
-                || among(&names(of.measures)).filter(|_| is_element).map(|what| MeasureRef::Element(*k, what));
-            return of_joint.or_else(measure);
+            return of_joint.or_else(|| among(&names(of.measures)).map(|what| MeasureRef::Element(*k, what)));
         }
         Some(NamedPart::Slider(k)) => return among(&of_slider()).map(|what| MeasureRef::Slider(*k, what)),
         Some(NamedPart::Point(k)) => return among(&of_point(parts)).map(|what| MeasureRef::Point(*k, what)),
@@ -96,7 +93,7 @@ pub fn suggestions(parts: &Parts) -> Vec<String> {
         let all = |known: &[&str]| known.iter().map(|what| format!("{name}.{what}")).collect();
         match parts.get(name) {
             Some(NamedPart::Element(_, of)) => {
-                let own = if JointCoordinate::of_element(of).is_none() { all(&names(of.measures)) } else { vec![] };
+                let own = all(&names(of.measures));
                 parts.joint_coordinates(name).flat_map(|(_, names)| names).chain(own).collect()
             }
             Some(NamedPart::Slider(_)) => all(&of_slider()),
@@ -241,8 +238,15 @@ impl<'p> Sensors<'p> {
                     Owner::Angles(frame) => context.frame3(frame).origin(),
                     _ => unreachable!("these are the angles"),
                 };
+                // Its warnings name the part.
+                let is_owner = |name: &&String| match owner {
+                    Owner::PointAngles(k) => matches!(self.parts.get(name), Some(NamedPart::Point(j)) if *j == k),
+                    Owner::Angles(frame) => self.parts.find_frame(name) == Some(frame),
+                    _ => false,
+                };
+                let name = self.parts.order.iter().find(is_owner).map_or("motion", String::as_str);
                 let ground = context.mechanism.ground3().origin();
-                context.mechanism.euler_angle_sensor("motion", ground, marker, EulerSequence::Zyx)
+                context.mechanism.euler_angle_sensor(name, ground, marker, EulerSequence::Zyx)
             }
             Owner::Frame(frame) => {
                 let marker = context.frame(frame).origin();

@@ -366,6 +366,10 @@ impl Analysis for RememberedStart {
         self.analysis.analyze_around(b, designs)
     }
 
+    fn step_tolerance(&self, b: &[f64]) -> f64 {
+        self.analysis.step_tolerance(b)
+    }
+
     fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
         self.analysis.warnings(b, responses)
     }

@@ -378,7 +378,7 @@ pub struct BuildContext<S> {
     pub markers: Vec<MarkerSpec>,
     /// The two points of elements in space by the numbers of the elements, and their coordinates, made at their first use.
     pub joints: HashMap<usize, (String, [Marker3<S>; 2])>,
-    coordinates: HashMap<(usize, JointCoordinate), Coordinate>,
+    coordinates: HashMap<(usize, JointCoordinate), (Coordinate, ElementIndex)>,
 }
 
 impl<S: Scalar> BuildContext<S> {
@@ -401,8 +401,8 @@ impl<S: Scalar> BuildContext<S> {
         }
     }
 
-    /// A coordinate of a joint in space.
-    fn joint_coordinate(&mut self, k: usize, which: JointCoordinate) -> Coordinate {
+    /// A coordinate of a joint in space, and the element that defines it.
+    pub fn joint_coordinate(&mut self, k: usize, which: JointCoordinate) -> (Coordinate, ElementIndex) {
         if let Some(known) = self.coordinates.get(&(k, which)) {
             return *known;
         }
@@ -412,8 +412,9 @@ impl<S: Scalar> BuildContext<S> {
             JointCoordinate::Displacement => self.mechanism.joint_displacement(name, *a, *b),
             JointCoordinate::Distance => self.mechanism.point_distance(name, *a, *b),
         };
-        self.coordinates.insert((k, which), coordinate);
-        coordinate
+        let added = (coordinate, self.mechanism.last_element().expect("a joint coordinate has an element"));
+        self.coordinates.insert((k, which), added);
+        added
     }
 
     pub fn frame(&self, frame: FrameRef) -> Body {
@@ -432,7 +433,7 @@ impl<S: Scalar> BuildContext<S> {
     pub fn coordinate(&mut self, place: CoordinateRef) -> Coordinate {
         match place {
             CoordinateRef::Slider(k) => self.sliders[k],
-            CoordinateRef::Joint(k, which) => self.joint_coordinate(k, which),
+            CoordinateRef::Joint(k, which) => self.joint_coordinate(k, which).0,
             CoordinateRef::Of(frame, axis) if self.is_spatial => {
                 let Body3 { x, y, z, .. } = self.frame3(frame);
                 match axis {

@@ -21,7 +21,7 @@ pub struct Element {
     pub children: Vec<Element>,
     /// The namespace of its name, if it has one.
     pub namespace: Option<String>,
-    pub(super) line: u32,
+    pub(super) line: usize,
     /// The file that has it, if it is not the first one.
     pub(super) file: Option<Arc<str>>,
 }
@@ -56,7 +56,8 @@ fn parse_file(
         };
         Error::definition(file, error.to_string(), remedy)
     })?;
-    let mut root = copied(document.root_element(), own.as_ref(), DEPTH).ok_or_else(|| {
+    let lines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
+    let mut root = copied(document.root_element(), own.as_ref(), &lines, DEPTH).ok_or_else(|| {
         Error::definition(file, format!("more than {DEPTH} elements are in each other"), "flatten it")
     })?;
     // Other formats have elements of this name, which mean something else.
@@ -66,16 +67,17 @@ fn parse_file(
     Ok(root)
 }
 
-/// The element with all in it; `None` if they are nested too deeply.
-fn copied(node: roxmltree::Node<'_, '_>, file: Option<&Arc<str>>, depth: usize) -> Option<Element> {
+/// The element with all in it; `None` if they are nested too deeply. `lines` are the ends of the lines of the text.
+fn copied(node: roxmltree::Node<'_, '_>, file: Option<&Arc<str>>, lines: &[usize], depth: usize) -> Option<Element> {
     let depth = depth.checked_sub(1)?;
-    let children = node.children().filter(roxmltree::Node::is_element).map(|child| copied(child, file, depth));
+    let children = node.children().filter(roxmltree::Node::is_element).map(|child| copied(child, file, lines, depth));
+    let line = 1 + lines.partition_point(|end| *end < node.range().start);
     Some(Element {
         name: node.tag_name().name().to_owned(),
         namespace: node.tag_name().namespace().map(str::to_owned),
         attributes: node.attributes().map(|a| (a.name().to_owned(), a.value().trim().to_owned())).collect(),
         children: children.collect::<Option<_>>()?,
-        line: node.document().text_pos_at(node.range().start).row,
+        line,
         file: file.cloned(),
     })
 }

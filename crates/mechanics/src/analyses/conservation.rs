@@ -24,11 +24,17 @@ pub struct EnergyDrift {
 /// Fraction of the largest kinetic energy above which a change of the energy is worth a warning.
 pub const NOTABLE: f64 = 0.01;
 
+/// Fraction of the largest kinetic energy from which a change of the energy is told as a multiple of it.
+const MANY: f64 = 10.0;
+
 /// Distances in m or rad at which elements that switch are compared with their energy: a slack rope is taut far away.
 const FAR: [f64; 4] = [0.0, 1.0, 1e2, 1e4];
 
 /// Rounding of the energy, as a fraction of its size.
 const ROUNDING: f64 = 1e-9;
+
+/// Velocity in m/s or rad/s below which a mechanism is at rest: that of all its coordinates has an energy that is rounding.
+const AT_REST: f64 = 1e-6;
 
 impl EnergyDrift {
     /// The change as a fraction of the largest kinetic energy.
@@ -40,9 +46,13 @@ impl EnergyDrift {
     pub fn warning(&self) -> Option<String> {
         let from = self.notable_from?;
         let (verb, damping) = if self.largest < 0.0 { ("loses", "less") } else { ("gains", "more") };
-        let percent = 100.0 * self.relative().abs();
+        let fraction = self.relative().abs();
+        let share = match fraction < MANY {
+            true => format!("{:.2} % of", 100.0 * fraction),
+            false => format!("{fraction:.1e} times"),
+        };
         Some(format!(
-            "the motion {verb} {:.3e} J, {percent:.2} % of its largest kinetic energy, although nothing in the mechanism does \
+            "the motion {verb} {:.3e} J, {share} its largest kinetic energy, although nothing in the mechanism does \
              work or dissipates: more than {:.0} % from t = {from:.6e} s on. Take shorter steps or a smaller tolerance, or {damping} \
              numerical damping; if the change is sudden, the mechanism passes a singular position there.",
             self.largest.abs(),
@@ -54,6 +64,8 @@ impl EnergyDrift {
 /// Records the energy of a mechanism that conserves it.
 pub(crate) struct EnergyWatch {
     drift: Option<EnergyDrift>,
+    /// Kinetic energy in J of rounding errors of the velocities.
+    at_rest: f64,
     /// Times in s at which the change was larger than ever before, the change in J, and the rounding of the energy in J.
     records: Vec<[f64; 3]>,
     workspace: ElementWorkspace<f64>,
@@ -67,7 +79,10 @@ impl EnergyWatch {
             let [kinetic, potential] = energy_in(mechanism, start, &mut workspace);
             EnergyDrift { start: kinetic + potential, largest: 0.0, time: start.t, notable_from: None, kinetic }
         });
-        Self { drift, records: Vec::new(), workspace }
+        let mut slow = start.clone();
+        slow.v.fill(AT_REST);
+        let [at_rest, _] = energy_in(mechanism, &slow, &mut workspace);
+        Self { drift, at_rest, records: Vec::new(), workspace }
     }
 
     /// Records the energy at `state`.
@@ -79,7 +94,7 @@ impl EnergyWatch {
         if change.abs() > drift.largest.abs() {
             (drift.largest, drift.time) = (change, state.t);
             let size = kinetic.abs() + potential.abs() + drift.start.abs();
-            self.records.push([state.t, change.abs(), ROUNDING * size]);
+            self.records.push([state.t, change.abs(), ROUNDING * size + self.at_rest]);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::analyses::conservation::{EnergyDrift, EnergyWatch};
+use crate::analyses::doubtful_states::StateWatch;
 use crate::analyses::negative_coefficients::CoefficientWatch;
 use crate::analyses::sampling::{OutputRecorder, interpolate};
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
@@ -325,6 +326,7 @@ fn record_outputs<S: Simulation>(
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     let (mut y, mut at) = (Vec::new(), simulation.start());
     let (mut energy, mut coefficients) = (EnergyWatch::new(mechanism, &at), CoefficientWatch::new(mechanism));
+    let mut states = StateWatch::default();
     for &t in times {
         while simulation.is_before(t) {
             simulation.step()?;
@@ -335,9 +337,11 @@ fn record_outputs<S: Simulation>(
         recorder.record_held(mechanism, &at, simulation.held())?;
         energy.add(mechanism, &at);
         coefficients.add(mechanism, &at);
+        states.add(mechanism, &at);
     }
     let (names, times, energy_drift) = (mechanism.output_names(), times.to_vec(), energy.finish());
     let mut warnings = coefficients.warnings(mechanism);
+    warnings.extend(states.warnings());
     warnings.extend(energy_drift.and_then(|drift| drift.warning()));
     let (values, impacts, work) = (recorder.series, Vec::new(), Work::default());
     Ok((

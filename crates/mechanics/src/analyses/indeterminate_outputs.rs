@@ -17,7 +17,7 @@ const NOMINAL_STEP: f64 = 1e-3;
 
 /// Names of the outputs that change by reactions without effect on the motion, in an assembled state.
 ///
-/// Their values are those of the reactions of least norm, one choice of many; they have no derivatives.
+/// Their values are one choice of many, in absolute coordinates that of the reactions of least norm; they have no derivatives.
 pub fn indeterminate_outputs(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
     if !system.allows_redundancy() {
         return Vec::new();
@@ -52,7 +52,8 @@ pub fn warn_of_indeterminate_outputs(mechanism: &Mechanism<f64>, assembly: Assem
     }
     let warning = |name: String| {
         format!(
-            "{name}: redundant constraints leave this reaction indeterminate, and the value is that of least norm; leave out the \
+            "{name}: redundant constraints leave this reaction indeterminate, and the value is one of many: that of least norm in \
+             absolute coordinates, that without constraints that follow from others in relative ones; leave out the \
              constraints that follow from others, or replace a joint by a bushing, a rigid contact by a compliant one"
         )
     };

@@ -1,6 +1,7 @@
 //! Analyses of a mechanism at one design.
 
 pub mod conservation;
+pub(crate) mod doubtful_states;
 pub mod dynamics;
 pub mod indeterminate_outputs;
 pub mod kinematics;

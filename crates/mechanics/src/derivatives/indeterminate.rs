@@ -15,8 +15,7 @@ use crate::{Error, Result};
 ///
 /// [`Error::Unsupported`] naming the output.
 pub(crate) fn check_outputs(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
-    let why =
-        "redundant constraints leave this reaction indeterminate: it has a value of least norm, but no derivative";
+    let why = "redundant constraints leave this reaction indeterminate: it has one of many values, but no derivative";
     let remedy = "remove the output, or the constraints that follow from others";
     match indeterminate_outputs(system, mechanism, state).first() {
         Some(name) => Err(Error::unsupported(name, why, remedy)),

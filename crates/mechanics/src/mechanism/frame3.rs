@@ -127,8 +127,10 @@ pub(crate) fn euler_parameters<T: Copy>(values: &[T], first: usize) -> [T; 4] {
 pub(crate) fn check_marker(name: &str, p: [f64; 7]) -> Option<String> {
     let e = [p[3], p[4], p[5], p[6]];
     let length = square(&e).sqrt();
-    let why = "an axis has length zero, or two axes are parallel";
-    (!((length - 1.0).abs() < 1e-6)).then(|| {
-        format!("the orientation of its point {name} is no rotation, as the Euler parameters {e:?} have the length {length}: {why}")
-    })
+    let why = if length.is_finite() {
+        format!("the Euler parameters {e:?} have the length {length}")
+    } else {
+        "an axis has length zero, or two axes are parallel".to_owned()
+    };
+    (!((length - 1.0).abs() < 1e-6)).then(|| format!("the orientation of its point {name} is no rotation: {why}"))
 }

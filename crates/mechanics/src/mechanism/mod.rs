@@ -336,6 +336,11 @@ impl<S: Scalar> Mechanism<S> {
         Ok(Term { source: MeasuredQuantity::Measure { element: element.0, measure }, weight: S::from(1.0) })
     }
 
+    /// The element that was added last, such as that of a joint coordinate; `None` without elements.
+    pub fn last_element(&self) -> Option<ElementIndex> {
+        self.elements.len().checked_sub(1).map(ElementIndex)
+    }
+
     /// The driving force (N) or torque (N·m) of a prescribed coordinate, such as the torque of a driven crank.
     pub fn driving_force(&self, coordinate: Coordinate) -> Term<S> {
         Term { source: MeasuredQuantity::DrivingForce { coordinate: coordinate.0 }, weight: S::from(1.0) }

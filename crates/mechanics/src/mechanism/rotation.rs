@@ -31,6 +31,12 @@ pub struct Rotation<S> {
 /// Largest deviation of R Rᵀ from the identity that is accepted as rounding of a given matrix.
 const ORTHONORMAL: f64 = 1e-6;
 
+/// Sine of the angle between two directions below which they count as parallel.
+const PARALLEL: f64 = 1e-9;
+
+/// cos β below which the first and the last axis of three rotations count as parallel: it is rounding.
+const SINGULAR: f64 = 1e-12;
+
 impl<S: Scalar> Rotation<S> {
     /// No rotation.
     pub fn identity() -> Self {
@@ -46,7 +52,7 @@ impl<S: Scalar> Rotation<S> {
     /// The rotation by `angle` (rad) about `axis`, a vector of any length but zero.
     pub fn about(axis: [S; 3], angle: S) -> Self {
         let (sin, cos) = (angle * 0.5).sin_cos();
-        let [x, y, z] = scaled(axis, sin / dot(axis, axis).sqrt());
+        let [x, y, z] = scaled(unit(axis), sin);
         Self { e: [cos, x, y, z] }
     }
 
@@ -82,28 +88,26 @@ impl<S: Scalar> Rotation<S> {
     ///
     /// It is the shortest rotation from z, or from −z after half a turn about x if the axis points downwards.
     pub fn z_along(axis: [S; 3]) -> Self {
-        let ([x, y, z], length) = (axis, dot(axis, axis).sqrt());
-        let zero = S::zero();
+        let [x, y, z] = unit(axis);
+        let (zero, one) = (S::zero(), S::from(1.0));
         if z.re() >= 0.0 {
-            Self::euler_parameters([length + z, -y, x, zero])
+            Self::euler_parameters([one + z, -y, x, zero])
         } else {
-            Self::euler_parameters([-y, length - z, zero, x])
+            Self::euler_parameters([-y, one - z, zero, x])
         }
     }
 
     /// The rotation whose z-axis is along `z` and whose x-axis is as near as possible to `x`, which must not be parallel.
     pub fn from_z_x(z: [S; 3], x: [S; 3]) -> Self {
-        let z = scaled(z, dot(z, z).sqrt().recip());
-        let x = subtract(x, scaled(z, dot(z, x)));
-        let x = scaled(x, dot(x, x).sqrt().recip());
+        let z = unit(z);
+        let x = normal_part(x, z);
         Self::of_columns([x, cross(z, x), z])
     }
 
     /// The rotation whose x-axis is along `x` and whose z-axis is as near as possible to `z`, which must not be parallel.
     pub fn from_x_z(x: [S; 3], z: [S; 3]) -> Self {
-        let x = scaled(x, dot(x, x).sqrt().recip());
-        let z = subtract(z, scaled(x, dot(x, z)));
-        let z = scaled(z, dot(z, z).sqrt().recip());
+        let x = unit(x);
+        let z = normal_part(z, x);
         Self::of_columns([x, cross(z, x), z])
     }
 
@@ -170,10 +174,27 @@ impl<S: Scalar> Rotation<S> {
     }
 }
 
+/// The unit vector along `v`, of any length but zero; of that length, no number.
+fn unit<S: Scalar>(v: [S; 3]) -> [S; 3] {
+    // The square of a very long or very short vector is no number.
+    let largest = v.iter().fold(0.0f64, |most, x| most.max(x.re().abs()));
+    let v = v.map(|x| x / S::from(largest));
+    scaled(v, dot(v, v).sqrt().recip())
+}
+
+/// The unit vector along the part of `v` normal to the unit vector `axis`; no number if both are parallel.
+fn normal_part<S: Scalar>(v: [S; 3], axis: [S; 3]) -> [S; 3] {
+    let v = unit(v);
+    let part = subtract(v, scaled(axis, dot(axis, v)));
+    let is_parallel = dot(part, part).re() < PARALLEL * PARALLEL;
+    scaled(unit(part), S::from(if is_parallel { f64::NAN } else { 1.0 }))
+}
+
 /// Axes of three successive rotations, each about an axis of the already rotated frame.
 ///
 /// With the axes i, j, k the rotation is R = R_i(α) R_j(β) R_k(γ). `Zyx` are yaw, pitch and roll; `Zxz` are precession,
-/// nutation and spin. At β = ±π/2 (three different axes) or β = 0, π (first axis equal to the last) α and γ are not unique.
+/// nutation and spin. At β = ±π/2 (three different axes) or β = 0, π (first axis equal to the last) only the sum or the difference
+/// of α and γ is determined: there γ is zero, and α contains both.
 ///
 /// # Sources
 /// Diebel, *Representing Attitude: Euler Angles, Unit Quaternions, and Rotation Vectors* (2006), Section 8.
@@ -229,21 +250,41 @@ impl EulerSequence {
         }
     }
 
+    /// Returns whether only the sum or the difference of the first and the last angle of the rotation matrix `r` is determined.
+    pub fn is_singular(self, r: &[[f64; 3]; 3]) -> bool {
+        let [i, j, last] = self.axes();
+        let k = 3 - i - j;
+        let column = if last == k { k } else { i };
+        r[j][column].hypot(r[k][column]) < SINGULAR
+    }
+
     /// The angles (rad) of the rotation matrix `r`: α and γ from −π to π, β from −π/2 to π/2, or from 0 to π if the first axis
     /// is the last.
+    ///
+    /// The rotation by the three angles is `r`, also in and near the singular positions ([`EulerSequence::is_singular`]). There the angles
+    /// have no derivatives: those of the result hold γ at zero.
     pub fn angles<T: Scalar>(self, r: &[[T; 3]; 3]) -> [T; 3] {
         let [i, j, last] = self.axes();
         let k = 3 - i - j;
         let is_cyclic = (j + 3 - i) % 3 == 1;
         let signed = |x: T| if is_cyclic { x } else { -x };
-        if last == k {
-            let sin = signed(r[i][k]);
-            let cos = (r[i][i] * r[i][i] + r[i][j] * r[i][j]).sqrt();
-            [(-signed(r[j][k])).atan2(r[k][k]), sin.atan2(cos), (-signed(r[i][j])).atan2(r[i][i])]
+        let (sin, cos, [first_sin, first_cos]) = if last == k {
+            let normal = norm([T::zero(), r[j][k], r[k][k]]);
+            (signed(r[i][k]), normal, [-signed(r[j][k]), r[k][k]])
         } else {
-            let sin = (r[i][j] * r[i][j] + r[i][k] * r[i][k]).sqrt();
-            [r[j][i].atan2(-signed(r[k][i])), sin.atan2(r[i][i]), r[i][j].atan2(signed(r[i][k]))]
+            let normal = norm([T::zero(), r[j][i], r[k][i]]);
+            (normal, r[i][i], [r[j][i], -signed(r[k][i])])
+        };
+        let beta = sin.atan2(cos);
+        if self.is_singular(&r.map(|row| row.map(|x| x.re()))) {
+            return [signed(r[k][j]).atan2(r[j][j]), beta, T::zero()];
         }
+        let alpha = first_sin.atan2(first_cos);
+        // R_i(−α) R has in row j what γ is, for any α: also where α is inaccurate.
+        let (s, c) = alpha.sin_cos();
+        let row = |column: usize| r[j][column] * c + signed(r[k][column]) * s;
+        let gamma = if last == k { signed(row(i)).atan2(row(j)) } else { (-signed(row(k))).atan2(row(j)) };
+        [alpha, beta, gamma]
     }
 }
 
@@ -395,6 +436,51 @@ mod tests {
         for sequence in EulerSequence::ALL {
             let angles = [0.4, 0.9, -2.1];
             close(&sequence.angles(&Rotation::euler_angles(sequence, angles).matrix()), &angles);
+        }
+    }
+
+    /// Only the sum or the difference of the first and the last angle is determined: the last is zero.
+    #[test]
+    fn the_angles_of_a_singular_position_are_those_of_its_rotation() {
+        use std::f64::consts::{FRAC_PI_2, PI};
+        for sequence in EulerSequence::ALL {
+            let [first, _, last] = sequence.axes();
+            let singular = if first == last { [0.0, PI] } else { [-FRAC_PI_2, FRAC_PI_2] };
+            for beta in singular {
+                let rotation = Rotation::euler_angles(sequence, [0.7, beta, -0.3]);
+                let angles = sequence.angles(&rotation.matrix());
+                assert_eq!(angles[2], 0.0);
+                close(&flat(Rotation::euler_angles(sequence, angles).matrix()), &flat(rotation.matrix()));
+                assert!(sequence.is_singular(&rotation.matrix()));
+                let moving = rotation.matrix().map(|row| row.map(|x| Jet2::new(x, 0.1, 0.0)));
+                assert!(sequence.angles(&moving).iter().all(|angle| angle.v1.is_finite()));
+            }
+            // Near it, the first angle is inaccurate, and the last one belongs to it.
+            for near in [1e-3, 1e-6, 1e-9, 1e-11] {
+                let rotation = Rotation::euler_angles(sequence, [0.7, singular[1] - near, -0.3]);
+                let angles = sequence.angles(&rotation.matrix());
+                assert!(!sequence.is_singular(&rotation.matrix()));
+                close(&flat(Rotation::euler_angles(sequence, angles).matrix()), &flat(rotation.matrix()));
+            }
+        }
+        // The pitch of a body whose axis x points downwards, as an exact matrix: yaw + roll = 90°.
+        let matrix = [[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]];
+        close(&EulerSequence::Zyx.angles(&matrix), &[FRAC_PI_2, -FRAC_PI_2, 0.0]);
+    }
+
+    #[test]
+    fn directions_have_any_length_and_parallel_ones_make_no_rotation() {
+        for length in [1e-200, 1.0, 1e200] {
+            let axis = [3.0 * length, 0.0, 4.0 * length];
+            close(&Rotation::z_along(axis).rotate([0.0, 0.0, 1.0]), &[0.6, 0.0, 0.8]);
+            close(&Rotation::from_z_x(axis, [0.0, length, 0.0]).rotate([0.0, 0.0, 1.0]), &[0.6, 0.0, 0.8]);
+            close(&Rotation::about(axis, 0.5).parameters(), &Rotation::about([0.6, 0.0, 0.8], 0.5).parameters());
+        }
+        let nearly = [0.1f64 * 3.0, 0.1, 0.2];
+        for rotation in
+            [Rotation::from_z_x(nearly, [0.3, 0.1, 0.2]), Rotation::<f64>::from_x_z(nearly, [-0.6, -0.2, -0.4])]
+        {
+            assert!(rotation.parameters().into_iter().all(f64::is_nan));
         }
     }
 

@@ -495,9 +495,11 @@ impl ProjectionRecord {
 fn dependent(mechanism: &Mechanism<f64>, tree: &Tree, row: usize, t: f64) -> Error {
     let cut = tree.cuts[row];
     let name = format!("{} (constraint {})", mechanism.elements[cut.element].name, cut.row + 1);
-    let why = format!("it depends on the other joints at t = {t:.6e} s");
-    let remedy =
-        "remove redundant joints, or take absolute coordinates; a dead centre makes joints dependent for an instant";
+    let why = format!(
+        "its equation follows from those of the other joints at t = {t:.6e} s, and relative coordinates keep the constraints that were \
+         independent at the start"
+    );
+    let remedy = "take absolute coordinates, which keep all constraints; at a dead centre, change the design";
     Error::analysis(name, why, remedy)
 }
 

@@ -60,7 +60,10 @@ impl Tree {
     /// [`Error::Unsupported`] naming the part that relative coordinates do not support.
     pub fn new(mechanism: &Mechanism<f64>, system: &System) -> Result<Self> {
         if let Some(event) = mechanism.events.first() {
-            return Err(unsupported(&event.gap.name, "events need absolute coordinates"));
+            return Err(unsupported(
+                &event.gap.name,
+                "rigid contacts, dry friction, switches and events need absolute coordinates",
+            ));
         }
         let mut plan = Plan::new(mechanism)?;
         plan.attach_all();

@@ -81,12 +81,16 @@ pub fn methods(analysis: &dyn Analysis) -> Vec<GradientMethod<'_>> {
     all
 }
 
+/// Error of a motion, in tolerances of one step.
+const ACCUMULATED: f64 = 100.0;
+
 /// Compares the sensitivities by several methods at the design `b` with differences of `analysis`, and with each other.
 ///
 /// `methods` are those of the analysis ([`methods`]) or any others of the same responses, its own first. `scales` are the
 /// sizes of the design variables in their units. For each variable 22 analyses are made, in parallel; a design near `b` that
 /// cannot be analysed only costs accuracy. Where derivatives contradict the differences, further designs decide whether the response is
-/// smooth only between closer designs, and whether the derivatives are rounding errors.
+/// smooth only between closer designs, and whether the derivatives are rounding errors. Where designs take different steps,
+/// derivatives within the error of the steps count as zero ([`Analysis::step_tolerance`]).
 ///
 /// A method that returns [`Error::Unsupported`] is omitted, such as the semi-analytical method where there are switches. One that fails
 /// otherwise is listed in [`GradientCheck::failed`].
@@ -108,6 +112,12 @@ pub fn check(
         by_methods(methods, b, &here, wanted, &mut failed)?.into_iter().unzip();
     let first: Vec<FirstStep> = scales.iter().map(|size| FirstStep::of_size(*size)).collect();
     let samples = DifferenceSamples::along_all(|designs| analysis.analyze_around(b, designs), b, &first);
+    // What the error of chosen steps can contribute to the change of a response over the size of a variable.
+    let by_steps: Vec<f64> = {
+        let tolerance = ACCUMULATED * analysis.step_tolerance(b);
+        let largest = |series: &Vec<f64>| series.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        here.values.iter().map(|series| tolerance * largest(series)).collect()
+    };
     let mut checked = Vec::with_capacity(wanted.len() * b.len());
     for (row, &at) in wanted.iter().enumerate() {
         let value = here.at(at);
@@ -124,7 +134,8 @@ pub fn check(
                 difference,
                 slope_discontinuity: slope_discontinuity(value, &steps),
                 drift,
-                rounding: samples.smallest().map_or(0.0, |h| f64::EPSILON * value.abs() / h),
+                rounding: samples.smallest().map_or(0.0, |h| f64::EPSILON * value.abs() / h)
+                    + by_steps[at.response] / scales[variable],
                 is_constant: !steps.is_empty() && steps.iter().all(|s| s.ahead == s.behind && s.ahead == value),
                 status: GradientStatus::Right,
                 disagreeing: vec![],

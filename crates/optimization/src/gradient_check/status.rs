@@ -51,7 +51,8 @@ pub struct CheckedDerivative {
     pub slope_discontinuity: Option<f64>,
     /// Difference of two analyses of the same design.
     pub drift: f64,
-    /// Rounding error of the differences at the smallest distance, or of the computed derivatives where these contradict the differences.
+    /// Rounding error of the differences at the smallest distance, or of the computed derivatives where these contradict the differences;
+    /// with the error of steps that differ between designs.
     pub rounding: f64,
     /// True if the response has the same bits at all designs along the variable.
     pub is_constant: bool,

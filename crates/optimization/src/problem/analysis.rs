@@ -154,6 +154,14 @@ pub trait Analysis: Send + Sync {
         self.analyze_many(designs)
     }
 
+    /// Relative tolerance of steps that [`Analysis::analyze_around`] chooses anew at each design near `b`; zero if all take the same steps.
+    ///
+    /// Responses contain the error of these steps, which changes from design to design: gradient checks cannot tell derivatives of
+    /// this size from zero.
+    fn step_tolerance(&self, _b: &[f64]) -> f64 {
+        0.0
+    }
+
     /// Explains a response at design `b` that is not finite, as in `asin(1.2) is not defined`.
     fn undefined(&self, _b: &[f64], _at: ResponseAt) -> Option<String> {
         None
@@ -234,6 +242,10 @@ macro_rules! forward_analysis {
 
                 fn analyze_around(&self, b: &[f64], designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
                     (**self).analyze_around(b, designs)
+                }
+
+                fn step_tolerance(&self, b: &[f64]) -> f64 {
+                    (**self).step_tolerance(b)
                 }
 
                 fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {

@@ -58,6 +58,10 @@ impl<A: Analysis> Analysis for Differentiated<A> {
         self.analysis.analyze_around(b, designs)
     }
 
+    fn step_tolerance(&self, b: &[f64]) -> f64 {
+        self.analysis.step_tolerance(b)
+    }
+
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.chosen()?.sensitivities(b, responses, wanted)
     }

@@ -160,6 +160,10 @@ impl Analysis for ReducedHistories {
         self.reduction.append_to_all(designs, self.analysis.analyze_around(b, designs))
     }
 
+    fn step_tolerance(&self, b: &[f64]) -> f64 {
+        self.analysis.step_tolerance(b)
+    }
+
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let of_sums = |responses: &Responses, sums: &[ResponseSum]| self.analysis.sum_sensitivities(b, responses, sums);
         self.reduction.gradients(b, responses, wanted, of_sums)

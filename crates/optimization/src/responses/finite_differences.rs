@@ -275,6 +275,10 @@ impl<A: Analysis> Analysis for Differences<A> {
         self.analysis.analyze_many(designs)
     }
 
+    fn step_tolerance(&self, b: &[f64]) -> f64 {
+        self.analysis.step_tolerance(b)
+    }
+
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.with_factor(1.0, b, responses, wanted)
     }

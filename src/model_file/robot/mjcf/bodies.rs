@@ -10,6 +10,35 @@ use crate::model_file::robot::xml::{Counts, Element};
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 use std::collections::HashMap;
 
+/// Attributes that joints have in MuJoCo.
+const JOINT_KEYS: [&str; 25] = [
+    "name",
+    "class",
+    "type",
+    "group",
+    "align",
+    "pos",
+    "axis",
+    "springdamper",
+    "limited",
+    "actuatorfrclimited",
+    "solreflimit",
+    "solimplimit",
+    "solreffriction",
+    "solimpfriction",
+    "stiffness",
+    "range",
+    "actuatorfrcrange",
+    "actuatorgravcomp",
+    "margin",
+    "ref",
+    "springref",
+    "armature",
+    "damping",
+    "frictionloss",
+    "user",
+];
+
 /// Number of the world in the list of links.
 pub const WORLD: usize = 0;
 
@@ -202,6 +231,9 @@ impl<'a> Bodies<'a> {
         let by_number = || if count == 1 { format!("{body}_joint") } else { format!("{body}_joint_{}", k + 1) };
         let name = element.attribute("name").map_or_else(by_number, str::to_owned);
         let what = format!("joint `{name}`");
+        let unknown = element.attributes.iter().filter(|(key, _)| !JOINT_KEYS.contains(&&**key));
+        self.left_out
+            .extend(unknown.map(|(key, _)| format!("attribute `{key}` of {what} is not known and was left out")));
         let kind = match (&*element.name, own.attribute("type").unwrap_or("hinge")) {
             ("freejoint", _) | (_, "free") => JointType::Floating,
             (_, "hinge") => JointType::Revolute,
@@ -213,10 +245,11 @@ impl<'a> Bodies<'a> {
             return Err(own.bad(&what, "a free joint is the only one of its body", "remove the other joints"));
         }
         let mut joint = Joint::new(name, kind, [WORLD, WORLD], Isometry3::identity());
-        if kind == JointType::Floating {
-            return Ok(joint);
+        // A free joint is at the frame of its body and has no limits.
+        let is_free = kind == JointType::Floating;
+        if !is_free {
+            joint.anchor = own.triple(&what, "pos")?.unwrap_or_else(Vector3::zeros);
         }
-        joint.anchor = own.triple(&what, "pos")?.unwrap_or_else(Vector3::zeros);
         if kind.has_coordinate() {
             let axis = own.triple(&what, "axis")?.unwrap_or_else(Vector3::z);
             if !(axis.norm() > 1e-9) {
@@ -229,7 +262,7 @@ impl<'a> Bodies<'a> {
         // Positions of the model are those from the start, which is `ref` in the file.
         let [reference, rest] = ["ref", "springref"].map(|key| own.number(&what, key));
         let (reference, rest) = (reference?.unwrap_or(0.0), rest?.unwrap_or(0.0));
-        if let Some(text) = own.attribute("range").filter(|_| own.attribute("limited") != Some("false")) {
+        if let Some(text) = own.attribute("range").filter(|_| !is_free && own.attribute("limited") != Some("false")) {
             let range: [f64; 2] = own.exactly(&what, "range", text)?;
             joint.range = (range != [0.0; 2]).then(|| range.map(|value| of_coordinate(value - reference)));
         }

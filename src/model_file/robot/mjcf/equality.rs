@@ -48,6 +48,7 @@ fn closure(element: &Element, name: String, what: &str, bodies: &Bodies<'_>) -> 
     };
     let second = named(element, what, "body2", &bodies.bodies)?.unwrap_or(WORLD);
     let apart = bodies.poses[first].inv_mul(&bodies.poses[second]);
+    let anchor = Isometry3::from(Translation3::from(element.triple(what, "anchor")?.unwrap_or_else(Vector3::zeros)));
     let ends = if is_fixed {
         let pose = match element.attribute("relpose") {
             Some(text) => {
@@ -57,11 +58,10 @@ fn closure(element: &Element, name: String, what: &str, bodies: &Bodies<'_>) -> 
             }
             None => None,
         };
-        [(first, pose.unwrap_or(apart)), (second, Isometry3::identity())]
+        // The anchor is a point of the second body. `relpose` places this point, and not the second body.
+        [(first, pose.unwrap_or(apart * anchor)), (second, anchor)]
     } else {
-        let anchor = Translation3::from(element.triple(what, "anchor")?.unwrap_or_else(Vector3::zeros));
-        let own = Isometry3::from(anchor);
-        [(first, own), (second, apart.inv_mul(&own))]
+        [(first, anchor), (second, apart.inv_mul(&anchor))]
     };
     Ok(Closure { name, is_fixed, ends })
 }

@@ -40,6 +40,8 @@ pub trait AnyElement:
     fn validate_parameters(&self, p: &[f64]) -> Option<String>;
     /// See [`Element::diagnose_state`].
     fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String>;
+    /// See [`Element::warn_of_state`].
+    fn warn_of_state(&self, x: &ElementState<'_, f64>) -> Option<String>;
     /// See [`Element::diagnose_assembly`].
     fn diagnose_assembly(&self, x: &ElementState<'_, f64>) -> Option<String>;
     /// See [`Element::num_switching_functions`].
@@ -122,6 +124,9 @@ impl<E: Element> AnyElement for E {
     }
     fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
         Element::diagnose_state(self, x)
+    }
+    fn warn_of_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
+        Element::warn_of_state(self, x)
     }
     fn diagnose_assembly(&self, x: &ElementState<'_, f64>) -> Option<String> {
         Element::diagnose_assembly(self, x)

@@ -155,6 +155,13 @@ pub trait Element: Send + Sync + 'static {
         None
     }
 
+    /// Describes why results in this state are doubtful, and the remedy: a law that does not hold for such large rotations.
+    ///
+    /// Called at the output times of a simulation that has succeeded.
+    fn warn_of_state(&self, _x: &ElementState<'_, f64>) -> Option<String> {
+        None
+    }
+
     /// Describes a wrong solution of the element's constraints, and the remedy: axes that should coincide and are opposite.
     ///
     /// Called after the assembly of a mechanism.

@@ -392,6 +392,23 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         designs.par_iter().map(one).collect()
     }
 
+    fn step_tolerance(&self, b: &[f64]) -> f64 {
+        let tolerance = match &self.settings {
+            Integration::Implicit(settings) => match settings.step {
+                StepSize::Adaptive { tolerance, .. } => tolerance,
+                _ => 0.0,
+            },
+            Integration::Explicit(settings) => match &settings.step_control {
+                StepControl::Adaptive { tolerance, .. } => {
+                    tolerance.relative.iter().chain(&tolerance.absolute).fold(0.0, |most: f64, x| most.max(*x))
+                }
+                _ => 0.0,
+            },
+        };
+        let is_repeated = || self.model.build(b).is_ok_and(|mechanism| !mechanism.has_events());
+        if tolerance == 0.0 || is_repeated() { 0.0 } else { tolerance }
+    }
+
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.sensitivities_by(self.chosen(b, wanted.len())?, self.perturbation, (b, responses), wanted)
     }

@@ -3,7 +3,7 @@
 use crate::elements::spatial::line3::{Ends, check_ends, ends3};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::rotation::{rotation_vector, torque_of_rotation_vector};
-use crate::mechanism::vector::{add, cross, subtract};
+use crate::mechanism::vector::{add, cross, norm, subtract};
 use crate::mechanism::{ElementIndex, Marker3, Mechanism};
 use crate::{as_object, element_inputs};
 use autodiff::Scalar;
@@ -12,8 +12,9 @@ use autodiff::Scalar;
 ///
 /// With the displacement d of B from A and the rotation vector θ of B relative to A, both along the axes of the marker A,
 /// the force on A is K d + C v, where v is the velocity of B seen from A. The torque on A has the elastic part T⁻ᵀ(θ) K_θ θ,
-/// the gradient of ½ θᵀK_θθ (K_θ θ for small rotations), and the damping C_θ ω of the relative angular velocity. The force
-/// acts at the point B on both bodies. The relative rotation must stay below half a turn.
+/// the gradient of ½ θᵀK_θθ (K_θ θ for small rotations, and about an axis of A for any), and the damping C_θ ω of the relative
+/// angular velocity. The force acts at the point B on both bodies. The relative rotation must stay below half a turn, where the
+/// torque jumps; an analysis warns of more than 90 % of it.
 ///
 /// # Sources
 /// Blundell & Harty, *The Multibody Systems Approach to Vehicle Dynamics* (2004), Chapter 3.
@@ -47,14 +48,31 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
         Measure::new("force_x", "N", "force on a along x of its marker, positive if b is displaced in this direction"),
         Measure::new("force_y", "N", "force on a along y of its marker, positive if b is displaced in this direction"),
         Measure::new("force_z", "N", "force on a along z of its marker, positive if b is displaced in this direction"),
-        Measure::new("torque_x", "N·m", "torque on a about x of its marker, positive if b is turned in this direction"),
-        Measure::new("torque_y", "N·m", "torque on a about y of its marker, positive if b is turned in this direction"),
-        Measure::new("torque_z", "N·m", "torque on a about z of its marker, positive if b is turned in this direction"),
+        Measure::new(
+            "torque_x",
+            "N·m",
+            "torque on a about x of its marker without that of the force, positive if b is turned this way",
+        ),
+        Measure::new(
+            "torque_y",
+            "N·m",
+            "torque on a about y of its marker without that of the force, positive if b is turned this way",
+        ),
+        Measure::new(
+            "torque_z",
+            "N·m",
+            "torque on a about z of its marker without that of the force, positive if b is turned this way",
+        ),
     ],
     about: "an elastic connection of two markers",
-    law: "forces and torques are stiffness·deformation + damping·rate, component by component in axes of the marker of a",
+    law: "force = stiffness·displacement + damping·velocity of b seen from a, component by component in axes of the marker of a; it acts \
+          at the point b on both bodies. torque = gradient of ½ Σ torsional·θ² + torsional_damping·relative angular velocity, with the \
+          rotation vector θ of b from a in axes of a: torsional·θ for small rotations, or about an axis of a. At half a turn it jumps",
     symbol: Symbol::None,
 };
+
+/// Rotation in rad from which an analysis warns: at π the direction of the rotation vector jumps.
+const DOUBTFUL: f64 = 0.9 * std::f64::consts::PI;
 
 /// Displacement and rotation of a bushing and their rates, along the axes of the marker A.
 struct Deformation<T> {
@@ -119,6 +137,17 @@ impl Element for Bushing3 {
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         check_ends(p)
     }
+
+    fn warn_of_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
+        let stiffness = triple(x.p, 3);
+        let angle = norm(Deformation::of(x).rotation);
+        (angle > DOUBTFUL && stiffness != [0.0; 3]).then(|| {
+            format!(
+                "b is turned by {:.0}° against a: at half a turn the torque jumps. Use a joint with an angle and a `coordinate-spring`",
+                angle.to_degrees()
+            )
+        })
+    }
 }
 
 impl<S: Scalar> Mechanism<S> {
@@ -161,5 +190,28 @@ mod tests {
         close(&measured(&Bushing3, &x), &[12.0, 0.0, 0.0, 0.0, 0.0, 3.5]);
         close(&rows(&Bushing3, &x).0[7..10], &[0.0, 12.0, 0.0]);
         close(&energies(&Bushing3, &x), &[0.0, 0.7]);
+    }
+
+    /// For a rotation by 60° about (1, 1, 1) with a stiffness about x only, the torque has components about y and z, too.
+    #[test]
+    fn torques_of_large_rotations_are_the_gradient_of_the_energy() {
+        let p = [&points([0.0; 3], [0.0; 3])[..], &[0.0, 0.0, 0.0, 1.0], &[0.0; 8]].concat();
+        let turned = |rotation: Rotation<f64>| {
+            let mut q = upright([0.0; 3], [0.0; 3]);
+            q[10..].copy_from_slice(&rotation.parameters());
+            q
+        };
+        let rotation = Rotation::about([1.0; 3], std::f64::consts::FRAC_PI_3);
+        let q = turned(rotation);
+        let torque = measured(&Bushing3, &moving(&p, &q, &[0.0; 14], &[]))[3..].to_vec();
+        let small = 1e-6;
+        let energy = |axis: [f64; 3], angle: f64| {
+            let q = turned(Rotation::about(axis, angle).then(rotation));
+            energies(&Bushing3, &moving(&p, &q, &[0.0; 14], &[]))[1]
+        };
+        let slope = |axis| (energy(axis, small) - energy(axis, -small)) / (2.0 * small);
+        let gradient = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(slope);
+        assert!(torque.iter().zip(gradient).all(|(a, b)| (a - b).abs() < 1e-9), "{torque:?} {gradient:?}");
+        assert!((torque[0] - 0.5671).abs() < 1e-4 && (torque[1] - 0.2015).abs() < 1e-4, "{torque:?}");
     }
 }

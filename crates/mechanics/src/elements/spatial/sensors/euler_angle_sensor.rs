@@ -31,6 +31,12 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     symbol: Symbol::None,
 };
 
+/// Rotation matrix of marker B relative to marker A.
+fn relative<T: Scalar>(x: &ElementState<'_, T>) -> [[T; 3]; 3] {
+    let Ends { a, b } = Ends::of(x);
+    a.axes.map(|row| b.axes.map(|column| dot(row, column)))
+}
+
 impl Element for EulerAngleSensor {
     fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _dynamics: &mut [T], _constraint: &mut [T]) {}
 
@@ -39,9 +45,15 @@ impl Element for EulerAngleSensor {
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        let Ends { a, b } = Ends::of(x);
-        let relative = a.axes.map(|row| b.axes.map(|column| dot(row, column)));
-        out.copy_from_slice(&self.0.angles(&relative));
+        out.copy_from_slice(&self.0.angles(&relative(x)));
+    }
+
+    fn warn_of_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
+        self.0.is_singular(&relative(x)).then(|| {
+            "the first and the last of its angles, such as yaw and roll at a pitch of ±90°, are not unique: the last one is set to zero, \
+             and the angles have no derivatives; measure a point or a joint angle"
+                .to_owned()
+        })
     }
 
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
