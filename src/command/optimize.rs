@@ -5,7 +5,7 @@ use super::budget::Budget;
 use super::database::WarmStart;
 use super::folder;
 use super::interruption::at_interruption;
-use super::model::{Edits, Start, located, model_file, parsed};
+use super::model::{Edits, Start, located, model_file, parsed, with_program};
 use super::output::{ClosedOutput, Digits, argument, complain, results};
 use super::progress::{Progress, RunningTime, Show};
 use super::report::write_report;
@@ -230,7 +230,11 @@ impl Resume {
         let record = RunRecord::read(&directory)?;
         let (model, text) = match &self.file {
             Some(file) => self.edits.load_again(file)?,
-            None => self.edits.change(&path.join(MODEL), parsed(&directory, MODEL)?.1)?,
+            None => {
+                let (model, text) = self.edits.change(&path.join(MODEL), parsed(&directory, MODEL)?.1)?;
+                // The program lies beside the model file with which the run began.
+                (with_program(model, Path::new(&record.file)), text)
+            }
         };
         if record.fingerprint == fingerprint(&model) {
             let model = model.copied_from(&record.file);

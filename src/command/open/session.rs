@@ -12,6 +12,7 @@ use super::queue::{Queue, Reply};
 use super::stored;
 use super::worker::ModelLine;
 use anyhow::{Context, bail};
+use linkwright::model_file::unit::Unit;
 use linkwright::model_file::{self, DiagnosticReport, Model, Severity, read, with_files};
 use linkwright::problem::{Constraint, DesignVariable, Goal, Problem, TimeGrid};
 use linkwright::report::outcome;
@@ -402,7 +403,11 @@ fn description(model: &Model) -> Value {
     };
     let finite = |v: f64| v.is_finite().then_some(v);
     let variable = |v: &DesignVariable| json!({ "name": v.name, "unit": v.unit, "start": v.start, "lower": finite(v.lower), "upper": finite(v.upper) });
-    let output = |((name, unit, grid), factor): ((&str, &str, Option<usize>), f64)| json!({ "name": name, "unit": unit, "changes": grid.is_some(), "factor": factor });
+    let output = |((name, unit, grid), factor): ((&str, &str, Option<usize>), f64)| {
+        // Only units that can be written in the file.
+        let of_limit = Unit::parse(unit).map(|_| unit);
+        json!({ "name": name, "unit": unit, "of_limit": of_limit, "changes": grid.is_some(), "factor": factor })
+    };
     let shown = |times: Vec<f64>| model.grid().map(|grid| times.iter().map(|&t| grid.shown(t)).collect::<Vec<_>>());
     let drawing_times = model.drawing_times().and_then(shown);
     let grid = |grid: &TimeGrid| {

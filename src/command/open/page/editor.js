@@ -134,7 +134,7 @@ export class Editor {
 
 // The text of a constraint that keeps an output on one side of a line through points (t, v) of increasing t, in the units of
 // the plot. A plain number of `at_most` is in the unit of the output; formulas are in SI units.
-export function limitText(text, { name: output, unit: shown, factor: unit }, relation, drawn, digits, { variable, factor }) {
+export function limitText(text, { name: output, of_limit: shown, factor: unit }, relation, drawn, digits, { variable, factor }) {
   const round = (v) => Number(v.toPrecision(digits));
   const points = drawn.map(([t, v]) => [t * factor, v * unit]);
   const names = new Set([...text.matchAll(/name\s*=\s*"([^"]*)"/g)].map((found) => found[1]));

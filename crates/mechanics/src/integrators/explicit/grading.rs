@@ -11,7 +11,6 @@ use autodiff::Scalar;
 ///
 /// A step from t₀ with the length h integrates dy/dσ = h s′(σ) f(t₀ + h s(σ), y) from 0 to 1. The stored rates are f; the
 /// factors s′ belong to the weights.
-///
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Grading {
     /// s = σ: the stages of the method.

@@ -234,7 +234,7 @@ impl Situation<'_> {
             rejected_change: self.rejected_change(),
             tolerance: self.memory.tolerance,
         };
-        if self.is_flat_start() && self.memory.rejections < stationary::SIZES {
+        if self.is_flat_start() && !self.rises_evenly() {
             return Ok(Next::Analyse(Box::new(self.displacement(stationary::DISPLACEMENTS[0], |_| true))));
         }
         if let Some(reason) = test.converged() {

@@ -4,7 +4,7 @@ use super::acceptance::{Decision, Merit, Step, widths_after_acceptance, widths_a
 use super::proposal::{Proposal, Purpose};
 use super::situation::Situation;
 use super::state::{AutomaticState, FilterEntry, RejectedPoint};
-use super::stationary::{DISPLACEMENTS, shortening};
+use super::stationary::{DISPLACEMENTS, SIZES, shortening};
 use super::{Number, Scores};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, RowId};
@@ -170,7 +170,9 @@ impl Situation<'_> {
             Purpose::Curvature | Purpose::Flat if !self.leads_on(proposal, analyzed) => return Decision::Rejected,
             // The lengths of variables that start at zero are guesses.
             Purpose::Displacement
-                if self.is_flat_start() && analyzed.evaluation.objective >= self.state.evaluation.objective =>
+                if self.is_flat_start()
+                    && self.memory.rejections < SIZES
+                    && analyzed.evaluation.objective >= self.state.evaluation.objective =>
             {
                 return Decision::Rejected;
             }

@@ -32,8 +32,6 @@ const MOST_UNKNOWN: usize = 2;
 const MOSTLY: f64 = 0.5;
 /// Number of explorations from a design. A second design is explored if a flat direction led to it.
 const ROUND: usize = MOST_EXPLORATIONS + 2;
-/// The exploration that is a step along flat directions backwards.
-const BACKWARDS: usize = 2 * ROUND - 1;
 /// Distance from a bound in lengths within which a variable that its slope pushes to the bound is not free.
 const NEAR_BOUND: f64 = 1e-6;
 /// Part of a direction that is new, from which on it counts as another direction.
@@ -278,9 +276,7 @@ impl Situation<'_> {
         let is_slope = slope.abs() > noise && tangent.is_steady(&direction, slope);
         let to_matter = if is_slope { MATTERS * noise / slope } else { 0.0 };
         let step = if purpose == Purpose::Flat { FLAT_STEP } else { STEP * SHORTER.powi(tangent.too_long() as i32) };
-        let is_backwards = self.memory.explorations == BACKWARDS;
-        let sign = if is_backwards { -1.0f64.copysign(slope) } else { slope };
-        let size = (step / direction.amax()).max(to_matter.abs()).copysign(sign);
+        let size = (step / direction.amax()).max(to_matter.abs()).copysign(slope);
         let box_size = (size.abs() * direction.amax()).max(1.0);
         let widths: Vec<f64> = lengths.iter().map(|l| l * box_size).collect();
         Some(self.along(&direction, size, &widths, purpose))
@@ -299,13 +295,12 @@ impl Situation<'_> {
         self.by_linear_surrogate(if is_shorter { backwards } else { forwards }, region, purpose)
     }
 
-    /// Number of explorations after this one; a step along flat directions and one backwards are the last ones, or the last but a round if
-    /// one is accepted for the first time.
+    /// Number of explorations after this one; a step along flat directions is the last one, or the last but a round if it is accepted
+    /// for the first time.
     pub(super) fn explorations_after(&self, purpose: Purpose, is_accepted: bool) -> usize {
         match purpose {
             Purpose::Curvature => self.memory.explorations + 1,
             Purpose::Flat if is_accepted && self.memory.explorations < ROUND => ROUND,
-            Purpose::Flat if !is_accepted && self.memory.explorations < BACKWARDS => BACKWARDS,
             Purpose::Flat => 2 * ROUND,
             Purpose::Improvement | Purpose::Displacement => self.memory.explorations,
         }

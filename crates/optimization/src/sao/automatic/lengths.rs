@@ -9,7 +9,7 @@ use crate::sao::trace::Trace;
 /// Fraction of a bounded variable's range that a start length has at least.
 const LEAST_OF_RANGE: f64 = 0.02;
 /// Largest length from a range or from rows, relative to the variable, or to |F| / |∂F/∂b| of one that is zero.
-const WIDEST: f64 = 1e3;
+const WIDEST: [f64; 2] = [3e4, 1e3];
 /// A length from slopes is at most this times the median of the others. Slopes beside a point where they vanish are very small.
 const LARGEST: f64 = 1e6;
 /// Gradients below this fraction of the largest one do not determine a length.
@@ -17,7 +17,7 @@ const NEGLIGIBLE: f64 = 1e-12;
 /// Least objective per unit of violation, as a fraction of the range of the objective.
 const LEAST_OF_OBJECTIVE: f64 = 1e-3;
 
-/// Start lengths d: |b|, at least 2 % of the range of a bounded variable and at most its range; a range of more than 10⁵ |b| counts as
+/// Start lengths d: |b|, at least 2 % of the range of a bounded variable and at most its range; a range of more than 1.5·10⁶ |b| counts as
 /// less.
 ///
 /// A variable without range that starts at zero has the median of |cᵢ| / |∂cᵢ/∂bⱼ| over the rows; failing that, |F| / |∂F/∂bⱼ|;
@@ -37,12 +37,12 @@ pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: 
     };
     let by_objective = |j: usize| Some((objective / here.slope[j]).abs()).filter(|d| d.is_finite() && *d > 0.0);
     // Bounds and limits may be as good as none.
-    let widest = |j: usize| WIDEST * if b[j] == 0.0 { by_objective(j).unwrap_or(f64::INFINITY) } else { b[j].abs() };
+    let size = |j: usize| if b[j] == 0.0 { by_objective(j).unwrap_or(f64::INFINITY) } else { b[j].abs() };
     let one = |j: usize| {
         let variable = &problem.variables[j];
         let range = variable.upper - variable.lower;
         let known = if range.is_finite() && range > 0.0 {
-            b[j].abs().max((LEAST_OF_RANGE * range).min(widest(j))).min(range)
+            b[j].abs().max((LEAST_OF_RANGE * range).min(WIDEST[0] * size(j))).min(range)
         } else {
             b[j].abs()
         };
@@ -52,7 +52,7 @@ pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: 
     let guessed = lengths.iter().map(Option::is_none).collect();
     let largest = median(lengths.iter().flatten().copied().collect()).map_or(f64::INFINITY, |d| LARGEST * d);
     for (j, length) in lengths.iter_mut().enumerate().filter(|(_, length)| length.is_none()) {
-        *length = seen(j).filter(|d| *d <= largest).map(|d| d.min(widest(j)));
+        *length = seen(j).filter(|d| *d <= largest).map(|d| d.min(WIDEST[1] * size(j)));
     }
     let other = median(lengths.iter().flatten().copied().collect()).unwrap_or(1.0);
     (lengths.into_iter().map(|d| d.unwrap_or(other)).collect(), guessed)

@@ -9,8 +9,13 @@ use error::Result;
 
 /// Displacements from a stationary point in lengths: the second one if the first one led back.
 pub(super) const DISPLACEMENTS: [f64; 2] = [0.1, 0.5];
-/// Number of sizes of a displacement that is rejected, each the hundredth part of the one before.
+/// Number of sizes of a displacement that is rejected, each [`SHORTER`] times the one before.
 pub(super) const SIZES: usize = 3;
+const SHORTER: f64 = 0.01;
+/// Factor by which an increase of the objective may differ from that by the square of the displacement, whose directions differ; and the
+/// part of the objective that is rounding.
+const EVENLY: f64 = 50.0;
+const ROUNDING: f64 = 1e-14;
 /// Largest number of displacements in a run.
 const MOST_DISPLACEMENTS: usize = 6;
 /// A stationary point of the violation is better than earlier ones if its violation is below this fraction of theirs.
@@ -23,7 +28,7 @@ const LEAST_VIOLATION: f64 = 1e-6;
 
 /// Factor of a displacement after so many rejected ones; after the smallest one, the first one follows again.
 pub(super) fn shortening(rejections: usize) -> f64 {
-    0.01f64.powi((rejections % SIZES) as i32)
+    SHORTER.powi((rejections % SIZES) as i32)
 }
 
 impl Situation<'_> {
@@ -56,6 +61,21 @@ impl Situation<'_> {
             (self.violation - least).max(0.0) / self.violation
         );
         Ok(Some(Next::End(Status::Infeasible, reason, vec![])))
+    }
+
+    /// True if the objective has risen with the square of the displacement from a flat start, for all sizes: its slopes may then show whether
+    /// it has a minimum there. They show nothing of an objective that is given directly.
+    pub(super) fn rises_evenly(&self) -> bool {
+        let Self { state, problem, .. } = self;
+        let accepted = state.history.iter().rposition(|cycle| cycle.accepted).map_or(0, |last| last + 1);
+        let here = state.evaluation.objective;
+        let rises: Vec<f64> =
+            state.history[accepted..].iter().take(SIZES).map(|cycle| cycle.objective - here).collect();
+        let is_even = |pair: &[f64]| {
+            let expected = SHORTER * SHORTER * pair[0];
+            pair[1] <= EVENLY * expected && (pair[1] >= expected / EVENLY || expected <= ROUNDING * here.abs())
+        };
+        rises.len() == SIZES && !problem.objective.quantity.is_explicit() && rises.windows(2).all(is_even)
     }
 
     /// Number of displacements since the last one that led to a better point, in today's units.
