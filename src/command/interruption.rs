@@ -8,7 +8,7 @@ pub const INTERRUPTED: u8 = 130;
 
 type Action = Box<dyn Fn() -> bool + Send>;
 
-/// What the running command does at Ctrl-C.
+/// Action of the running command at Ctrl-C.
 static ACTION: Mutex<Option<Action>> = Mutex::new(None);
 
 /// Ends this process at Ctrl-C, with the programs that it has started: they have process groups of their own, which the terminal does not

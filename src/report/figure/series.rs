@@ -36,7 +36,7 @@ struct Series {
     points: Vec<[f64; 2]>,
 }
 
-/// How the points of a series are connected.
+/// Connection of the points of a series.
 #[derive(Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum SeriesKind {

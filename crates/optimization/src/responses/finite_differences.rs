@@ -72,7 +72,7 @@ impl DifferenceFormula {
         }
     }
 
-    /// The same on one side of the design.
+    /// Offsets and weights of the formula on one side of the design.
     fn one_sided_points(self) -> &'static [(f64, f64)] {
         match self {
             Self::Forward => self.points(),

@@ -22,7 +22,7 @@ pub(super) struct Examined {
     pub missed: Vec<RowId>,
 }
 
-/// What a trial step changes in the data of the run, besides its points.
+/// Changes of the data of the run by a trial step, except for its points.
 pub(super) struct Changes {
     scores: Scores,
     explorations: usize,
@@ -108,7 +108,7 @@ impl Situation<'_> {
         Cycle { is_displaced: cycle.accepted && proposal.purpose != Purpose::Improvement, ..cycle }
     }
 
-    /// What a trial step changes.
+    /// The changes by a trial step.
     pub(super) fn changes(&self, proposal: &Proposal, examined: &Examined) -> Changes {
         let Examined { decision, analyzed, derivatives, missed } = examined;
         let (memory, purpose, analyzed) = (self.memory, proposal.purpose, analyzed.as_ref().ok());

@@ -1,4 +1,4 @@
-//! What an analysed design says about the candidate approximations.
+//! Prediction errors of the candidate approximations at an analysed design.
 
 use super::Scores;
 use super::candidates::Samples;

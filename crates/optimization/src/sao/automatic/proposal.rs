@@ -1,4 +1,4 @@
-//! What a cycle proposes: a design to be analysed, or the end of the run.
+//! The proposal of a cycle: a design to be analysed, or the end of the run.
 
 use super::acceptance::Merit;
 use crate::sao::{ActiveRow, Region, Status};
