@@ -21,6 +21,8 @@ pub struct CatalogueEntry {
     /// Builds the problem with another number of time points, where it has a formula for all times; its optima are those of
     /// [`build`](Self::build).
     pub on_points: Option<fn(usize) -> Result<Problem>>,
+    /// Builds the problem with objective and rows given directly as functions of the design, where it has no time.
+    pub explicit: Option<fn() -> Result<Problem>>,
     /// Known solution.
     pub solution: Solution,
     /// True if a constraint depends on time.
@@ -49,7 +51,8 @@ impl CatalogueEntry {
         build: fn() -> Result<Problem>,
     ) -> Self {
         let (suite, solution) = (Suite::Catalogue, Solution::Optima(&[]));
-        Self { name, title, source, suite, build, on_points: None, solution, time_dependent: false, expensive: false }
+        let (time_dependent, expensive) = (false, false);
+        Self { name, title, source, suite, build, on_points: None, explicit: None, solution, time_dependent, expensive }
     }
 
     /// Sets the known solution.
@@ -76,6 +79,12 @@ impl CatalogueEntry {
     #[must_use]
     pub const fn over_time(self) -> Self {
         Self { time_dependent: true, ..self }
+    }
+
+    /// Adds the problem with directly given functions.
+    #[must_use]
+    pub const fn explicitly(self, build: fn() -> Result<Problem>) -> Self {
+        Self { explicit: Some(build), ..self }
     }
 
     /// Adds the number of time points as a parameter.

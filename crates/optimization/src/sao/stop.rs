@@ -4,8 +4,9 @@ use super::{Cycle, State, Status};
 use crate::problem::Problem;
 use error::{Error, Result};
 
-/// Decrease of the objective, relative to its first values, from which on it seems to be unbounded.
-const UNBOUNDED: f64 = 1e8;
+/// Decrease of the objective, relative to its first values, from which on it seems to be unbounded, and the largest violation for which
+/// it does.
+const UNBOUNDED: [f64; 2] = [1e8, 0.01];
 
 /// The stop test.
 ///
@@ -131,7 +132,8 @@ impl Stop {
 fn is_unbounded(state: &State) -> bool {
     let first =
         state.history.iter().filter(|cycle| cycle.accepted).take(2).fold(0.0, |m: f64, c| m.max(c.objective.abs()));
-    state.evaluation.objective < -UNBOUNDED * first
+    let is_feasible = state.evaluation.max_violation_pct() <= 100.0 * UNBOUNDED[1];
+    is_feasible && state.evaluation.objective < -UNBOUNDED[0] * first
 }
 
 fn relative_change(objective: f64, before: f64) -> f64 {

@@ -28,6 +28,8 @@ use working_rows::ScaledResult;
 const ACCEPTED: f64 = 1e-8;
 /// Residual in scaled units below which no other scaling is tried.
 const ACCURATE: f64 = 1e-11;
+/// Least curvature of a variable, relative to the largest one, that counts beside it.
+const UNBALANCED: f64 = 1e-8;
 /// Largest KKT residual of a solution.
 const LARGEST_KKT_RESIDUAL: f64 = 1e-6;
 
@@ -133,13 +135,18 @@ impl Conic {
         Ok(Candidate { iterations, status: Status::Stalled, ..found })
     }
 
-    /// The better candidate of two scalings; the second one is tried only if the first is not accurate.
+    /// The better candidate of two scalings; the second one is tried only if the first is not accurate. Curvatures that differ too much
+    /// in units of the bounds would not count.
     fn scaled_candidate(&self, program: &QuadraticProgram) -> Result<Candidate> {
-        let first = self.in_units(program, VariableUnits::Bounds)?;
+        let mut units = [VariableUnits::Bounds, VariableUnits::Entries];
+        if Scaling::new(program, units[0]).apply(program).has_curvatures_below(UNBALANCED) {
+            units.reverse();
+        }
+        let first = self.in_units(program, units[0])?;
         if first.1 <= ACCURATE {
             return Ok(first.0);
         }
-        let second = self.in_units(program, VariableUnits::Entries)?;
+        let second = self.in_units(program, units[1])?;
         // Solutions first, then certificates of unboundedness, then the smallest residual.
         let rank = |(c, residual): &(Candidate, f64)| match c.status {
             Status::Solved => (0, *residual),

@@ -93,6 +93,14 @@ impl Scaling {
     }
 }
 
+impl QuadraticProgram {
+    /// True if a variable has a positive curvature below this part of the largest one.
+    pub(super) fn has_curvatures_below(&self, part: f64) -> bool {
+        let largest = self.hessian.as_ref().map_or(0.0, |h| h.diagonal().amax());
+        self.hessian.iter().any(|h| h.diagonal().iter().any(|v| *v > 0.0 && *v < part * largest))
+    }
+}
+
 /// Geometric mean of the largest and smallest entry of column j.
 fn typical(program: &QuadraticProgram, j: usize) -> f64 {
     let (mut small, mut large) = (f64::INFINITY, 0.0f64);

@@ -5,8 +5,14 @@ use nalgebra::{DMatrix, DVector};
 
 /// Smallest ratio of updated to previous curvature along the step (Powell).
 const DAMPING: f64 = 0.2;
-/// Smallest eigenvalue, relative to the largest entry of the scaled Hessian.
+/// Least curvature, relative to the balanced one of each variable.
 const FLOOR: f64 = 1e-8;
+/// Entries of the Hessian relative to the largest one that are rounding.
+const ROUNDING: f64 = 1e-15;
+/// Part of the largest entry as which a row of zeros counts: its variable is limited by bounds and rows alone.
+const ALONE: f64 = 1e-6;
+/// Number of passes in which the rows are balanced.
+const PASSES: usize = 10;
 /// Part of a vector that is new, below which it counts as dependent on others.
 const DEPENDENT: f64 = 1e-6;
 
@@ -44,27 +50,63 @@ pub(super) fn damped_bfgs(b: &mut DMatrix<f64>, d: &DVector<f64>, y: &DVector<f6
 /// The first positive definite one of these, in variables scaled by `scale`: H itself; H plus a multiple of the outer
 /// products of the active gradients, which does not change H on their null space; H with absolute eigenvalues.
 pub(super) fn convexified(h: &DMatrix<f64>, state: &SqpState, scale: &[f64], unit: f64) -> DMatrix<f64> {
-    let n = scale.len();
-    let scaled = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * scale[i] * scale[j]);
+    let scaled = scaled(h, scale);
     let size = scaled.amax().max(unit);
-    let floor = DMatrix::identity(n, n) * (FLOOR * size);
-    let shifted = &scaled + &floor;
-    let convex = if shifted.clone().cholesky().is_some() {
-        shifted
+    let floor = floor(&scaled, size, state.has_uniform_floor);
+    let convex = if is_definite(&scaled + &floor) {
+        at_least(scaled, &floor)
     } else {
-        let augmented = &shifted + active_outer_products(state, scale) * (10.0 * size);
-        if augmented.clone().cholesky().is_some() { augmented } else { absolute_eigenvalues(scaled, FLOOR * size) }
+        let augmented = &scaled + &floor + active_outer_products(state, scale) * (10.0 * size);
+        if is_definite(augmented.clone()) { augmented } else { at_least(absolute_eigenvalues(scaled), &floor) }
     };
-    DMatrix::from_fn(n, n, |i, j| convex[(i, j)] / scale[i] / scale[j])
+    unscaled(&convex, scale)
 }
 
 /// H with absolute eigenvalues on the tangent space of `normals`, in variables scaled by `scale`.
-pub(super) fn absolute(h: &DMatrix<f64>, normals: &[DVector<f64>], scale: &[f64], unit: f64) -> DMatrix<f64> {
-    let n = scale.len();
-    let scaled = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * scale[i] * scale[j]);
-    let size = scaled.amax().max(unit);
-    let convex = absolute_on_tangents(scaled, normals, FLOOR * size);
-    DMatrix::from_fn(n, n, |i, j| convex[(i, j)] / scale[i] / scale[j])
+pub(super) fn absolute(
+    h: &DMatrix<f64>,
+    normals: &[DVector<f64>],
+    (scale, unit): (&[f64], f64),
+    is_uniform: bool,
+) -> DMatrix<f64> {
+    let scaled = scaled(h, scale);
+    let floor = floor(&scaled, scaled.amax().max(unit), is_uniform);
+    unscaled(&absolute_on_tangents(scaled, normals, &floor), scale)
+}
+
+/// The positive semidefinite H, plus `floor` where it is less along a direction.
+fn at_least(h: DMatrix<f64>, floor: &DMatrix<f64>) -> DMatrix<f64> {
+    if is_definite(&h - floor) { h } else { h + floor }
+}
+
+fn is_definite(h: DMatrix<f64>) -> bool {
+    h.cholesky().is_some()
+}
+
+fn scaled(h: &DMatrix<f64>, scale: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_fn(scale.len(), scale.len(), |i, j| h[(i, j)] * scale[i] * scale[j])
+}
+
+fn unscaled(h: &DMatrix<f64>, scale: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_fn(scale.len(), scale.len(), |i, j| h[(i, j)] / scale[i] / scale[j])
+}
+
+/// The part [`FLOOR`] of the curvature of each variable, as a diagonal matrix: in balanced variables, in which the largest entry of each row
+/// of H is one. Curvatures of very different size count alike; a row of zeros counts as a part of `size`. If it is uniform,
+/// each one counts as `size`.
+///
+/// # Sources
+/// Ruiz, *A scaling algorithm to equilibrate both rows and columns norms in matrices* (2001).
+fn floor(h: &DMatrix<f64>, size: f64, is_uniform: bool) -> DMatrix<f64> {
+    let n = h.nrows();
+    let entry = |i: usize, j: usize| Some(h[(i, j)].abs()).filter(|v| *v > ROUNDING * size).unwrap_or(0.0);
+    let alone = if is_uniform { size } else { ALONE * size };
+    let mut factors = vec![1.0 / alone.sqrt(); n];
+    for _ in 0..if is_uniform { 0 } else { PASSES } {
+        let largest = |i: usize| (0..n).map(|j| entry(i, j) * factors[i] * factors[j]).fold(0.0, f64::max);
+        factors = (0..n).map(|i| factors[i] / Some(largest(i)).filter(|v| *v > 0.0).map_or(1.0, f64::sqrt)).collect();
+    }
+    DMatrix::from_diagonal(&DVector::from_iterator(n, factors.iter().map(|f| FLOOR / (f * f))))
 }
 
 /// Σ a aᵀ / aᵀa over the gradients a of the rows and bounds with nonzero multipliers.
@@ -107,29 +149,30 @@ pub(super) fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<
 ///
 /// $$ \begin{pmatrix} Z & Y \end{pmatrix} \begin{pmatrix} T & C \\ C^T & N + C^T T^{-1} C \end{pmatrix}
 ///    \begin{pmatrix} Z^T \\ Y^T \end{pmatrix},\quad T = |Z^T H Z|,\ N = |Y^T H Y|,\ C = Z^T H Y $$
-fn absolute_on_tangents(h: DMatrix<f64>, normals: &[DVector<f64>], floor: f64) -> DMatrix<f64> {
+///
+/// T and N are at least `floor`.
+fn absolute_on_tangents(h: DMatrix<f64>, normals: &[DVector<f64>], floor: &DMatrix<f64>) -> DMatrix<f64> {
     let n = h.nrows();
-    let is_convex = (&h + DMatrix::identity(n, n) * floor).cholesky().is_some();
-    if normals.is_empty() || normals.len() >= n || is_convex {
-        return absolute_eigenvalues(h, floor);
+    if normals.is_empty() || normals.len() >= n || is_definite(&h + floor) {
+        return at_least(absolute_eigenvalues(h), floor);
     }
     let units = (0..n).map(|j| DVector::from_fn(n, |i, _| f64::from(i == j)));
     let all = basis(normals.iter().cloned().chain(units));
     let (y, z) = (DMatrix::from_columns(&all[..normals.len()]), DMatrix::from_columns(&all[normals.len()..]));
-    let tangent = absolute_eigenvalues(z.transpose() * &h * &z, floor);
-    let normal = absolute_eigenvalues(y.transpose() * &h * &y, floor);
+    let along = |v: &DMatrix<f64>| at_least(absolute_eigenvalues(v.transpose() * &h * v), &(v.transpose() * floor * v));
+    let (tangent, normal) = (along(&z), along(&y));
     let coupling = z.transpose() * &h * &y;
-    let Some(factors) = tangent.clone().cholesky() else { return absolute_eigenvalues(h, floor) };
+    let Some(factors) = tangent.clone().cholesky() else { return at_least(absolute_eigenvalues(h), floor) };
     // The Schur complement of the tangents is the block of the normals.
     let normal = normal + coupling.transpose() * factors.solve(&coupling);
     let cross = &z * coupling * y.transpose();
     &z * tangent * z.transpose() + &y * normal * y.transpose() + &cross + cross.transpose()
 }
 
-/// |H|, with eigenvalues of at least `floor`.
-fn absolute_eigenvalues(h: DMatrix<f64>, floor: f64) -> DMatrix<f64> {
+/// |H|.
+fn absolute_eigenvalues(h: DMatrix<f64>) -> DMatrix<f64> {
     let mut eigen = h.symmetric_eigen();
-    eigen.eigenvalues.iter_mut().for_each(|e| *e = e.abs().max(floor));
+    eigen.eigenvalues.iter_mut().for_each(|e| *e = e.abs());
     eigen.recompose()
 }
 
@@ -153,12 +196,20 @@ mod tests {
         let h = DMatrix::from_row_slice(2, 2, &[100.0, 0.0, 0.0, -99.0]);
         let normal = DVector::from_vec(vec![1.0, 1.0]).normalize();
         let tangent = DVector::from_vec(vec![1.0, -1.0]);
-        let b = absolute(&h, &[normal], &[1.0, 1.0], 1.0);
+        let b = absolute(&h, &[normal], (&[1.0, 1.0], 1.0), false);
         assert!(b.clone().cholesky().is_some());
         assert!((tangent.dot(&(&b * &tangent)) - 1.0).abs() < 1e-9, "{b}");
         assert!((tangent.dot(&(&b * DVector::from_vec(vec![1.0, 1.0]))) - 199.0).abs() < 1e-9, "{b}");
-        let whole = absolute(&h, &[], &[1.0, 1.0], 1.0);
+        let whole = absolute(&h, &[], (&[1.0, 1.0], 1.0), false);
         assert!((tangent.dot(&(&whole * &tangent)) - 199.0).abs() < 1e-9, "{whole}");
+    }
+
+    #[test]
+    fn curvatures_of_very_different_size_are_kept() {
+        let h = DMatrix::from_row_slice(3, 3, &[2e11, 3.0, 0.0, 3.0, 2e-3, 0.0, 0.0, 0.0, 0.0]);
+        let convex = absolute(&h, &[], (&[1.0; 3], 1.0), false);
+        assert!((convex[(1, 1)] / 2e-3 - 1.0).abs() < 1e-6, "{convex}");
+        assert!((convex[(2, 2)] / 2e-3 - 1.0).abs() < 1e-6, "{convex}");
     }
 
     #[test]

@@ -14,7 +14,7 @@ use argmin::kv;
 use error::Result;
 use nalgebra::{DMatrix, DVector};
 
-/// Consecutive steps with a predicted decrease below rounding after which a run stops.
+/// Consecutive steps with a predicted decrease below rounding after which there is no progress.
 const STAGNANT_STEPS: usize = 4;
 /// Decrease of the objective that counts as unbounded, in units of its largest change when one variable changes by its
 /// scale.
@@ -75,7 +75,12 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
             update_hessian(program, &mut state, &accepted.x, &accepted.gradients);
         }
         state.move_to(accepted.x, accepted.gradients);
-        state.status = status_after_step(program, &state);
+        if is_unbounded(program, &state) {
+            state.status = Some(Status::Unbounded);
+        } else if state.stagnant_steps >= STAGNANT_STEPS {
+            state.stagnant_steps = 0;
+            state = without_progress(program, state, exact, self.accepted());
+        }
         Ok(logged(state))
     }
 
@@ -101,7 +106,7 @@ impl Sqp {
         }
         state.hessian = if is_absolute {
             let normals = least_squares::normals(program, state, &scale, &weights);
-            curvature::absolute(&h, &normals, &scale, unit)
+            curvature::absolute(&h, &normals, (&scale, unit), state.has_uniform_floor)
         } else {
             curvature::convexified(&h, state, &scale, unit)
         };
@@ -166,9 +171,15 @@ fn update_hessian(program: &dyn Program, state: &mut SqpState, x: &[f64], g: &Gr
     curvature::damped_bfgs(&mut state.hessian, &d, &y);
 }
 
-/// Handles an iteration without an acceptable step: resets the Hessian, or stops if it has already been reset.
+/// Handles an iteration without an acceptable step: resets the Hessian, or gives an exact one more curvature; stops if that was
+/// done before.
 fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool, accepted: f64) -> SqpState {
-    if exact || state.hessian_is_initial || state.kkt.largest() <= accepted {
+    let was_reset = if exact { state.has_uniform_floor } else { state.hessian_is_initial };
+    if exact && !was_reset && state.kkt.largest() > accepted {
+        state.has_uniform_floor = true;
+        return state;
+    }
+    if was_reset || state.kkt.largest() <= accepted {
         state.status = Some(Status::Stalled);
         return state;
     }
@@ -177,14 +188,11 @@ fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool, acc
     state
 }
 
-/// Returns the status for an unbounded objective or stagnation; `None` if the run continues.
-fn status_after_step(program: &dyn Program, state: &SqpState) -> Option<Status> {
+/// True for a decrease of the objective that counts as unbounded, without more violation.
+fn is_unbounded(program: &dyn Program, state: &SqpState) -> bool {
     let decrease = state.start_objective - state.objective;
     let violation = largest_violation(program, &state.rows, |_| 1.0);
-    if decrease > UNBOUNDED * start_unit(program, state) && violation <= state.violation {
-        return Some(Status::Unbounded);
-    }
-    (state.stagnant_steps >= STAGNANT_STEPS).then_some(Status::Stalled)
+    decrease > UNBOUNDED * start_unit(program, state) && violation <= state.violation
 }
 
 /// The state with the values that argmin's observers receive.

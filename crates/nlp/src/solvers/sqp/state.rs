@@ -113,6 +113,9 @@ pub struct SqpState {
     pub hessian: DMatrix<f64>,
     /// True until the first BFGS update of the Hessian.
     pub hessian_is_initial: bool,
+    /// True if all variables have the same least curvature, after an iteration without an acceptable step.
+    #[serde(default)]
+    pub has_uniform_floor: bool,
     /// Weight of the violation in the merit function.
     pub penalty: f64,
     /// Largest violation of a row, in its unit.

@@ -3,7 +3,7 @@
 //! | file | contents |
 //! |---|---|
 //! | `hs_bounds`, `hs_inequalities`, `hs_equalities`, `hs_mixed`, `hs_larger`, `hs_applications` | problems of Hock & Schittkowski |
-//! | `adversarial` | problems that mislead optimizers |
+//! | `adversarial`, `starts`, `fits` | problems that mislead optimizers |
 //! | `semi_infinite` | constraints on a parameter, Chebyshev fits |
 //! | `statement` | statement of a problem, and the macro in which the lists are written |
 //! | `transformation` | other units of objective, variables and constraints; other starts |
@@ -15,6 +15,7 @@
 //! bound.
 
 mod adversarial;
+mod fits;
 mod hs_applications;
 mod hs_bounds;
 mod hs_equalities;
@@ -25,6 +26,7 @@ mod judge;
 mod noise;
 mod runs;
 mod semi_infinite;
+mod starts;
 mod statement;
 mod transformation;
 
@@ -44,7 +46,7 @@ impl Suite {
 }
 
 /// The lists, in the order in which they are shown.
-const LISTS: [&[CatalogueEntry]; 9] = [
+const LISTS: [&[CatalogueEntry]; 11] = [
     hs_bounds::PROBLEMS,
     hs_inequalities::PROBLEMS,
     hs_equalities::PROBLEMS,
@@ -53,6 +55,8 @@ const LISTS: [&[CatalogueEntry]; 9] = [
     hs_applications::PROBLEMS,
     adversarial::PROBLEMS,
     adversarial::EXPLICIT,
+    starts::PROBLEMS,
+    fits::PROBLEMS,
     semi_infinite::PROBLEMS,
 ];
 

@@ -1,7 +1,9 @@
 //! Statements of small problems, and the macro that writes a list of them.
 
 use super::super::Optimum;
-use crate::problem::{ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, Side, TimeGrid};
+use crate::problem::{
+    ClosedForm, Constraint, DesignVariable, Function, Point, Problem, ProblemBuilder, Quantity, Side, TimeGrid,
+};
 use autodiff::Scalar;
 use error::Result;
 
@@ -34,16 +36,7 @@ impl Statement {
     /// Builds the problem, with this number of points of the interval: response 0 is the objective, response i is row i, with limit
     /// zero.
     pub fn build(&self, points: usize, formulas: impl ClosedForm + 'static) -> Result<Problem> {
-        let mut parts = ProblemBuilder::new(self.name);
-        for (j, &start) in self.start.iter().enumerate() {
-            let (lower, upper) = match self.bounds {
-                [] => FREE,
-                [all] => *all,
-                each => each[j],
-            };
-            let name = format!("x{}", j + 1);
-            parts.variable(DesignVariable::new(name, "", start.max(lower).min(upper)).within(lower, upper));
-        }
+        let mut parts = self.variables();
         let grid = match self.interval {
             Some([from, to]) => Some(parts.grid(TimeGrid::uniform(from, to, points)?)),
             None => None,
@@ -56,14 +49,55 @@ impl Statement {
                 Some(grid) => parts.transient(&name, "", grid),
                 None => parts.constant(&name, ""),
             };
-            let quantity = Quantity::response(grid, row);
-            parts.subject_to(match side {
-                Side::AtMost => Constraint::at_most(name, 0.0, quantity),
-                Side::AtLeast => Constraint::at_least(name, 0.0, quantity),
-                Side::Equal => Constraint::equal(name, 0.0, quantity),
-            });
+            parts.subject_to(on(*side, name, Quantity::response(grid, row)));
         }
         parts.build_analytic(formulas)
+    }
+
+    /// Builds the problem without responses: the formulas are objective and rows.
+    pub fn build_explicit(&self, formulas: impl ClosedForm + Copy + 'static) -> Result<Problem> {
+        let mut parts = self.variables();
+        parts.minimize("f", "", Quantity::plain(Formula { formulas, h: 0 }));
+        for (i, side) in self.rows.iter().enumerate() {
+            parts.subject_to(on(*side, format!("g{}", i + 1), Quantity::plain(Formula { formulas, h: i + 1 })));
+        }
+        parts.build_analytic(formulas)
+    }
+
+    fn variables(&self) -> ProblemBuilder {
+        let mut parts = ProblemBuilder::new(self.name);
+        for (j, &start) in self.start.iter().enumerate() {
+            let (lower, upper) = match self.bounds {
+                [] => FREE,
+                [all] => *all,
+                each => each[j],
+            };
+            let name = format!("x{}", j + 1);
+            parts.variable(DesignVariable::new(name, "", start.max(lower).min(upper)).within(lower, upper));
+        }
+        parts
+    }
+}
+
+/// A row with limit zero.
+fn on(side: Side, name: String, quantity: Quantity) -> Constraint {
+    match side {
+        Side::AtMost => Constraint::at_most(name, 0.0, quantity),
+        Side::AtLeast => Constraint::at_least(name, 0.0, quantity),
+        Side::Equal => Constraint::equal(name, 0.0, quantity),
+    }
+}
+
+/// A formula as a function of the design.
+#[derive(Clone, Copy)]
+struct Formula<F> {
+    formulas: F,
+    h: usize,
+}
+
+impl<F: ClosedForm + Copy + 'static> Function for Formula<F> {
+    fn at<S: Scalar>(&self, point: &Point<S>) -> S {
+        self.formulas.response(self.h, point.design, S::from(f64::NAN))
     }
 }
 
@@ -154,7 +188,7 @@ macro_rules! problems {
             if STATEMENT.interval.is_some() {
                 entry.over_time().on_points(|points| STATEMENT.build(points, Formulas::$name))
             } else {
-                entry
+                entry.explicitly(|| STATEMENT.build_explicit(Formulas::$name))
             }
         }),*];
     };

@@ -51,6 +51,8 @@ pub struct Transformation {
     pub start: Start,
     /// Number of time points of a problem of the suite `time`; `None` for its own.
     pub points: Option<usize>,
+    /// True for objective and rows that are given directly as functions of the design, not by responses.
+    pub explicit: bool,
     /// Noise σ of all responses: r + σ u max(|r|, |r⁰|) with the value r⁰ at the start and a random u in [−1, 1] for each design.
     /// They are differentiated by noise-aware differences, and peaks are those of the time points.
     pub noise: f64,
@@ -66,6 +68,7 @@ impl Default for Transformation {
             constraints: 1.0,
             start: Start::Standard,
             points: None,
+            explicit: false,
             noise: 0.0,
         }
     }
@@ -90,6 +93,7 @@ impl std::fmt::Display for Transformation {
             Start::Random { half_width, seed } => parts.push(format!("random={half_width},seed={seed}")),
         }
         parts.extend(self.points.map(|points| format!("points={points}")));
+        parts.extend(self.explicit.then(|| "explicit".to_owned()));
         parts.extend((self.noise > 0.0).then(|| format!("noise={:e}", self.noise)));
         f.write_str(if parts.is_empty() { "standard".to_owned() } else { parts.join(",") }.as_str())
     }
@@ -110,7 +114,7 @@ const SCALINGS: &[&str] = &[
 
 impl Transformation {
     /// Reads `objective=`, `offset=`, `variables=`, `constraints=`, `start=`, `random=` (half width), `seed=`, `points=` and
-    /// `noise=` with numbers, separated by commas, or `standard`.
+    /// `noise=` with numbers and `explicit`, separated by commas, or `standard`.
     ///
     /// # Errors
     /// [`Error::Definition`] for another word or a value that is not a number, [`Error::Option`] for a factor that is not positive,
@@ -119,8 +123,13 @@ impl Transformation {
         let mut read = Self::default();
         let (mut random, mut seed) = (None, 1);
         for part in text.split(',').filter(|part| *part != "standard") {
+            if part == "explicit" {
+                read.explicit = true;
+                continue;
+            }
             let wrong = |why: &str| {
-                let remedy = "write KEY=NUMBER with objective, offset, variables, constraints, start, random, seed, points or noise";
+                let remedy = "write KEY=NUMBER with objective, offset, variables, constraints, start, random, seed, points or noise, \
+                    or explicit";
                 Error::definition(format!("transformation `{part}`"), why, remedy)
             };
             let (key, value) = part.split_once('=').ok_or_else(|| wrong("it has no `=`"))?;
@@ -188,11 +197,12 @@ impl Transformation {
     /// # Errors
     /// If the problem cannot be built, or has no number of time points that could be replaced.
     pub fn build(&self, entry: &CatalogueEntry) -> Result<Problem> {
-        let fixed = || {
-            let remedy = "use `points` with the suite `time`";
-            Error::definition(format!("problem `{}`", entry.name), "its number of time points is fixed", remedy)
-        };
+        let without = |why, remedy| Error::definition(format!("problem `{}`", entry.name), why, remedy);
+        let fixed = || without("its number of time points is fixed", "use `points` with the suite `time`");
+        let by_analysis =
+            || without("its responses come from an analysis", "use `explicit` with the suites `hs` and `adversarial`");
         let mut problem = match self.points {
+            _ if self.explicit => entry.explicit.ok_or_else(by_analysis)?()?,
             None => (entry.build)()?,
             Some(points) => entry.on_points.ok_or_else(fixed)?(points)?,
         };

@@ -13,8 +13,15 @@ const ENVELOPE: f64 = 1e-5;
 const LARGEST: f64 = 10.0;
 /// Fraction of the predicted decrease that must be reached.
 const FRACTION: f64 = 0.01;
+/// Increase of the objective per σ_f h that is too much for less violation of a feasible design.
+const DEAR: f64 = 10.0;
+/// Decrease of the objective, relative to its range in the run, that is enough whatever was predicted.
+const ENOUGH: f64 = 0.1;
 /// Fraction of the possible decrease of the violation that a restoration must reach.
 const RESTORED: f64 = 0.05;
+/// Largest increase of objective and violation together, weighted by the multipliers, in predicted decreases, for which more violation is
+/// accepted.
+const WORSE: f64 = 1.0;
 /// Rounding error of the objective, relative to itself.
 const ROUNDING: f64 = 1e-13;
 
@@ -40,6 +47,8 @@ pub(super) struct Step {
     pub restoration: Option<f64>,
     /// σ_f.
     pub objective_per_violation: f64,
+    /// Range of the objective over the accepted designs.
+    pub objective_range: f64,
 }
 
 /// The decision on a trial step.
@@ -61,13 +70,14 @@ impl Step {
             let decreases = h - next >= RESTORED * (h - least) && next < h;
             return if decreases { Decision::Violation } else { Decision::Rejected };
         }
-        if next > LARGEST * h.max(1.0) {
+        if next > LARGEST * h.max(1.0) || (next > h && self.ratio() < -WORSE) {
             return Decision::Rejected;
         }
         let envelope = ENVELOPE * self.objective_per_violation * next;
         let dominates = |e: Merit| next > MARGIN * e.violation && to.objective > e.objective - envelope;
         let noise = ROUNDING * from.objective.abs();
-        let improves = next <= MARGIN * h
+        let is_dear = h <= FEASIBLE && to.objective > from.objective + DEAR * self.objective_per_violation * h + noise;
+        let improves = (next <= MARGIN * h && !is_dear)
             || to.objective <= from.objective - envelope
             || (next <= FEASIBLE && to.objective <= from.objective + noise);
         if filter.into_iter().any(dominates) || !improves {
@@ -77,7 +87,8 @@ impl Step {
         if decrease <= (1e-4 * self.objective_per_violation * h * h).max(0.0) {
             return Decision::Violation;
         }
-        if from.objective - to.objective >= FRACTION * decrease - noise {
+        let enough = (FRACTION * decrease).min(if next <= FEASIBLE { ENOUGH * self.objective_range } else { decrease });
+        if from.objective - to.objective >= enough - noise {
             return Decision::Decrease;
         }
         if h > FEASIBLE && next <= 0.5 * h { Decision::Violation } else { Decision::Rejected }
@@ -133,7 +144,7 @@ mod tests {
     }
 
     fn step(from: Merit, predicted: Merit, to: Merit) -> Step {
-        Step { from, predicted, to, restoration: None, objective_per_violation: 1.0 }
+        Step { from, predicted, to, restoration: None, objective_per_violation: 1.0, objective_range: 1.0 }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::lengths::spread;
 use super::linearized::Linearized;
 use crate::problem::Problem;
+use crate::sao::trace::OBJECTIVES;
 
 /// Largest violation of a converged design, in units of the rows.
 const FEASIBLE: f64 = 1e-6;
@@ -14,6 +15,12 @@ const IN_TERMS: [f64; 2] = [1e-5, 1e-9];
 const PREDICTED: [f64; 2] = [1e-6, 1e-13];
 /// Largest first-order decrease R, relative to F: in general, and where the step is zero.
 const RESIDUAL: [f64; 2] = [1e-4, 3e-4];
+/// Largest residual where no other step can be made: relative to the smaller one of the objective and its range since it was far
+/// larger, and relative to that range; rounding errors of the objective, to which values of it can be compared, and of slopes at the
+/// last designs.
+const AT_LAST: [f64; 2] = [1e-6, 1e-12];
+const COMPARABLE: f64 = 1e-13;
+const OF_SLOPES: f64 = 1e-13;
 /// Largest Σ |λᵢ cᵢ|, relative to F.
 const COMPLEMENTARITY: f64 = 1e-5;
 /// Number of accepted designs over which the recent range of the objective is taken.
@@ -28,7 +35,7 @@ const BY_ITSELF: [f64; 3] = [1e-6, 1e-9, 1e-12];
 /// objective. Rows whose slopes vanish or oppose each other have no bounded multipliers.
 const LARGEST_MULTIPLIER: f64 = 1e5;
 /// Number of accepted designs of the longer range, without the start. A start with a huge objective must not count for ever.
-pub(super) const LONGER: usize = 20;
+const LONGER: usize = OBJECTIVES - 1;
 /// Objective, relative to its range, that is a rounding error: in general, and where the step is zero.
 const VANISHED: [f64; 2] = [1e-18, 1e-15];
 /// Objective, relative to its first-order change over the lengths, that is as good as zero.
@@ -110,6 +117,8 @@ pub(super) struct StopTest<'a> {
     pub objective_range: f64,
     /// That since the last step that made the objective smaller by many orders.
     pub settled_range: f64,
+    /// The largest Σ |∂ⱼF| ℓⱼ at the last designs, without the start.
+    pub recent_change: f64,
     /// Largest change of the objective by a rejected step from the current design.
     pub rejected_change: f64,
     /// Change of the objective that does not matter.
@@ -144,6 +153,16 @@ impl StopTest<'_> {
     /// Range of the objective over more designs, but without the start.
     fn longer_range(&self) -> f64 {
         self.range(LONGER.min(self.objectives.len().saturating_sub(1)))
+    }
+
+    /// The residual up to which the run has converged if no other step can be made: a decrease that values of the objective do not
+    /// show, 0 ≈ R² / (4 Δ) with the range Δ of the objective, or rounding errors of the slopes.
+    fn at_last(&self) -> f64 {
+        let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
+        let range = self.settled_range.min(objective);
+        let by_values = (COMPARABLE * objective * range).sqrt();
+        let by_range = (AT_LAST[0] * range).max(AT_LAST[1] * self.longer_range().min(self.settled_range));
+        if self.is_last { by_range.max(by_values).max(OF_SLOPES * self.recent_change) } else { 0.0 }
     }
 
     /// A change of the objective that does not matter at all.
@@ -191,7 +210,7 @@ impl StopTest<'_> {
         let is_far = !self.is_last && self.predicted.abs() > FAR * objective;
         let holds = self.predicted.abs() <= prediction
             && !is_far
-            && residual <= allowed(RESIDUAL[usize::from(self.is_last)], ROUNDING[1]).max(tolerance)
+            && residual <= allowed(RESIDUAL[usize::from(self.is_last)], ROUNDING[1]).max(tolerance).max(self.at_last())
             && complementarity <= allowed(COMPLEMENTARITY, ROUNDING[1]).max(tolerance);
         (holds || is_zero).then(|| {
             format!(

@@ -231,6 +231,7 @@ impl Situation<'_> {
             objectives: &objectives,
             objective_range: self.units.objective_range,
             settled_range: self.state.trace().settled.width(),
+            recent_change: self.recent_change(),
             rejected_change: self.rejected_change(),
             tolerance: self.memory.tolerance,
         };

@@ -161,6 +161,7 @@ impl Situation<'_> {
             to: Merit::new(evaluation.objective, &evaluation.violations(), &self.units),
             restoration: proposal.restoration,
             objective_per_violation: self.units.objective_per_violation(weighted),
+            objective_range: self.units.objective_range,
         }
     }
 

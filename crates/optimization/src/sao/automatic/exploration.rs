@@ -43,6 +43,8 @@ const ROUNDING: f64 = 1e-12;
 /// Error of the trapezoidal rule along a step, relative to the change by the difference of the slopes at its ends, up to which the
 /// curvature along it is that of its ends. At a third, an even change of the curvature has made one of them zero.
 const LOCAL: f64 = 0.3;
+/// Part of a length from which on a step of a variable is long.
+const LONG: f64 = 0.9;
 /// Factor of the step in a direction in which the one before was too long to show the curvature.
 const SHORTER: f64 = 0.01;
 /// Least curvature relative to the largest one that counts as positive.
@@ -56,6 +58,8 @@ struct Tangent<'a> {
     slope: Vec<f64>,
     /// Weight of each number in the Lagrangian.
     weights: Vec<f64>,
+    /// The Hessian of the functions in the Lagrangian that are given directly, in lengths.
+    explicit: DMatrix<f64>,
     /// Orthonormal gradients of the active rows over the free variables.
     normals: Vec<DVector<f64>>,
     /// Those of the equalities and of the rows on which the Lagrangian depends. The others may become inactive.
@@ -69,7 +73,10 @@ impl<'a> Tangent<'a> {
         let multipliers = here.balanced(situation.problem, design, lengths);
         let slope = here.lagrangian_slope(&multipliers);
         let weights = situation.lagrangian_weights(&multipliers);
-        let mut tangent = Self { situation, multipliers, slope, weights, normals: vec![], binding: vec![] };
+        let linear = situation.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
+        let explicit = linear.lagrangian_hessian(design, &multipliers);
+        let explicit = DMatrix::from_fn(design.len(), design.len(), |i, j| explicit[(i, j)] * lengths[i] * lengths[j]);
+        let mut tangent = Self { situation, multipliers, slope, weights, explicit, normals: vec![], binding: vec![] };
         let gradient = |i: usize| tangent.free(|j| here.jacobian[(i, j)] * lengths[j]);
         let is_binding = |i: &usize| here.equality[*i] || tangent.multipliers[*i] * gradient(*i).amax() > negligible;
         let active = || (0..here.c.len()).filter(|&i| here.is_active(i, lengths));
@@ -123,8 +130,14 @@ impl<'a> Tangent<'a> {
     }
 
     /// True for a step along which the curvature has the same sign at both ends, if it changes evenly: the value of the Lagrangian
-    /// changes as its slopes at both ends say, up to a part of what their difference says.
+    /// changes as its slopes at both ends say, up to a part of what their difference says. Along a step as long as a length of several
+    /// variables, uneven changes can cancel out.
     fn is_local(&self, ends: &[AcceptedPoint]) -> bool {
+        let lengths = &self.situation.units.lengths;
+        let is_long = |j: &usize| (ends[1].design[*j] - ends[0].design[*j]).abs() > LONG * lengths[*j];
+        if (0..lengths.len()).filter(is_long).count() > 1 {
+            return false;
+        }
         let (problem, numbers) = (self.situation.problem, &self.situation.current().numbers);
         let along = |gradient: &[f64]| -> f64 {
             gradient.iter().zip(ends[1].design.iter().zip(&ends[0].design)).map(|(g, (to, from))| g * (to - from)).sum()
@@ -158,6 +171,24 @@ impl<'a> Tangent<'a> {
             })
     }
 
+    /// The directions among orthonormal ones in which no step has shown a positive curvature, the least curvature first; and whether it
+    /// is negative. `None` before a step that shows a curvature.
+    fn flat(&self, known: &[DVector<f64>], pairs: &[Pair], negligible: f64) -> Option<(Vec<DVector<f64>>, bool)> {
+        let is_explicit = self.weights.iter().all(|w| *w == 0.0);
+        let of_numbers =
+            if is_explicit { Some(DMatrix::zeros(self.situation.n(), self.situation.n())) } else { sr1(pairs) };
+        let hessian = of_numbers.filter(|_| !known.is_empty())? + &self.explicit;
+        let r = known.len();
+        let reduced = DMatrix::from_fn(r, r, |i, k| known[i].dot(&(&hessian * &known[k]))).symmetric_eigen();
+        let rounding = ROUNDING * hessian.amax();
+        let positive = (FLAT * reduced.eigenvalues.amax()).max(rounding).max(negligible);
+        let mut flat: Vec<usize> = (0..r).filter(|&k| reduced.eigenvalues[k] <= positive).collect();
+        flat.sort_by(|&a, &b| reduced.eigenvalues[a].total_cmp(&reduced.eigenvalues[b]));
+        let bends_down = flat.first().is_some_and(|&k| reduced.eigenvalues[k] < -positive);
+        let direction = |k: usize| combined(known, reduced.eigenvectors.column(k).iter().copied());
+        Some((flat.into_iter().map(direction).collect(), bends_down))
+    }
+
     /// The next step to learn more about the curvature; `None` if the known curvatures are positive.
     fn uncertain(&self, negligible: f64) -> Option<(DVector<f64>, Purpose)> {
         let n = self.situation.n();
@@ -169,7 +200,9 @@ impl<'a> Tangent<'a> {
             return None;
         }
         let (pairs, explorations) = (self.local_pairs(), self.situation.memory.explorations % ROUND);
-        let steps = self.steps(&self.binding, true);
+        // Everything is known of functions that are given directly.
+        let is_explicit = self.weights.iter().all(|w| *w == 0.0);
+        let steps = if is_explicit { tangent.to_vec() } else { self.steps(&self.binding, true) };
         let unknown = basis(tangent.iter().map(|v| without(v, &steps)).filter(|v| v.norm() > INDEPENDENT));
         let is_partly_unknown = !unknown.is_empty() && steps.len() < tangent.len();
         let among_unknown = |direction: &DVector<f64>| without(&conjugate(direction, &pairs), &self.binding);
@@ -178,7 +211,7 @@ impl<'a> Tangent<'a> {
         if is_partly_unknown && explorations == 0 && too_long < MOST_EXPLORATIONS {
             return Some((among_unknown(&generic(&unknown)), Purpose::Curvature));
         }
-        let (flat, bends_down) = flat(if is_partly_unknown { &steps } else { tangent }, &pairs, negligible)?;
+        let (flat, bends_down) = self.flat(if is_partly_unknown { &steps } else { tangent }, &pairs, negligible)?;
         if is_partly_unknown && explorations < MOST_UNKNOWN && !bends_down {
             // The change of the slope along a step is the next vector of its Krylov space.
             let coupled = |[_, change]: &Pair| {
@@ -200,21 +233,6 @@ impl<'a> Tangent<'a> {
         let is_known = !flat.is_empty() && !self.situation.here.rows.iter().any(is_over_time);
         is_known.then(|| (generic(&flat), Purpose::Flat))
     }
-}
-
-/// The directions among orthonormal ones in which no step has shown a positive curvature, the least curvature first; and whether it
-/// is negative. `None` before a step that shows a curvature.
-fn flat(known: &[DVector<f64>], pairs: &[Pair], negligible: f64) -> Option<(Vec<DVector<f64>>, bool)> {
-    let hessian = sr1(pairs).filter(|_| !known.is_empty())?;
-    let r = known.len();
-    let reduced = DMatrix::from_fn(r, r, |i, k| known[i].dot(&(&hessian * &known[k]))).symmetric_eigen();
-    let rounding = ROUNDING * hessian.amax();
-    let positive = (FLAT * reduced.eigenvalues.amax()).max(rounding).max(negligible);
-    let mut flat: Vec<usize> = (0..r).filter(|&k| reduced.eigenvalues[k] <= positive).collect();
-    flat.sort_by(|&a, &b| reduced.eigenvalues[a].total_cmp(&reduced.eigenvalues[b]));
-    let bends_down = flat.first().is_some_and(|&k| reduced.eigenvalues[k] < -positive);
-    let direction = |k: usize| combined(known, reduced.eigenvectors.column(k).iter().copied());
-    Some((flat.into_iter().map(direction).collect(), bends_down))
 }
 
 /// Σ wₖ vₖ, for at least one vector.
@@ -270,7 +288,7 @@ impl Situation<'_> {
             return None;
         }
         let (direction, purpose) = tangent.uncertain(negligible)?;
-        let direction = direction.normalize();
+        let direction = direction.normalize() * if self.is_backwards() { -1.0 } else { 1.0 };
         let slope = descent.dot(&direction);
         let noise = negligible.max(f64::EPSILON * self.units.objective_range);
         let is_slope = slope.abs() > noise && tangent.is_steady(&direction, slope);
@@ -295,15 +313,23 @@ impl Situation<'_> {
         self.by_linear_surrogate(if is_shorter { backwards } else { forwards }, region, purpose)
     }
 
-    /// Number of explorations after this one; a step along flat directions is the last one, or the last but a round if it is accepted
-    /// for the first time.
+    /// Number of explorations after this one; steps along flat directions, forwards and backwards, are the last ones, or the last but a
+    /// round if one is accepted for the first time.
     pub(super) fn explorations_after(&self, purpose: Purpose, is_accepted: bool) -> usize {
         match purpose {
+            // From a better design, the round begins anew.
+            Purpose::Curvature if is_accepted => self.memory.explorations - self.memory.explorations % ROUND,
             Purpose::Curvature => self.memory.explorations + 1,
             Purpose::Flat if is_accepted && self.memory.explorations < ROUND => ROUND,
-            Purpose::Flat => 2 * ROUND,
+            Purpose::Flat if self.is_backwards() || is_accepted => 2 * ROUND,
+            Purpose::Flat => 2 * ROUND - 1,
             Purpose::Improvement | Purpose::Displacement => self.memory.explorations,
         }
+    }
+
+    /// True if a step along flat directions was rejected.
+    fn is_backwards(&self) -> bool {
+        self.memory.explorations == 2 * ROUND - 1
     }
 
     /// True if the derivatives at a proposal show the curvature here: it is no more than a length away.
@@ -353,15 +379,19 @@ impl Situation<'_> {
     pub(super) fn displacement(&self, size: f64, is_moved: impl Fn(usize) -> bool) -> Proposal {
         let region = self.sides(&self.units.lengths);
         let rejections = self.memory.rejections;
+        let is_flat_start = self.is_flat_start();
         let tries = self.memory.left.len() + rejections;
-        let shortening = if self.is_flat_start() { shortening(rejections) } else { 0.25f64.powi(rejections as i32) };
+        let shortening = if is_flat_start { shortening(rejections) } else { 0.25f64.powi(rejections as i32) };
         let design: Vec<f64> = (0..self.n())
             .map(|j| {
                 if !is_moved(j) {
                     return self.state.design[j];
                 }
                 let fraction = golden_fraction(j + 7 * tries);
-                let sign = if fraction < 0.5 { -1.0 } else { 1.0 };
+                // From a flat start every second one goes backwards: the objective may fall on one side only.
+                let is_negative =
+                    if is_flat_start { (golden_fraction(j) < 0.5) != (tries % 2 == 1) } else { fraction < 0.5 };
+                let sign = if is_negative { -1.0 } else { 1.0 };
                 let size = size * self.units.lengths[j] * (0.5 + fraction) * shortening;
                 let (here, lower, upper) = (self.state.design[j], region.lower[j], region.upper[j]);
                 let there = here + sign * size;

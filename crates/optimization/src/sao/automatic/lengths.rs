@@ -14,11 +14,17 @@ const WIDEST: [f64; 2] = [3e4, 1e3];
 const LARGEST: f64 = 1e6;
 /// Gradients below this fraction of the largest one do not determine a length.
 const NEGLIGIBLE: f64 = 1e-12;
+/// Share of the first-order change of each function over the start values below which a start value is as good as zero.
+const LEAST_SHARE: f64 = 1e-5;
+/// Value of a violated row, and of the objective, relative to its first-order change over the start values, from which on all start
+/// values are as good as zero. The objective may contain a constant.
+const FAR: [f64; 2] = [1e6, 1e10];
 /// Least objective per unit of violation, as a fraction of the range of the objective.
 const LEAST_OF_OBJECTIVE: f64 = 1e-3;
 
 /// Start lengths d: |b|, at least 2 % of the range of a bounded variable and at most its range; a range of more than 1.5·10⁶ |b| counts as
-/// less.
+/// less. A start value is as good as zero if the first-order changes by it of objective and rows are negligible beside those by the
+/// others, or if those of all variables together are negligible beside what they would have to be.
 ///
 /// A variable without range that starts at zero has the median of |cᵢ| / |∂cᵢ/∂bⱼ| over the rows; failing that, |F| / |∂F/∂bⱼ|;
 /// failing that, the median of the other variables; failing that, 1. It is a guess: move limits grow by up to ten a cycle, and
@@ -36,15 +42,19 @@ pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: 
         median(rows.iter().filter_map(ratio).collect()).or_else(|| ratio(&(objective, here.slope.clone())))
     };
     let by_objective = |j: usize| Some((objective / here.slope[j]).abs()).filter(|d| d.is_finite() && *d > 0.0);
+    let start_sizes = start_sizes(b, objective, here);
     // Bounds and limits may be as good as none.
-    let size = |j: usize| if b[j] == 0.0 { by_objective(j).unwrap_or(f64::INFINITY) } else { b[j].abs() };
+    let size = |j: usize| {
+        let known = Some(start_sizes[j]).filter(|size| *size > 0.0);
+        known.or_else(|| by_objective(j)).unwrap_or(f64::INFINITY)
+    };
     let one = |j: usize| {
         let variable = &problem.variables[j];
         let range = variable.upper - variable.lower;
         let known = if range.is_finite() && range > 0.0 {
-            b[j].abs().max((LEAST_OF_RANGE * range).min(WIDEST[0] * size(j))).min(range)
+            start_sizes[j].max((LEAST_OF_RANGE * range).min(WIDEST[0] * size(j))).min(range)
         } else {
-            b[j].abs()
+            start_sizes[j]
         };
         (known > 0.0).then_some(known)
     };
@@ -56,6 +66,26 @@ pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: 
     }
     let other = median(lengths.iter().flatten().copied().collect()).unwrap_or(1.0);
     (lengths.into_iter().map(|d| d.unwrap_or(other)).collect(), guessed)
+}
+
+/// |b|, or zero for a start value that is as good as zero.
+fn start_sizes(b: &[f64], objective: f64, here: &Linearized) -> Vec<f64> {
+    let n = b.len();
+    let changes =
+        |slope: &mut dyn Iterator<Item = f64>| -> Vec<f64> { slope.zip(b).map(|(g, b)| (g * b).abs()).collect() };
+    let by_objective = changes(&mut here.slope.iter().copied());
+    let by_rows: Vec<Vec<f64>> =
+        (0..here.c.len()).map(|i| changes(&mut here.jacobian.row(i).iter().copied())).collect();
+    let sum = |changes: &[f64]| changes.iter().sum::<f64>();
+    let is_violated = |i: &usize| here.equality[*i] || here.c[*i] > 0.0;
+    let is_far = (0..by_rows.len()).filter(is_violated).any(|i| here.c[i].abs() > FAR[0] * sum(&by_rows[i]))
+        || objective.abs() > FAR[1] * sum(&by_objective);
+    let has_share = |j: usize| {
+        let mut all = by_rows.iter().chain([&by_objective]).filter(|changes| sum(changes) > 0.0);
+        let counts = |changes: &Vec<f64>| changes[j] >= LEAST_SHARE * changes.iter().copied().fold(0.0, f64::max);
+        all.any(counts)
+    };
+    (0..n).map(|j| if is_far || !has_share(j) { 0.0 } else { b[j].abs() }).collect()
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
@@ -84,14 +114,15 @@ impl Units {
     /// Units from the start lengths, the accepted designs, and the stored designs.
     ///
     /// Once a step was rejected, all guessed lengths shrink by the same factor, to the largest extent that one of their variables
-    /// has: a guess depends on a constant in the objective, and what is seen within a length must not.
+    /// has, or the half width of its box if that is larger: a guess depends on a constant in the objective, and what is seen within a
+    /// length must not.
     pub fn new(memory: &AutomaticState, trace: &Trace, evaluation: &Evaluation) -> Self {
-        let AutomaticState { start_lengths, guessed, points, .. } = memory;
+        let AutomaticState { start_lengths, guessed, points, widths, .. } = memory;
         let extents: Vec<f64> = (0..start_lengths.len()).map(|j| spread(trace.designs.extent(j).into_iter())).collect();
-        let guesses = (0..guessed.len()).filter(|&j| guessed[j]);
-        let reached = guesses.map(|j| extents[j] / start_lengths[j]).fold(0.0, f64::max);
-        let is_too_long = reached > 0.0 && trace.has_rejected;
-        let shrinkage = if is_too_long { reached.min(1.0) } else { 1.0 };
+        let guesses = || (0..guessed.len()).filter(|&j| guessed[j]);
+        let is_too_long = trace.has_rejected && guesses().any(|j| extents[j] > 0.0);
+        let reached = || guesses().map(|j| extents[j].max(widths[j]) / start_lengths[j]).fold(0.0, f64::max);
+        let shrinkage = if is_too_long { reached().min(1.0) } else { 1.0 };
         let start = |j: usize| start_lengths[j] * if guessed.get(j) == Some(&true) { shrinkage } else { 1.0 };
         let lengths: Vec<f64> = extents.iter().enumerate().map(|(j, extent)| extent.max(start(j))).collect();
         let unit = |i: usize| {

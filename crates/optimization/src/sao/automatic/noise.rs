@@ -4,14 +4,14 @@ use super::numbers::find;
 use super::situation::Situation;
 
 /// Number of rejected steps, the last ones, that show noise.
-const STEPS: usize = 4;
+const STEPS: usize = 6;
 /// Ratio of the longest to the shortest of these steps.
-const SHORTER: f64 = 8.0;
+const SHORTER: f64 = 64.0;
 /// Least ratio of the errors at the shorter half of the steps to those at the longer half. Errors of a smooth response fall with the
 /// square of the step, those at a kink with the step.
 const REMAINS: f64 = 0.25;
-/// Largest error from rounding, relative to the number and to its change along the step.
-const ROUNDING: f64 = 1e-11;
+/// Largest error from rounding, relative to the number and to its change along the step; and relative to its largest known value.
+const ROUNDING: [f64; 2] = [1e-11, 1e-14];
 
 impl Situation<'_> {
     /// The noise of the analysis, relative to the largest known value of the number that shows it most; `None` without signs of noise.
@@ -33,13 +33,15 @@ impl Situation<'_> {
         }
         let of = |k: usize| {
             let number = &self.current().numbers[k];
+            let known = self.memory.points.iter().filter_map(|point| find(self.problem, &point.numbers, number.id));
+            let known = known.fold(0.0, |a: f64, other| a.max(other.value.abs()));
             let errors: Vec<f64> = last
                 .iter()
                 .zip(&steps)
                 .map(|(point, step)| {
                     let change: f64 = number.gradient.iter().zip(step).map(|(g, s)| g * s).sum();
                     let terms: f64 = number.gradient.iter().zip(step).map(|(g, s)| (g * s).abs()).sum();
-                    let rounding = ROUNDING * (number.value.abs() + terms);
+                    let rounding = (ROUNDING[0] * (number.value.abs() + terms)).max(ROUNDING[1] * known);
                     let error = (point.values[k] - number.value - change).abs();
                     if error > rounding { error } else { 0.0 }
                 })
@@ -47,9 +49,7 @@ impl Situation<'_> {
             let [longer, shorter] = [&errors[..STEPS / 2], &errors[STEPS / 2..]];
             let remaining = shorter.iter().fold(f64::INFINITY, |a, e| a.min(*e));
             let is_noise = remaining > 0.0 && longer.iter().all(|e| remaining >= REMAINS * e);
-            let known = self.memory.points.iter().filter_map(|point| find(self.problem, &point.numbers, number.id));
-            let largest = known.fold(remaining, |a, other| a.max(other.value.abs()));
-            is_noise.then(|| remaining / largest)
+            is_noise.then(|| remaining / known.max(remaining))
         };
         (0..self.current().numbers.len()).filter_map(of).reduce(f64::max)
     }
