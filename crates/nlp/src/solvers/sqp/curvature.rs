@@ -153,7 +153,10 @@ pub(super) fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<
 /// T and N are at least `floor`.
 fn absolute_on_tangents(h: DMatrix<f64>, normals: &[DVector<f64>], floor: &DMatrix<f64>) -> DMatrix<f64> {
     let n = h.nrows();
-    if normals.is_empty() || normals.len() >= n || is_definite(&h + floor) {
+    if is_definite(&h + floor) {
+        return at_least(h, floor);
+    }
+    if normals.is_empty() || normals.len() >= n {
         return at_least(absolute_eigenvalues(h), floor);
     }
     let units = (0..n).map(|j| DVector::from_fn(n, |i, _| f64::from(i == j)));
