@@ -45,7 +45,8 @@ The column `verdict` of a suite:
   FALSE           another claim; the command then ends with an error
 A transformation is KEY=NUMBER,...: factors `objective`, `variables`, `constraints`; `offset` of the objective; `start` of all
 variables; `random` half width of the start and its `seed`; `points` of a problem of the suite time; `noise` of all responses,
-which are then differentiated by noise-aware differences and judged to ten times the noise. `scalings`, `starts` and `all` are
+which are then differentiated by noise-aware differences and judged to ten times the noise; `explicit` alone for functions that are
+given directly (suites hs and adversarial). `scalings`, `starts` and `all` are
 sets of them.")]
 pub struct Compare {
     /// Name of a problem, see --list, or a model file

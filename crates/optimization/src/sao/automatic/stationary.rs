@@ -56,8 +56,8 @@ impl Situation<'_> {
         });
         let reason = format!(
             "the violation is stationary here: {name} is exceeded by {by:.3} %, and to first order no change of the \
-             variables within {WIDE} times their lengths reduces the largest violation by more than {:.1e} of it; other regions were not \
-             searched",
+             variables within {WIDE} times their lengths reduces the largest violation, each row measured by its slopes over the lengths, \
+             by more than {:.1e} of it; other regions were not searched",
             (self.violation - least).max(0.0) / self.violation
         );
         Ok(Some(Next::End(Status::Infeasible, reason, vec![])))
