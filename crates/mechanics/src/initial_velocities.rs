@@ -59,7 +59,7 @@ impl VelocityMatrix {
     pub fn new(system: &mut System, mechanism: &Mechanism<f64>, at: &State<f64>, held: &[usize]) -> Result<Self> {
         let mut rest = at.clone();
         [&mut rest.v, &mut rest.a, &mut rest.l].into_iter().for_each(|x| x.fill(0.0));
-        system.assemble(mechanism, &rest, Linearization::accelerations(), &mut vec![[0.0]; system.size()]);
+        system.assemble(mechanism, &rest, Linearization::velocities(), &mut vec![[0.0]; system.size()]);
         let masses: Vec<f64> = (0..at.q.len()).map(|i| system.diagonal(mechanism, i).map_or(0.0, |d| *d)).collect();
         let smallest = masses.iter().copied().filter(|m| *m > 0.0).fold(f64::INFINITY, f64::min);
         let weight = if smallest.is_finite() { MASSLESS * smallest } else { 1.0 };

@@ -188,7 +188,8 @@ impl System {
         self.begin_matrix(linearization);
         for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
             let constraint = instance.num_constraints > 0;
-            if map.active.is_empty() || (linearization.projection && !constraint) {
+            let is_load = instance.num_reactions > 0 && !linearization.reaction_loads;
+            if map.active.is_empty() || is_load || (linearization.projection && !constraint) {
                 continue;
             }
             if !state.modes.is_active(instance) {
