@@ -192,6 +192,15 @@ proptest! {
 }
 
 #[test]
+fn a_quadratic_drag_at_rest_has_its_derivative() {
+    for text in ["x*hypot(x, y)", "hypot(0*x, y)*y", "x*hypot(x, y)^2"] {
+        let drag = compile(text).unwrap();
+        let (value, slopes) = gradient(|b| drag.value(&Inputs::design(b)), &[0.0, 0.0]);
+        assert!(value == 0.0 && slopes == [0.0, 0.0], "{text}: {value}, {slopes:?}");
+    }
+}
+
+#[test]
 fn a_choice_and_a_smooth_step_have_the_values_and_derivatives_of_their_branches() {
     for (text, expected) in [
         ("if(x < y, 1, 2)", 1.0),

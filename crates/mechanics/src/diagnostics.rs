@@ -1,5 +1,6 @@
 //! Names the element or coordinate behind a singular, non-finite or diverging system.
 
+use crate::constraint_rank::ConstraintRank;
 use crate::elements::element::{ElementState, ElementWorkspace, JacobianWorkspace, TangentWeights};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{ElementInstance, Mechanism};
@@ -124,6 +125,40 @@ pub(crate) fn check_assembly(mechanism: &Mechanism<f64>, state: &State<f64>) -> 
         }
     }
     Ok(())
+}
+
+/// Factorizes the matrix of statics assembled at `state`.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming what is not finite, or else the unknown without a pivot, with ropes that are slack and contacts that are open
+/// if the position has no stiffness.
+pub fn factorize_stiffness(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+    let Err(error) = factorize(system, mechanism, state) else { return Ok(()) };
+    let is_regular = system.allows_redundancy() || ConstraintRank::of(system, mechanism, state).redundant.is_empty();
+    match error {
+        Error::Analysis { what, .. } if is_regular && not_finite(mechanism, state).is_none() => {
+            let (slack, t) = (slack_elements(mechanism, state), state.t);
+            let without =
+                if slack.is_empty() { String::new() } else { format!("; slack or open there: {}", slack.join(", ")) };
+            let why = format!("the stiffness is zero in a direction at the position of t = {t:.6e} s{without}");
+            let remedy = "start from another position: where ropes are taut and contacts closed, and where loads do not merely change \
+                          their lever arms; or give every free motion a spring or a joint";
+            Err(Error::analysis(what, why, remedy))
+        }
+        error => Err(error),
+    }
+}
+
+/// Names of ropes and compliant contacts without force.
+fn slack_elements(mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
+    let mut workspace = ElementWorkspace::default();
+    let sided = mechanism.elements.iter().filter(|instance| instance.sides.is_some());
+    let is_slack = |instance: &&ElementInstance<f64>| {
+        evaluate(instance, state, &mut workspace);
+        workspace.dynamics.iter().all(|force| *force == 0.0)
+    };
+    sided.filter(is_slack).map(|instance| instance.name.clone()).collect()
 }
 
 /// Factorizes the matrix assembled at `state`.

@@ -68,7 +68,7 @@ pub fn find_equilibrium(
         state.l.fill(0.0);
         guess_reactions(system, mechanism, state, &mut rows)?;
         system.assemble(mechanism, state, Linearization::statics(), &mut rows);
-        diagnostics::factorize(system, mechanism, state)?;
+        diagnostics::factorize_stiffness(system, mechanism, state)?;
     }
     Ok(())
 }
@@ -83,7 +83,7 @@ fn newton(
 ) -> Result<bool> {
     for _ in 0..settings.iterations {
         system.assemble(mechanism, state, Linearization::statics(), rows);
-        diagnostics::factorize(system, mechanism, state)?;
+        diagnostics::factorize_stiffness(system, mechanism, state)?;
         system.factor().solve(rows);
         let largest = system.largest_coordinate_row(rows);
         if !largest.is_finite() {
@@ -214,7 +214,7 @@ impl<'s, 'm> LoadPath<'s, 'm> {
     /// Factorizes the stiffness matrix at `state`; the residual is then in the rows.
     fn factorize(&mut self, state: &State<f64>) -> Result<()> {
         self.system.assemble(self.mechanism, state, Linearization::statics(), &mut self.rows);
-        diagnostics::factorize(self.system, self.mechanism, state)
+        diagnostics::factorize_stiffness(self.system, self.mechanism, state)
     }
 
     /// Change of the unknowns with the load fraction: −K⁻¹ r(x₀).

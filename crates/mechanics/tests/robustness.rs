@@ -362,3 +362,20 @@ fn contacts_of_negative_stiffness_are_rejected() {
     let error = simulate(&Ball.build(&[-1e3, 0.1, 0.3]).unwrap(), &Dynamics::fixed(1e-3), &[0.1]).unwrap_err();
     assert!(error.to_string().contains("floor") && error.to_string().contains("stiffness is -1000"), "{error}");
 }
+
+#[test]
+fn positions_without_stiffness_are_named() {
+    // A mass that hangs on a slack rope, and a rod on a pin whose weight has its longest lever arm.
+    let mut m = Mechanism::with_gravity(0.0, -9.81);
+    let mass = m.point_mass("mass", 1.0, 0.5, 0.0);
+    let ground = m.ground();
+    m.rope("line", ground.origin(), mass.origin(), [1e3, 0.0, 0.8]);
+    let error = equilibria(&m, &Statics::default(), &[0.0]).unwrap_err().to_string();
+    assert!(error.contains("stiffness is zero") && error.contains("slack or open there: line"), "{error}");
+    let mut m = Mechanism::with_gravity(0.0, -9.81);
+    let rod = m.body("rod", 1.0, 0.1, Pose { x: 0.5, y: 0.0, theta: 0.0 });
+    let ground = m.ground();
+    m.revolute("pin", ground.origin(), rod.at(-0.5, 0.0));
+    let error = equilibria(&m, &Statics::default(), &[0.0]).unwrap_err().to_string();
+    assert!(error.contains("stiffness is zero") && error.contains("start from another position"), "{error}");
+}

@@ -50,7 +50,7 @@ pub const FUNCTIONS: &[(&str, MathFunction, &str)] = &[
     ("min", Min, "the smaller of two numbers, with a kink where they are equal"),
     ("max", Max, "the larger of two numbers, with a kink where they are equal"),
     ("pow", Pow, "pow(x, y) is x^y"),
-    ("hypot", Hypot, "√(x² + y²)"),
+    ("hypot", Hypot, "√(x² + y²), with the derivative zero at (0, 0)"),
     ("deg", Deg, "an angle in degrees: deg(90) is π/2"),
     ("sign", Sign, "1, 0 or −1, with a jump at zero"),
     ("smooth_step", SmoothStep, "smooth_step(x, a, b) rises from 0 below a to 1 above b, twice differentiable"),
@@ -118,6 +118,9 @@ impl MathFunction {
             Min => kinked(if y.re() < x.re() { y } else { x }, x - y),
             Max => kinked(if y.re() > x.re() { y } else { x }, x - y),
             Pow => x.powd(y),
+            // The derivative at the tip of the cone is that in the mean of all directions, so that products with zero, such as a
+            // quadratic drag at rest, have theirs.
+            Hypot if x.re() == 0.0 && y.re() == 0.0 => kinked(S::from(0.0), x + y),
             Hypot => (x * x + y * y).sqrt(),
             _ => self.of(x),
         }

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::analyses::modal::modes;
 use crate::analyses::statics::{Statics, find_equilibrium};
-use crate::derivatives::forward::initial_conditions::{InitialDerivatives, ProjectedPart, equilibrium};
+use crate::derivatives::forward::initial_conditions::{InitialDerivatives, equilibrium};
 use crate::derivatives::seeding::{build_chunks, set_values};
 use crate::elements::element::ElementWorkspace;
 use crate::events::unilateral::refuse_friction;
@@ -151,12 +151,7 @@ pub(crate) fn states_at_rest(
         match about {
             About::Equilibrium(_) => state = equilibrium(chunk, &values, system),
             About::Assembled if mechanism.multipliers > 0 => {
-                InitialDerivatives::new(mechanism, chunk, system).project(
-                    ProjectedPart::Positions,
-                    &values,
-                    &projection,
-                    &mut state,
-                )?;
+                InitialDerivatives::new(mechanism, chunk, system).positions(&values, &projection, &mut state)?;
             }
             About::Assembled => {}
         }

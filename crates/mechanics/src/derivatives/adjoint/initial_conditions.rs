@@ -3,17 +3,18 @@
 use crate::Result;
 use crate::analyses::dynamics::InitialConfiguration;
 use crate::checkpointing::recording::ExplicitRecording;
-use crate::derivatives::adjoint::adjoint_state::{AdjointState, BATCH, BatchValues};
+use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues};
 use crate::derivatives::adjoint::batch::{AdjointBatch, SystemVjp};
 use crate::derivatives::adjoint::problem::AdjointProblem;
 use crate::derivatives::forward::explicit::constraint::ConstraintDerivative;
 use crate::derivatives::forward::explicit::entries::Entries;
 use crate::derivatives::forward::explicit::linearize::{ElementWorkspaces, Linearizer};
 use crate::derivatives::forward::initial_conditions::{
-    ProjectedPart, factorize_accelerations, factorize_initial_equilibrium,
+    factorize_accelerations, factorize_initial_equilibrium, factorize_positions,
 };
 use crate::derivatives::seeding::Activity;
 use crate::initial_conditions::Projection;
+use crate::initial_velocities::{VelocityMatrix, VelocityProjection};
 use crate::mechanism::Mechanism;
 use crate::system::modes::Modes;
 use crate::system::state::State;
@@ -41,10 +42,10 @@ pub(super) fn gradients_from_start(
 ///
 /// Positions, velocities and accelerations solve
 ///
-/// $$ \begin{aligned} q - q_b + \Phi_q^T\mu &= 0, & \Phi &= 0 \\ v - v_b + \Phi_q^T\nu &= 0, & \dot\Phi &= 0 \\
+/// $$ \begin{aligned} q - q_b + \Phi_q^T\mu &= 0, & \Phi &= 0 \\ M v + \Phi_q^T\nu - E p &= 0, & \dot\Phi &= 0, \; E^T(v - v_b) = 0 \\
 ///    M\ddot q + \Phi_q^T\lambda - f &= 0, & \ddot\Phi &= 0 \end{aligned} $$
 ///
-/// where q_b and v_b are those in which the mechanism was built. With the transposed matrices, ψ of the last problem comes
+/// where q_b and v_b are those in which the mechanism was built, and E the coordinates with given velocities that are held. With the transposed matrices, ψ of the last problem comes
 /// first and contributes to the derivatives with respect to velocities and positions; ψ of the velocities contributes to
 /// those with respect to positions.
 pub(crate) struct InitialConditionAdjoint<'m> {
@@ -85,13 +86,11 @@ impl<'m> InitialConditionAdjoint<'m> {
     ) -> Result<()> {
         let has_constraints = self.mechanism.multipliers > 0;
         if has_constraints {
-            self.project(ProjectedPart::Velocities, system, values, projection, batches)?;
+            self.velocities(system, values, projection, batches)?;
         }
         match initial_configuration {
             InitialConfiguration::Equilibrium(_) => self.equilibrium(system, values, projection, batches)?,
-            InitialConfiguration::Built if has_constraints => {
-                self.project(ProjectedPart::Positions, system, values, projection, batches)?
-            }
+            InitialConfiguration::Built if has_constraints => self.positions(system, values, projection, batches)?,
             InitialConfiguration::Built => {}
         }
         for batch in batches {
@@ -116,36 +115,71 @@ impl<'m> InitialConditionAdjoint<'m> {
         Ok(())
     }
 
-    /// Propagates from projected positions or velocities to those before the projection.
-    fn project(
+    /// Propagates from projected positions to those before the projection.
+    fn positions(
         &mut self,
-        part: ProjectedPart,
         system: &mut System,
         values: &State<f64>,
         projection: &Projection,
         batches: &mut [&mut AdjointBatch],
     ) -> Result<()> {
-        part.factorize(system, self.mechanism, values, projection)?;
-        let mut at = State { l: part.multipliers(projection).to_vec(), ..values.clone() };
-        let derivative = match part {
-            ProjectedPart::Positions => {
-                at.a.fill(0.0);
-                ConstraintDerivative::Positions
-            }
-            ProjectedPart::Velocities => ConstraintDerivative::Rates,
-        };
+        factorize_positions(system, self.mechanism, values, projection)?;
+        let mut at = State { l: projection.position.clone(), ..values.clone() };
+        at.a.fill(0.0);
+        let derivative = ConstraintDerivative::Positions;
         self.linearizer.constraints(self.mechanism, &at, derivative, &mut self.workspaces, &mut self.entries);
         for batch in batches {
-            let projected = adjoint_of(part, &mut batch.state).clone();
+            let projected = batch.state.q.clone();
             batch.solve_coordinates(&self.unknowns, system.factor(), &projected);
             batch.add_vjp(&self.entries, &self.linearizer, &mut self.sources);
             let AdjointBatch { state, multipliers, .. } = &mut **batch;
             for (psi, unknown) in multipliers.iter().zip(&self.unknowns) {
                 if let Unknown::Coordinate(i) = *unknown {
                     let weight = if self.mechanism.coordinates[i].is_follower { 0.0 } else { -1.0 };
-                    adjoint_of(part, state)[i] = psi.map(|x| x * weight);
+                    state.q[i] = psi.map(|x| x * weight);
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Propagates from consistent velocities to the given ones.
+    fn velocities(
+        &mut self,
+        system: &mut System,
+        values: &State<f64>,
+        projection: &Projection,
+        batches: &mut [&mut AdjointBatch],
+    ) -> Result<()> {
+        let VelocityProjection { multipliers, held } = &projection.velocity;
+        let matrix = VelocityMatrix::new(system, self.mechanism, values, held)?;
+        let at = State { l: multipliers.clone(), ..values.clone() };
+        let derivative = ConstraintDerivative::Rates;
+        self.linearizer.constraints(self.mechanism, &at, derivative, &mut self.workspaces, &mut self.entries);
+        let mut momenta = State { v: vec![0.0; values.v.len()], a: vec![0.0; values.a.len()], ..at };
+        for unknown in &self.unknowns {
+            if let Unknown::Coordinate(i) = *unknown {
+                momenta.a[i] = values.v[i];
+            }
+        }
+        self.linearizer.momenta(self.mechanism, &momenta, &mut self.workspaces, &mut self.entries);
+        let mut by_given = Vec::new();
+        for batch in batches {
+            let AdjointBatch { state, multipliers, .. } = &mut **batch;
+            for (psi, unknown) in multipliers.iter_mut().zip(&self.unknowns) {
+                *psi = match *unknown {
+                    Unknown::Coordinate(i) => state.v[i].map(|x| -x),
+                    Unknown::Multiplier(_) => [0.0; BATCH],
+                };
+            }
+            matrix.solve_transposed(system, multipliers, &mut by_given);
+            batch.add_vjp(&self.entries, &self.linearizer, &mut self.sources);
+            for unknown in &self.unknowns {
+                if let Unknown::Coordinate(i) = *unknown {
+                    batch.state.v[i] = [0.0; BATCH];
+                }
+            }
+            held.iter().zip(&by_given).for_each(|(&i, pi)| batch.state.v[i] = pi.map(|x| -x));
         }
         Ok(())
     }
@@ -171,13 +205,5 @@ impl<'m> InitialConditionAdjoint<'m> {
         let mut vjp = SystemVjp::at_rest(self.mechanism, self.activity, system, batches.len());
         vjp.add(self.mechanism, system, &rest, 1.0, batches);
         Ok(())
-    }
-}
-
-/// The derivatives with respect to the projected part of a state.
-fn adjoint_of(part: ProjectedPart, state: &mut AdjointState) -> &mut Vec<BatchValues> {
-    match part {
-        ProjectedPart::Positions => &mut state.q,
-        ProjectedPart::Velocities => &mut state.v,
     }
 }

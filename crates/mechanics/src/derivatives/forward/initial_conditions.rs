@@ -8,53 +8,23 @@ use crate::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfigurat
 use crate::derivatives::seeding::{set_values, take_values};
 use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::{Projection, acceleration_rows};
+use crate::initial_velocities::{VelocityMatrix, VelocityProjection};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 
-/// A projection of part of a state onto the constraints: x − x_guess + Φ_qᵀ μ = 0 with one of these constraints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ProjectedPart {
-    /// Positions q, with Φ = 0.
-    Positions,
-    /// Velocities v, with Φ̇ = 0.
-    Velocities,
-}
-
-impl ProjectedPart {
-    /// The entries of `state` that are projected.
-    pub fn of<T>(self, state: &mut State<T>) -> &mut Vec<T> {
-        match self {
-            Self::Positions => &mut state.q,
-            Self::Velocities => &mut state.v,
-        }
-    }
-
-    /// The multipliers μ of the projection.
-    pub fn multipliers(self, projection: &Projection) -> &[f64] {
-        match self {
-            Self::Positions => &projection.position,
-            Self::Velocities => &projection.velocity,
-        }
-    }
-
-    /// Factorizes the matrix of the projection whose result is in `values`.
-    pub fn factorize(
-        self,
-        system: &mut System,
-        mechanism: &Mechanism<f64>,
-        values: &State<f64>,
-        projection: &Projection,
-    ) -> Result<()> {
-        let mut at = values.clone();
-        match self {
-            Self::Positions => at.l.copy_from_slice(&projection.position),
-            Self::Velocities => at.l.fill(0.0), // Φ̇ is linear in v: the matrix is Φ_q, the rest is the identity
-        }
-        factorize(system, mechanism, &at, Linearization::projection())
-    }
+/// Factorizes the matrix of the projection of positions, q − q_guess + Φ_qᵀ μ = 0 with Φ = 0, whose result is in `values`.
+pub(crate) fn factorize_positions(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    values: &State<f64>,
+    projection: &Projection,
+) -> Result<()> {
+    let mut at = values.clone();
+    at.l.copy_from_slice(&projection.position);
+    factorize(system, mechanism, &at, Linearization::projection())
 }
 
 /// Factorizes the matrix of M q̈ + Φ_qᵀ λ = f, Φ̈ = 0 at `values`.
@@ -119,7 +89,7 @@ where
                 let mut state = State { modes: values.modes.clone(), ..State::built(self.mechanism, values.t) };
                 state.q = equilibrium(self.mechanism, &rest, self.system).q;
                 if self.mechanism.multipliers > 0 {
-                    self.project(ProjectedPart::Velocities, values, projection, &mut state)?;
+                    self.velocities(values, projection, &mut state)?;
                 }
                 state
             }
@@ -134,31 +104,50 @@ where
     pub fn consistent(&mut self, values: &State<f64>, projection: &Projection) -> Result<State<T>> {
         let mut state = State { modes: values.modes.clone(), ..State::built(self.mechanism, values.t) };
         if self.mechanism.multipliers > 0 {
-            self.project(ProjectedPart::Positions, values, projection, &mut state)?;
-            self.project(ProjectedPart::Velocities, values, projection, &mut state)?;
+            self.positions(values, projection, &mut state)?;
+            self.velocities(values, projection, &mut state)?;
         }
         Ok(state)
     }
 
-    /// Differentiates a projection onto the constraints, from the guess in `state` to the result in `values`.
-    pub fn project(
-        &mut self,
-        part: ProjectedPart,
-        values: &State<f64>,
-        projection: &Projection,
-        state: &mut State<T>,
-    ) -> Result<()> {
-        let guess = part.of(state).clone();
-        self.set_unknowns(values, state, |state| part.of(state));
-        set_values(&mut state.l, part.multipliers(projection));
-        part.factorize(self.system, self.plain, values, projection)?;
-        let mut jets = ElementWorkspace::<Jet2<T>>::default();
+    /// Differentiates the projection of positions onto the constraints, from the guess in `state` to the result in `values`.
+    pub fn positions(&mut self, values: &State<f64>, projection: &Projection, state: &mut State<T>) -> Result<()> {
+        let guess = state.q.clone();
+        self.set_unknowns(values, state, |state| &mut state.q);
+        set_values(&mut state.l, &projection.position);
+        factorize_positions(self.system, self.plain, values, projection)?;
         for _ in 0..T::ORDER {
-            self.projection_rows(part, &guess, state);
-            if part == ProjectedPart::Velocities {
-                self.system.constraint_rates(self.mechanism, state, 1, &mut jets, &mut self.rows);
+            self.projection_rows(&guess, state);
+            correct(self.system, &self.rows, &mut self.changes, state, |state| &mut state.q);
+        }
+        set_values(&mut state.l, &values.l);
+        Ok(())
+    }
+
+    /// Differentiates the consistent velocities in `values`, from the given ones in `state`.
+    fn velocities(&mut self, values: &State<f64>, projection: &Projection, state: &mut State<T>) -> Result<()> {
+        let VelocityProjection { multipliers, held } = &projection.velocity;
+        let given: Vec<T> = held.iter().map(|&i| state.v[i]).collect();
+        self.set_unknowns(values, state, |state| &mut state.v);
+        set_values(&mut state.l, multipliers);
+        let matrix = VelocityMatrix::new(self.system, self.plain, values, held)?;
+        let mut jets = ElementWorkspace::<Jet2<T>>::default();
+        let mut impulses = vec![T::from(0.0); held.len()];
+        for _ in 0..T::ORDER {
+            self.system.constraint_rows(self.mechanism, state, &mut ElementWorkspace::default(), &mut self.rows);
+            self.system.constraint_rates(self.mechanism, state, 1, &mut jets, &mut self.rows);
+            matrix.add_momenta(self.system, self.mechanism, state, &mut jets, &mut self.rows);
+            for (&i, &p) in held.iter().zip(&impulses) {
+                if let Some(equation) = self.system.equation_of(i) {
+                    self.rows[equation] -= p;
+                }
             }
-            correct(self.system, &self.rows, &mut self.changes, state, |state| part.of(state));
+            negative_derivatives(&self.rows, &mut self.changes);
+            let errors = held.iter().zip(&given).map(|(&i, &g)| (g - state.v[i]).derivatives());
+            let mut changes: Vec<_> = errors.collect();
+            matrix.solve(self.system, &mut self.changes, &mut changes);
+            add_changes(self.system, &self.changes, state, |state| &mut state.v);
+            impulses.iter_mut().zip(changes).for_each(|(p, change)| *p += T::with(0.0, change));
         }
         set_values(&mut state.l, &values.l);
         Ok(())
@@ -187,14 +176,14 @@ where
         }
     }
 
-    /// Rows of the point on the constraints nearest to `guess`: x − guess + Φ_qᵀ μ, and Φ.
-    fn projection_rows(&mut self, part: ProjectedPart, guess: &[T], state: &mut State<T>) {
+    /// Rows of the point on the constraints nearest to `guess`: q − guess + Φ_qᵀ μ, and Φ.
+    fn projection_rows(&mut self, guess: &[T], state: &State<T>) {
         self.system.constraint_rows(self.mechanism, state, &mut ElementWorkspace::default(), &mut self.rows);
         for (row, unknown) in self.rows.iter_mut().zip(self.system.unknowns()) {
             if let Unknown::Coordinate(i) = *unknown
                 && !self.mechanism.coordinates[i].is_follower
             {
-                *row += part.of(state)[i] - guess[i];
+                *row += state.q[i] - guess[i];
             }
         }
     }
@@ -232,8 +221,22 @@ fn correct<T: DerivativeScalar<L>, const L: usize>(
     state: &mut State<T>,
     which: impl Fn(&mut State<T>) -> &mut Vec<T>,
 ) {
-    changes.iter_mut().zip(rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
+    negative_derivatives(rows, changes);
     system.factor().solve(changes);
+    add_changes(system, changes, state, which);
+}
+
+fn negative_derivatives<T: DerivativeScalar<L>, const L: usize>(rows: &[T], changes: &mut [[f64; L]]) {
+    changes.iter_mut().zip(rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
+}
+
+/// Adds the `changes` of derivatives, by equation, to the unknowns of `state`.
+fn add_changes<T: DerivativeScalar<L>, const L: usize>(
+    system: &System,
+    changes: &[[f64; L]],
+    state: &mut State<T>,
+    which: impl Fn(&mut State<T>) -> &mut Vec<T>,
+) {
     for (change, unknown) in changes.iter().zip(system.unknowns()) {
         let change = T::with(0.0, *change);
         match *unknown {

@@ -5,7 +5,8 @@ use autodiff::Scalar;
 /// Choice of the shear stiffness GA* of a beam element.
 ///
 /// # Sources
-/// MacNeal, *Comput. Struct.* 8 (1978) 175–183, for the residual bending flexibility.
+/// MacNeal, *Comput. Struct.* 8 (1978) 175–183, for the residual bending flexibility. With it the axis between the nodes is a
+/// cubic, whose length the axial strain takes into account, see [`Beam`](super::Beam).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shear {
     /// 1/GA* = 1/GA_s + ℓ²/(12 EI): exact bending of the element, and shear flexibility.
@@ -25,6 +26,29 @@ impl Shear {
             Self::Rigid => bending_flexibility.recip(),
             Self::Plain => shear,
         }
+    }
+
+    /// 1 if the axis between the nodes is a cubic, 0 if it is straight.
+    pub(crate) fn cubic<S: Scalar>(self) -> S {
+        S::from(if self == Self::Plain { 0.0 } else { 1.0 })
+    }
+}
+
+/// Deflection of the axis between the nodes of an element.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Deflection<S> {
+    /// 1 if the axis is a cubic, 0 if it is straight.
+    pub cubic: S,
+    /// Unloaded length in m.
+    pub length: S,
+}
+
+impl<S: Scalar> Deflection<S> {
+    /// The factor c of γ²/2 in the axial strain for the shear stiffness GA* and the bending stiffness EI, see
+    /// [`Beam`](super::Beam).
+    pub fn shear_shortening(self, shear: S, bending: S) -> S {
+        let bent = self.cubic * shear * self.length * self.length / (bending * 12.0);
+        bent * 2.0 - bent * bent * 0.8
     }
 }
 
@@ -75,10 +99,22 @@ impl<S: Scalar> BeamSection<S> {
         }
     }
 
-    pub(crate) fn parameters(&self, length: S, shear: Shear, [turn, tension]: [S; 2], gravity: [S; 3]) -> [S; 10] {
+    pub(crate) fn parameters(&self, length: S, shear: Shear, [turn, tension]: [S; 2], gravity: [S; 3]) -> [S; 11] {
         let shear_stiffness = shear.stiffness(length, self.shear, self.bending);
         let [gx, gy, _] = gravity;
-        [length, self.axial, shear_stiffness, self.bending, self.mass, self.inertia, turn, tension, gx, gy]
+        [
+            length,
+            self.axial,
+            shear_stiffness,
+            self.bending,
+            self.mass,
+            self.inertia,
+            turn,
+            tension,
+            shear.cubic(),
+            gx,
+            gy,
+        ]
     }
 }
 

@@ -1,6 +1,7 @@
 //! A geometrically exact beam element in space with two nodes.
 
 use crate::elements::beams::Shear;
+use crate::elements::beams::section::Deflection;
 use crate::elements::spatial::beams::section3::BeamSection3;
 use crate::elements::spatial::line3::{Ends, check_ends, ends3};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
@@ -23,9 +24,11 @@ use autodiff::Scalar;
 ///    U = \tfrac{\ell}{2}\left(\boldsymbol\Gamma^{\mathsf T}\mathbf C_\Gamma\boldsymbol\Gamma
 ///    + \boldsymbol\kappa^{\mathsf T}\mathbf C_\kappa\boldsymbol\kappa\right) $$
 ///
-/// with C_Γ = diag(EA, GA*_y, GA*_z) and C_κ = diag(GJ, EI_y, EI_z). The strains do not change in a rigid-body motion. The mass
-/// is that of linear interpolation, the rotary inertia is that of one half of the element at each end. The relative rotation
-/// in one element must stay below half a turn.
+/// with C_Γ = diag(EA, GA*_y, GA*_z) and C_κ = diag(GJ, EI_y, EI_z). In U the axial strain is the mean along the deflected axis,
+/// as in the planar [`Beam`](crate::elements::Beam), with a factor c for each transverse direction:
+/// Γ_x + ½ (c_y Γ_y² + c_z Γ_z²) + β (ψ_y² + ψ_z²)/24. The strains do not change in a rigid-body motion. The mass is that of
+/// linear interpolation, the rotary inertia is that of one half of the element at each end. The relative rotation in one element
+/// must stay below half a turn.
 ///
 /// # Sources
 /// Simo & Vu-Quoc, *CMAME* 58 (1986) 79–116; Crisfield & Jelenić, *Proc. R. Soc. A* 455 (1999) 1125–1147, for strains from the
@@ -49,6 +52,7 @@ element_inputs!(Beam3Inputs {
     inertia_x: required("kg·m", 0.02, "rotary inertia per length about x"),
     inertia_y: required("kg·m", 0.01, "rotary inertia per length about y"),
     inertia_z: required("kg·m", 0.012, "rotary inertia per length about z"),
+    cubic: optional("0", "", 1.0, "1 if the axis between the nodes is a cubic, 0 if it is straight"),
     gravity_x: gravity(),
     gravity_y: gravity(),
     gravity_z: gravity(),
@@ -76,6 +80,13 @@ impl<T: Scalar> Beam3Inputs<'_, T> {
         [self.gravity_x(), self.gravity_y(), self.gravity_z()]
     }
 
+    /// Factors c of Γ_y²/2 and Γ_z²/2 in the axial strain.
+    fn shear_shortening(self) -> [T; 2] {
+        let deflection = Deflection { cubic: self.cubic(), length: self.length() };
+        let along = |shear: T, bending: T| deflection.shear_shortening(shear, bending);
+        [along(self.shear_y(), self.bending_z()), along(self.shear_z(), self.bending_y())]
+    }
+
     /// Rotary inertia of one half.
     fn half_inertia(self) -> [T; 3] {
         let half = self.length() * 0.5;
@@ -96,6 +107,9 @@ struct Resultants<T> {
     /// Force and moment along the axes of the section half way.
     force: [T; 3],
     moment: [T; 3],
+    /// Gradients of the strain energy per length with respect to Rᵀd/ℓ and to ψ/ℓ.
+    end_force: [T; 3],
+    end_moment: [T; 3],
 }
 
 impl<T: Scalar> Resultants<T> {
@@ -109,21 +123,26 @@ impl<T: Scalar> Resultants<T> {
         let sum = [0, 1, 2, 3].map(|k| a[k] + b[k]);
         let inverse = p.length().recip();
         let mut strain = scaled(transposed_product(&matrix(&sum), ends.gap()), inverse);
-        strain[0] -= 1.0;
         let rotation = rotation_vector(&first.inverse().then(second).parameters());
+        let [cy, cz] = p.shear_shortening();
+        let arc = p.cubic() * (rotation[1] * rotation[1] + rotation[2] * rotation[2]) * (1.0 / 24.0);
+        strain[0] += (cy * strain[1] * strain[1] + cz * strain[2] * strain[2]) * 0.5 + arc - 1.0;
         let curvature = scaled(rotation, inverse);
         let force = [p.axial() * strain[0], p.shear_y() * strain[1], p.shear_z() * strain[2]];
         let moment = [p.torsion() * curvature[0], p.bending_y() * curvature[1], p.bending_z() * curvature[2]];
-        Self { ends, first, e: [a, b], sum, strain, rotation, force, moment }
+        let end_force = [force[0], force[1] + force[0] * cy * strain[1], force[2] + force[0] * cz * strain[2]];
+        let bowed = force[0] * p.cubic() * p.length() * (1.0 / 12.0);
+        let end_moment = [moment[0], moment[1] + bowed * rotation[1], moment[2] + bowed * rotation[2]];
+        Self { ends, first, e: [a, b], sum, strain, rotation, force, moment, end_force, end_moment }
     }
 
     /// Adds the elastic forces to the rows: the gradient of the strain energy.
     fn add_forces(&self, dynamics: &mut [T]) {
         let Ends { a, b } = &self.ends;
-        let force = Rotation::euler_parameters(self.sum).rotate(self.force);
+        let force = Rotation::euler_parameters(self.sum).rotate(self.end_force);
         a.frame.add_force(dynamics, a.lever, force.map(|f| -f));
         b.frame.add_force(dynamics, b.lever, force);
-        let moment = self.first.rotate(torque_of_rotation_vector(self.rotation, self.moment));
+        let moment = self.first.rotate(torque_of_rotation_vector(self.rotation, self.end_moment));
         // The section half way turns by E(s) (Eᵀ(a) δφ_a + Eᵀ(b) δφ_b)/|s|² for s = a + b.
         let torque = scaled(cross(force, self.ends.gap()), square(&self.sum).recip());
         let [on_a, on_b] = self.e.map(|e| e_times(&e, &e_transposed_times(&self.sum, torque)));
@@ -198,8 +217,10 @@ impl<S: Scalar> Mechanism<S> {
     ) -> ElementIndex {
         let (coordinates, markers) = ends3(a, b);
         let BeamSection3 { axial, shear: [y, z], torsion, bending, mass, inertia } = *section;
+        let cubic = [shear.cubic()];
         let shear = [shear.stiffness(length, y, bending[1]), shear.stiffness(length, z, bending[0])];
-        let own = [&[length, axial][..], &shear, &[torsion], &bending, &[mass], &inertia, &self.gravity].concat();
+        let own =
+            [&[length, axial][..], &shear, &[torsion], &bending, &[mass], &inertia, &cubic, &self.gravity].concat();
         self.add_object(name.into(), Beam3::object(), &coordinates, &[markers, own].concat())
     }
 
@@ -251,10 +272,11 @@ impl<S: Scalar> Mechanism<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::elements::Beam;
     use crate::elements::element_tests::{at, close, energies, measured, rows};
     use crate::elements::spatial::line3::{points, upright};
 
-    const SECTION: [f64; 14] = [2.0, 100.0, 30.0, 40.0, 10.0, 20.0, 50.0, 0.6, 0.1, 0.2, 0.3, 0.0, 0.0, -10.0];
+    const SECTION: [f64; 15] = [2.0, 100.0, 30.0, 40.0, 10.0, 20.0, 50.0, 0.6, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0, -10.0];
 
     #[test]
     fn stretched_and_twisted_by_known_amounts() {
@@ -269,6 +291,26 @@ mod tests {
         // Half of the weight of 12 N at each end; the torque acts by 2 Eᵀ m.
         close(&computed[..4], &[-10.0, 0.0, 6.0, 0.0]);
         close(&computed[4..10], &[-3.0, 0.0, 0.0, 10.0, 0.0, 6.0]);
+    }
+
+    #[test]
+    fn in_a_plane_a_cubic_has_the_forces_of_the_planar_element() {
+        // GA* of the residual bending flexibility and a shear flexibility; turned by ±0.1 rad about z at the ends, with shear.
+        let mut p = [&points([0.0; 3], [0.0; 3])[..], &SECTION].concat();
+        p[25] = 1.0;
+        let mut q = upright([0.0; 3], [2.02, 0.04, 0.0]);
+        q[3..7].copy_from_slice(&Rotation::about_z(-0.1).parameters());
+        q[10..].copy_from_slice(&Rotation::about_z(0.1).parameters());
+        let planar = [2.0, 100.0, 30.0, 50.0, 0.6, 0.3, 0.0, 0.0, 1.0, 0.0, 0.0];
+        let y = [0.0, 0.0, -0.1, 2.02, 0.04, 0.1];
+        let (spatial, plane) = (rows(&Beam3, &at(&p, &q, &[])).0, rows(&Beam, &at(&planar, &y, &[])).0);
+        close(&[spatial[0], spatial[1], spatial[7], spatial[8]], &[plane[0], plane[1], plane[3], plane[4]]);
+        // The torque m about z acts on the Euler parameters by 2 Eᵀ m: its component along the rotation is m/½ cos.
+        let turning = |e: &[f64], row: &[f64]| 0.5 * (-e[3] * row[0] + e[0] * row[3]);
+        close(&[turning(&q[3..7], &spatial[3..7]), turning(&q[10..], &spatial[10..])], &[plane[2], plane[5]]);
+        let found = measured(&Beam3, &at(&p, &q, &[]));
+        let expected = measured(&Beam, &at(&planar, &y, &[]));
+        close(&[found[0], found[1], found[5]], &[expected[2], expected[3], 50.0 * 0.1]);
     }
 
     #[test]
