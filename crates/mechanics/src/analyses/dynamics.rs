@@ -4,7 +4,7 @@ use crate::Result;
 use crate::analyses::conservation::{EnergyDrift, EnergyWatch};
 use crate::analyses::doubtful_states::StateWatch;
 use crate::analyses::negative_coefficients::CoefficientWatch;
-use crate::analyses::sampling::{OutputRecorder, interpolate};
+use crate::analyses::sampling::OutputRecorder;
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::events::Event;
@@ -279,9 +279,7 @@ impl Simulation for TimeStepper<'_> {
     }
 
     fn sample(&mut self, t: f64, _y: &mut Vec<f64>, at: &mut State<f64>) -> Result<()> {
-        let step = &self.integrator.step;
-        let t = if self.has_ended() { t.min(step.new.t) } else { t };
-        interpolate(&step.old, &step.new, t, at);
+        self.sample(t, at);
         Ok(())
     }
 

@@ -117,6 +117,25 @@ impl<S: Scalar> Mechanism<S> {
     }
 }
 
+impl<S> When<S> {
+    /// Returns whether the condition uses forces or accelerations.
+    pub fn uses_forces(&self) -> bool {
+        self.terms.iter().any(|term| {
+            let MeasuredQuantity::Measure { element, measure } = term.source else { return false };
+            let instance = self.measured.iter().find(|(k, _)| *k == element);
+            instance.is_some_and(|(_, instance)| !is_of_motion(instance.element.measures()[measure].unit))
+        })
+    }
+}
+
+/// Returns whether a measure in this `unit` is of positions and velocities only.
+fn is_of_motion(unit: &str) -> bool {
+    unit.split(" or ").all(|unit| UNITS_OF_MOTION.contains(&unit))
+}
+
+/// Units of positions, velocities and energies.
+const UNITS_OF_MOTION: [&str; 6] = ["m", "rad", "m/s", "rad/s", "J", "1"];
+
 impl<T: StateScalar> When<T> {
     /// The function g of the condition.
     pub fn value(&self, state: &State<T>) -> T {

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::analyses::dynamics::InitialConfiguration;
 use crate::checkpointing::recording::ExplicitRecording;
-use crate::derivatives::adjoint::adjoint_state::{AdjointState, BATCH, BatchValues};
+use crate::derivatives::adjoint::adjoint_state::{AdjointState, BATCH, BatchValues, add};
 use crate::derivatives::adjoint::batch::{AdjointBatch, SystemVjp};
 use crate::derivatives::adjoint::problem::AdjointProblem;
 use crate::derivatives::forward::explicit::constraint::ConstraintDerivative;
@@ -114,6 +114,37 @@ impl<'m> InitialConditionAdjoint<'m> {
             batch.add_vjp(&self.entries, &self.linearizer, &mut self.sources);
         }
         Ok(())
+    }
+
+    /// Propagates from velocities v₀ = v + `change` (v − v_c) to v, where v_c are the consistent velocities nearest to v, in `consistent`.
+    pub fn rescaled_velocities(
+        &mut self,
+        system: &mut System,
+        (consistent, projection): (&State<f64>, &Projection),
+        change: f64,
+        batches: &mut [&mut AdjointBatch],
+    ) -> Result<()> {
+        let rescaled: Vec<Vec<BatchValues>> = batches.iter().map(|batch| batch.state.v.clone()).collect();
+        for batch in batches.iter_mut() {
+            let velocities = &mut batch.state.v;
+            velocities.iter_mut().for_each(|v| *v = v.map(|x| -change * x));
+            self.prescribed().for_each(|i| velocities[i] = [0.0; BATCH]);
+        }
+        self.project(ProjectedPart::Velocities, system, consistent, projection, batches)?;
+        for (batch, rescaled) in batches.iter_mut().zip(rescaled) {
+            let mut factors = vec![1.0 + change; rescaled.len()];
+            self.prescribed().for_each(|i| factors[i] = 1.0);
+            for ((v, rescaled), factor) in batch.state.v.iter_mut().zip(&rescaled).zip(factors) {
+                add(v, factor, rescaled);
+            }
+        }
+        Ok(())
+    }
+
+    /// The prescribed coordinates.
+    fn prescribed(&self) -> impl Iterator<Item = usize> + use<'_, 'm> {
+        let coordinates = self.mechanism.coordinates.iter().enumerate();
+        coordinates.filter(|(_, coordinate)| coordinate.motion.is_some()).map(|(i, _)| i)
     }
 
     /// Propagates from projected positions or velocities to those before the projection.

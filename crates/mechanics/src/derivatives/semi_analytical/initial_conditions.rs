@@ -80,7 +80,7 @@ impl InitialDifferences<'_> {
     }
 
     /// Differentiates a projection onto the constraints, from the guesses in `sensitivities`.
-    fn project(
+    pub fn project(
         &mut self,
         part: ProjectedPart,
         differences: &mut [CentralDifference],
