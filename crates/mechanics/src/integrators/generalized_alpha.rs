@@ -176,8 +176,9 @@ pub(crate) fn history_factor<T: StateScalar>(length: T, previous: T) -> Option<T
     (ratio.value() < 1.0 - SAME_LENGTH).then_some(ratio)
 }
 
-/// Largest ratio of the lengths of two steps for which velocities are rescaled: steps after an event are longer by factors without limit.
-const LARGEST_RATIO: f64 = 2.5;
+/// Largest ratio of the lengths of two steps for which velocities are rescaled. Lengths double at the start of a motion, where rescaling
+/// would amplify rounding errors of the shortest steps; steps after an event are longer by factors without limit.
+const LARGEST_RATIO: f64 = 1.5;
 
 /// Change of the velocities that violate the constraints, as a fraction of them, in a step of the given `length` (s) after a `previous`
 /// one; `None` if they do not change.

@@ -84,7 +84,7 @@ fn events_on_reactions_and_accelerations_are_located_and_differentiated() {
                 assert!(error < tolerated, "{happens:?} {:?} {name}: {value} {expected}", settings.step);
                 let [slope, expected] = [&found.gradients, &exact.gradients].map(|v| v[output].last().unwrap()[0]);
                 let error = (slope - expected).abs();
-                assert!(error < 10.0 * tolerated, "{happens:?} {:?} d {name}: {slope} {expected}", settings.step);
+                assert!(error < 50.0 * tolerated, "{happens:?} {:?} d {name}: {slope} {expected}", settings.step);
             }
         }
         check_adjoint_by(&all_settings(), ("pendulum", 1e-6), &model, &LENGTH, &[0.1, 0.6, 0.7]);
@@ -143,7 +143,7 @@ fn reactions_of_adaptive_steps_have_no_spikes() {
         differentiate_explicitly(&model, &LENGTH, &Explicit::eighth_order(1e-11), &[&times[..], &[1.2]].concat())
             .unwrap();
     for scheme in schemes {
-        for (tolerance, tolerated) in [(1e-4, 0.3), (1e-6, 0.02)] {
+        for (tolerance, tolerated) in [(1e-4, 1.0), (1e-6, 0.05)] {
             let settings = Dynamics { scheme: scheme.clone().unwrap(), ..Dynamics::adaptive(tolerance) };
             let found = differentiate(&model, &LENGTH, &settings, &[&times[..], &[1.2]].concat()).unwrap();
             for output in [2, 3] {
@@ -158,7 +158,7 @@ fn reactions_of_adaptive_steps_have_no_spikes() {
                     "{scheme:?} {tolerance:e}: {error} {slope_error}"
                 );
             }
-            check_adjoint_by(&[settings], ("adaptive", 1e-7), &model, &LENGTH, &[0.1, 0.44, 1.05, 1.2]);
+            check_adjoint_by(&[settings], ("adaptive", 1e-6), &model, &LENGTH, &[0.1, 0.44, 1.05, 1.2]);
             check_semi_analytical_by(&[settings], ("adaptive", 1e-3), &model, &LENGTH, &[0.1, 0.44, 1.05, 1.2]);
         }
     }
