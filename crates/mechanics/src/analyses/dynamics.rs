@@ -149,7 +149,8 @@ fn add_events(
     for event in (0..mechanism.events.len()).filter(is_open) {
         let name = &mechanism.events[event].gap.name;
         if mechanism.outputs.iter().any(|output| output.held_from == Some(event)) {
-            return Err(not_happened(name, end));
+            let ended_by = last.filter(|_| has_ended).map(|k| mechanism.events[k].gap.name.as_str());
+            return Err(not_happened(name, if has_ended { state.t } else { end }, ended_by));
         }
         if !has_ended {
             history.warnings.push(format!("{name}: this event has not happened until t = {end:.6e} s"));

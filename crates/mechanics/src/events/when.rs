@@ -175,8 +175,15 @@ impl Element for NoGap {
     fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _dynamics: &mut [T], _constraint: &mut [T]) {}
 }
 
-/// Error of an output at an event that has not happened until the time `t` (s).
-pub(crate) fn not_happened(name: &str, t: f64) -> Error {
+/// Error of an output at an event that has not happened until the time `t` (s): the last one, or that of the event `ended_by` which ends
+/// the motion.
+pub(crate) fn not_happened(name: &str, t: f64, ended_by: Option<&str>) -> Error {
+    if let Some(other) = ended_by {
+        let why = format!(
+            "it has not happened when `{other}` ends the motion at t = {t:.6e} s, and an output is its value there"
+        );
+        return Error::analysis(name, why, "change its condition, or let the motion go on");
+    }
     let why = format!("it has not happened until the last time point, t = {t:.6e} s, and an output is its value there");
     Error::analysis(name, why, "extend the time points, or change its condition or the design")
 }

@@ -315,7 +315,7 @@ impl OdeRhs for MechanismRhs<'_> {
         self.correct(0);
         self.correct(1);
         let violations = [0, 1].map(|order| self.violation(order));
-        self.drift.add(t, violations, [&self.state.q, &self.state.v]);
+        self.drift.set_trial(t, violations, [&self.state.q, &self.state.v]);
         let n = self.state.q.len();
         y[..n].copy_from_slice(&self.state.q);
         y[n..].copy_from_slice(&self.state.v);
@@ -348,6 +348,10 @@ impl OdeRhs for MechanismRhs<'_> {
             self.state.modes.set_sides(instance, Sides::held(these));
             sides = others;
         }
+    }
+
+    fn accept(&mut self) {
+        self.drift.accept();
     }
 
     fn end_at_event(stepper: &mut Stepper<Self>, times: &InspectionTimes) -> Result<()> {

@@ -152,6 +152,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         if self.stepper.t[1] != end {
             self.switches.end_before();
         }
+        self.stepper.rhs.accept();
         self.steps.push(self.stepper.t[1] - old);
         Ok(())
     }

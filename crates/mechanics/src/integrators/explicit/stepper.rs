@@ -20,6 +20,9 @@ pub trait OdeRhs {
         Ok(())
     }
 
+    /// Called at the end of each step that is not repeated.
+    fn accept(&mut self) {}
+
     /// Writes the values of functions at whose zeros the rates are not smooth, always the same number of them.
     ///
     /// Adaptive steps end there.
