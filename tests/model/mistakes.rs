@@ -211,3 +211,18 @@ const FAILURES: &[[&str; 3]] = &[
         "[[joint]]\nname = \"again\"\nkind = \"distance\"\na = \"ground\"\nb = \"arm\"\nlength = 7\n\n[[driver]]",
     ],
 ];
+
+/// Explicit schemes have no equilibrium at the start, no other initial accelerations and no other rates of drivers.
+#[test]
+fn settings_of_implicit_schemes_are_errors_with_explicit_ones() {
+    for key in
+        ["initial_configuration = \"equilibrium\"", "initial_acceleration = \"zero\"", "prescribed = \"newmark\""]
+    {
+        for (scheme, is_right) in [("hht", true), ("rk5", false), ("rk8", false)] {
+            let text = GOOD.replace("step = 1e-2\n", &format!("step = 1e-2\nscheme = \"{scheme}\"\n{key}\n"));
+            let errors = read("model.toml", &text).err().map(|report| report.to_string());
+            assert_eq!(errors.is_none(), is_right, "{scheme}, {key}: {errors:?}");
+            assert!(errors.is_none_or(|errors| errors.contains("implicit schemes only")));
+        }
+    }
+}

@@ -40,6 +40,8 @@ pub struct Projection {
     pub position: Vec<f64>,
     /// Multipliers of the velocities, and those that are kept.
     pub velocity: VelocityProjection,
+    /// Multipliers of the nearest consistent velocities.
+    pub nearest_velocity: Vec<f64>,
 }
 
 /// Moves the free coordinates of `state` to the nearest point that satisfies the constraints.
@@ -272,6 +274,36 @@ fn consistent_velocities(
         return Ok(VelocityProjection::default());
     }
     solve_velocities(system, mechanism, state, kept).map_err(|error| explained(system, mechanism, state, error))
+}
+
+/// Moves the free velocities to the nearest ones that satisfy the constraints, v − v_guess + Φ_qᵀ ν = 0 and Φ_q v + Φ_t = 0. Returns the
+/// multipliers.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming joints that depend on each other.
+pub(crate) fn nearest_consistent_velocities(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+) -> Result<Vec<f64>> {
+    if mechanism.multipliers == 0 {
+        return Ok(Vec::new());
+    }
+    let mut rows = vec![[0.0]; system.size()];
+    system.assemble(mechanism, state, Linearization::projection(), &mut rows);
+    system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
+    rows.fill([0.0]);
+    system.constraint_rates(mechanism, state, 1, &mut ElementWorkspace::default(), rows.as_flattened_mut());
+    system.factor().solve(&mut rows);
+    let mut multipliers = vec![0.0; mechanism.multipliers];
+    for (unknown, change) in system.unknowns().iter().zip(&rows) {
+        match *unknown {
+            Unknown::Coordinate(i) => state.v[i] -= change[0],
+            Unknown::Multiplier(m) => multipliers[m] = -change[0],
+        }
+    }
+    Ok(multipliers)
 }
 
 /// Solver for consistent accelerations; it allocates only at its first use.

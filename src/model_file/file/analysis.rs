@@ -274,6 +274,19 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
 }
 
 fn explicit(section: &Section<'_>, start: f64, step: Option<f64>, tolerance: Option<f64>) -> Read<Integration> {
+    let implicit_only = [
+        ("initial_configuration", "built", "equilibrium"),
+        ("initial_acceleration", "consistent", "zero"),
+        ("prescribed", "exact", "newmark"),
+    ];
+    for (key, other, word) in implicit_only {
+        if section.choice(key, &[(other, false), (word, true)])? {
+            let message = format!("`{key} = \"{word}\"` is for implicit schemes only");
+            return Err(section
+                .error_at(key, message)
+                .help("use scheme = \"generalized-alpha\", or leave the key out"));
+        }
+    }
     let make: fn(f64) -> Explicit =
         section.choice("scheme", &[("rk5", Explicit::adaptive as fn(f64) -> _), ("rk8", Explicit::eighth_order)])?;
     let coordinates = section.choice(

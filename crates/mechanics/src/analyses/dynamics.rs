@@ -4,7 +4,7 @@ use crate::Result;
 use crate::analyses::conservation::{EnergyDrift, EnergyWatch};
 use crate::analyses::doubtful_states::StateWatch;
 use crate::analyses::negative_coefficients::CoefficientWatch;
-use crate::analyses::sampling::{OutputRecorder, interpolate};
+use crate::analyses::sampling::OutputRecorder;
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::events::Event;
@@ -150,7 +150,8 @@ fn add_events(
     for event in (0..mechanism.events.len()).filter(is_open) {
         let name = &mechanism.events[event].gap.name;
         if mechanism.outputs.iter().any(|output| output.held_from == Some(event)) {
-            return Err(not_happened(name, end));
+            let ended_by = last.filter(|_| has_ended).map(|k| mechanism.events[k].gap.name.as_str());
+            return Err(not_happened(name, if has_ended { state.t } else { end }, ended_by));
         }
         if !has_ended {
             history.warnings.push(format!("{name}: this event has not happened until t = {end:.6e} s"));
@@ -280,9 +281,7 @@ impl Simulation for TimeStepper<'_> {
     }
 
     fn sample(&mut self, t: f64, _y: &mut Vec<f64>, at: &mut State<f64>) -> Result<()> {
-        let step = &self.integrator.step;
-        let t = if self.has_ended() { t.min(step.new.t) } else { t };
-        interpolate(&step.old, &step.new, t, at);
+        self.sample(t, at);
         Ok(())
     }
 

@@ -151,7 +151,12 @@ pub(crate) fn states_at_rest(
         match about {
             About::Equilibrium(_) => state = equilibrium(chunk, &values, system),
             About::Assembled if mechanism.multipliers > 0 => {
-                InitialDerivatives::new(mechanism, chunk, system).positions(&values, &projection, &mut state)?;
+                InitialDerivatives::new(mechanism, chunk, system).project(
+                    ProjectedPart::Positions,
+                    &values,
+                    &projection,
+                    &mut state,
+                )?;
             }
             About::Assembled => {}
         }

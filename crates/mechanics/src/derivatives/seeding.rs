@@ -73,6 +73,13 @@ pub(crate) fn set_values<T: StateScalar>(to: &mut [T], from: &[f64]) {
     to.iter_mut().zip(from).for_each(|(to, &from)| *to = T::from(from));
 }
 
+/// The values of a `state` without its derivatives.
+pub(crate) fn values_of<T: StateScalar>(state: &State<T>) -> State<f64> {
+    let values = |x: &[T]| x.iter().map(|x| x.value()).collect();
+    let State { t, q, v, a, l, modes } = state;
+    State { t: t.value(), q: values(q), v: values(v), a: values(a), l: values(l), modes: modes.clone() }
+}
+
 /// Overwrites the values of `state` and keeps its derivatives.
 pub(crate) fn take_values<T: DerivativeScalar<L>, const L: usize>(state: &mut State<T>, values: &State<f64>) {
     state.t = T::with(values.t, state.t.derivatives());

@@ -171,6 +171,11 @@ impl<S> EventElement<S> {
         self.unilateral.is_some_and(|law| law.is_held(modes))
     }
 
+    /// Returns whether its function depends on forces or accelerations: of a part that is held, or in a condition.
+    pub(crate) fn needs_forces(&self, modes: &Modes) -> bool {
+        self.is_held(modes) || self.when.as_ref().is_some_and(|when| when.uses_forces())
+    }
+
     /// Returns whether it is friction that slides.
     pub(crate) fn is_sliding(&self, modes: &Modes) -> bool {
         self.unilateral.is_some_and(|law| law.direction(modes).is_some() && !law.is_resting(modes))
@@ -190,16 +195,16 @@ impl<S> EventElement<S> {
 }
 
 impl EventElement<f64> {
-    /// The function of the event at the end of an implicit step, with the forces of held parts of its positions and velocities;
-    /// not a number if there are none.
+    /// The function of the event at the end of an implicit step, with the forces and accelerations of its positions
+    /// and velocities; not a number if there are none.
     pub(crate) fn value_after_step(&self, mechanism: &Mechanism<f64>, state: &State<f64>, start: f64) -> f64 {
-        let has_friction = mechanism.has_coupled_friction();
-        if !self.is_held(&state.modes) && !has_friction {
+        let is_projected = mechanism.has_consistent_velocities();
+        if !self.needs_forces(&state.modes) && !is_projected {
             return self.gap(state);
         }
         let mut state = state.clone();
         let solved = System::at(mechanism, start).and_then(|mut system| {
-            if has_friction {
+            if is_projected {
                 make_consistent(&mut system, mechanism, &mut state)?;
             }
             AccelerationSolver::default().solve(&mut system, mechanism, &mut state)
@@ -209,6 +214,14 @@ impl EventElement<f64> {
 }
 
 impl<S> Mechanism<S> {
+    /// Returns whether events of implicit steps have velocities that satisfy the constraints: with [coupled
+    /// friction](Self::has_coupled_friction), and where a condition uses forces or accelerations, whose rates would have an error of the
+    /// order of the step.
+    pub(crate) fn has_consistent_velocities(&self) -> bool {
+        let uses_forces = |event: &EventElement<S>| event.when.as_ref().is_some_and(|when| when.uses_forces());
+        self.has_coupled_friction() || self.events.iter().any(uses_forces)
+    }
+
     /// Returns whether joints couple dry friction to other coordinates: its velocities along implicit steps are then consistent up to
     /// the error of the step only.
     pub(crate) fn has_coupled_friction(&self) -> bool {

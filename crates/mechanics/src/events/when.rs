@@ -117,6 +117,25 @@ impl<S: Scalar> Mechanism<S> {
     }
 }
 
+impl<S> When<S> {
+    /// Returns whether the condition uses forces or accelerations.
+    pub fn uses_forces(&self) -> bool {
+        self.terms.iter().any(|term| {
+            let MeasuredQuantity::Measure { element, measure } = term.source else { return false };
+            let instance = self.measured.iter().find(|(k, _)| *k == element);
+            instance.is_some_and(|(_, instance)| !is_of_motion(instance.element.measures()[measure].unit))
+        })
+    }
+}
+
+/// Returns whether a measure in this `unit` is of positions and velocities only.
+fn is_of_motion(unit: &str) -> bool {
+    unit.split(" or ").all(|unit| UNITS_OF_MOTION.contains(&unit))
+}
+
+/// Units of positions, velocities and energies.
+const UNITS_OF_MOTION: [&str; 6] = ["m", "rad", "m/s", "rad/s", "J", "1"];
+
 impl<T: StateScalar> When<T> {
     /// The function g of the condition.
     pub fn value(&self, state: &State<T>) -> T {
@@ -156,8 +175,15 @@ impl Element for NoGap {
     fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _dynamics: &mut [T], _constraint: &mut [T]) {}
 }
 
-/// Error of an output at an event that has not happened until the time `t` (s).
-pub(crate) fn not_happened(name: &str, t: f64) -> Error {
+/// Error of an output at an event that has not happened until the time `t` (s): the last one, or that of the event `ended_by` which ends
+/// the motion.
+pub(crate) fn not_happened(name: &str, t: f64, ended_by: Option<&str>) -> Error {
+    if let Some(other) = ended_by {
+        let why = format!(
+            "it has not happened when `{other}` ends the motion at t = {t:.6e} s, and an output is its value there"
+        );
+        return Error::analysis(name, why, "change its condition, or let the motion go on");
+    }
     let why = format!("it has not happened until the last time point, t = {t:.6e} s, and an output is its value there");
     Error::analysis(name, why, "extend the time points, or change its condition or the design")
 }

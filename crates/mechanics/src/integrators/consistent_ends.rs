@@ -1,34 +1,35 @@
-//! Forces of closed contacts and of friction that sticks, and velocities of friction, at the ends of implicit steps.
+//! Forces and accelerations at the ends of implicit steps, where events depend on them, and velocities of friction.
 
 use crate::Result;
 use crate::events::impact::make_consistent;
 use crate::initial_conditions::AccelerationSolver;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{EventElement, Mechanism};
 use crate::system::System;
 use crate::system::state::State;
 
 /// The ends of an implicit step with the accelerations and multipliers of M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
 ///
-/// The multipliers of a step have errors that change their sign from step to step. Whether a contact opens is decided by those of
-/// its positions and velocities, which are also those with which the motion goes on. Velocities satisfy the constraints up to the error
+/// The accelerations and multipliers of a step have errors that change their sign from step to step. Whether a contact opens, or a force
+/// exceeds a limit, is decided by those of its positions and velocities, which are also those with which the motion goes on. Velocities satisfy the constraints up to the error
 /// of the step; where friction begins and ends to slide is decided by those that satisfy them.
 pub(crate) struct ConsistentEnds {
     system: System,
     solver: AccelerationSolver,
     states: [State<f64>; 2],
     /// True if joints couple dry friction to other coordinates.
-    has_friction: bool,
-    /// True if there is such friction, or if a part is held in the current step.
+    is_projected: bool,
+    /// True if there is such friction, or if a part is held in the current step, or a condition uses forces.
     is_used: bool,
 }
 
 impl ConsistentEnds {
-    /// Ends for steps of the `mechanism` from the state `start` on; `None` if no part has modes that follow from the motion.
+    /// Ends for steps of the `mechanism` from the state `start` on; `None` if no event depends on forces.
     pub fn new(mechanism: &Mechanism<f64>, system: &System, start: &State<f64>) -> Option<Box<Self>> {
-        mechanism.events.iter().any(|event| event.unilateral.is_some()).then(|| {
+        let needs_forces = |event: &EventElement<f64>| event.unilateral.is_some() || event.needs_forces(&start.modes);
+        mechanism.events.iter().any(needs_forces).then(|| {
             let (system, solver) = (system.clone(), AccelerationSolver::default());
-            let has_friction = mechanism.has_coupled_friction();
-            Box::new(Self { system, solver, states: [start.clone(), start.clone()], has_friction, is_used: false })
+            let is_projected = mechanism.has_consistent_velocities();
+            Box::new(Self { system, solver, states: [start.clone(), start.clone()], is_projected, is_used: false })
         })
     }
 
@@ -37,9 +38,9 @@ impl ConsistentEnds {
         self.is_used.then_some(self.states.each_ref())
     }
 
-    /// Solves at both ends of a step, if a part is held in it or has friction.
+    /// Solves at both ends of a step, if an event in it depends on forces or friction.
     pub fn begin(&mut self, mechanism: &Mechanism<f64>, [old, new]: [&State<f64>; 2]) -> Result<()> {
-        self.is_used = self.has_friction || mechanism.events.iter().any(|event| event.is_held(&old.modes));
+        self.is_used = self.is_projected || mechanism.events.iter().any(|event| event.needs_forces(&old.modes));
         self.solve(mechanism, 0, old)?;
         self.end(mechanism, new)
     }
@@ -51,14 +52,26 @@ impl ConsistentEnds {
 
     /// Solves at one end, with the `state` of the step.
     fn solve(&mut self, mechanism: &Mechanism<f64>, end: usize, state: &State<f64>) -> Result<()> {
-        let Self { system, solver, states, has_friction, is_used } = self;
+        let Self { system, solver, states, is_projected, is_used } = self;
         if *is_used {
             states[end].copy_from(state);
-            if *has_friction {
+            if *is_projected {
                 make_consistent(system, mechanism, &mut states[end])?;
             }
             solver.solve(system, mechanism, &mut states[end])?;
         }
         Ok(())
+    }
+}
+
+/// The state `end` of a step that ends at an event, with the accelerations and multipliers of the equations of motion.
+///
+/// Such a step may be so short that errors of positions, divided by the square of its length, are all that its accelerations show. In
+/// singular positions, which have no such accelerations, they are those of the step.
+pub(crate) fn at_event(system: &mut System, mechanism: &Mechanism<f64>, end: &State<f64>) -> State<f64> {
+    let mut state = end.clone();
+    match AccelerationSolver::default().solve(system, mechanism, &mut state) {
+        Ok(()) => state,
+        Err(_) => end.clone(),
     }
 }

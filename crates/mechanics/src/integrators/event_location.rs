@@ -7,6 +7,7 @@ use crate::events::impact::{
 };
 use crate::events::settling::{SHORTEST_FLIGHT, passage};
 use crate::events::unilateral::TOUCHING;
+use crate::integrators::consistent_ends;
 use crate::integrators::generalized_alpha::{Integrator, Step};
 use crate::integrators::settings::StepSize;
 use crate::mechanism::{Mechanism, Unilateral};
@@ -181,7 +182,7 @@ impl EventLocator {
         let mut at_event = self.simultaneous.clone();
         at_event.push(contact);
         if let Some(held) = &mut self.held {
-            held.hold(mechanism, &at_event, &state);
+            held.hold(mechanism, &at_event, &consistent_ends::at_event(system, mechanism, end));
         }
         let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
         let passage = passage(system, mechanism, (contact, &at_event), end, self.step.nominal())?;

@@ -28,6 +28,11 @@ use std::ops::{Add, Mul};
 /// **Steps of other lengths.** The auxiliary acceleration is that of another time, w(t) = q̈(t + (α_m − α_f) h) up to h². In a
 /// step h that follows a longer one, w₀ − q̈₀ is therefore multiplied by the ratio of the lengths. The two steps
 /// after an event, where the acceleration jumps, begin with w₀ = q̈₀ and are those of [`GeneralizedAlpha::without_history`].
+/// Where steps are adaptive, the velocities are rescaled as well. Those of a steady motion violate the constraints Φ̇ = 0 by
+/// (1/6 − β − (α_m − α_f)/2) h² times the third derivative of the motion along the constraints. A step of another length multiplies this
+/// part of q̇₀ by the square of the ratio of the lengths. If it did not, each change of the length would cause errors of the
+/// accelerations and reactions of the order h, which change their sign from step to step and decay with the spectral radius.
+///
 /// Without these rules, the steps around an event have errors of the velocities of the order h² that depend on the place of
 /// the event between two times of the grid, and derivatives of second order do not converge.
 ///
@@ -149,6 +154,8 @@ pub struct Step<T> {
     new_auxiliary: Vec<T>,
     /// Lengths in s of the previous step, if there is one, and of this one.
     lengths: [Option<T>; 2],
+    /// The part of the velocities at the beginning that violates the constraints, if the step rescales it.
+    violation: Option<Vec<T>>,
     /// Numbers of steps since the last event at the two ends, up to [`WITHOUT_HISTORY`]; that number if there was no event.
     since_event: [usize; 2],
 }
@@ -169,12 +176,32 @@ pub(crate) fn history_factor<T: StateScalar>(length: T, previous: T) -> Option<T
     (ratio.value() < 1.0 - SAME_LENGTH).then_some(ratio)
 }
 
+/// Largest ratio of the lengths of two steps for which velocities are rescaled. Lengths double at the start of a motion, where rescaling
+/// would amplify rounding errors of the shortest steps; steps after an event are longer by factors without limit.
+const LARGEST_RATIO: f64 = 1.5;
+
+/// Change of the velocities that violate the constraints, as a fraction of them, in a step of the given `length` (s) after a `previous`
+/// one; `None` if they do not change.
+pub(crate) fn rescaling<T: StateScalar>(length: T, previous: T) -> Option<T> {
+    let ratio = length * previous.recip();
+    let is_other = (ratio.value() - 1.0).abs() > SAME_LENGTH && ratio.value() <= LARGEST_RATIO;
+    is_other.then(|| ratio * ratio - T::from(1.0))
+}
+
 impl<T: StateScalar> Step<T> {
     /// A step that ends at the `start` of the motion.
     pub fn from(start: State<T>) -> Self {
         let (new, auxiliary) = (start.clone(), start.a.clone());
         let (lengths, since_event) = ([None, None], [WITHOUT_HISTORY; 2]);
-        Self { new, old: start, new_auxiliary: auxiliary.clone(), old_auxiliary: auxiliary, lengths, since_event }
+        Self {
+            new,
+            old: start,
+            new_auxiliary: auxiliary.clone(),
+            old_auxiliary: auxiliary,
+            lengths,
+            violation: None,
+            since_event,
+        }
     }
 
     /// A step that ends at the state `end` with these auxiliary accelerations, after a step of the given length (s), and
@@ -194,7 +221,9 @@ impl<T: StateScalar> Step<T> {
     pub(crate) fn moved(&self, rates: &Self, old: State<T>, length_rate: f64, by: f64) -> Self {
         let auxiliary = self.old_auxiliary.iter().zip(&rates.old_auxiliary).map(|(&w, &rate)| w + rate * by).collect();
         let lengths = [self.lengths[0].map(|length| length + length_rate * by), None];
-        Self { old, old_auxiliary: auxiliary, lengths, ..self.clone() }
+        let violation = self.violation.as_ref().zip(rates.violation.as_ref());
+        let violation = violation.map(|(v, rates)| v.iter().zip(rates).map(|(&v, &rate)| v + rate * by).collect());
+        Self { old, old_auxiliary: auxiliary, lengths, violation, ..self.clone() }
     }
 
     /// Sets the end of this step of derivatives to the difference of two ends, divided by `width`, without the multipliers.
@@ -229,6 +258,16 @@ impl<T: StateScalar> Step<T> {
         scheme.after_event(self.since_event[0])
     }
 
+    /// Returns whether the step may rescale its first velocities: it follows another one, and does not begin at an event.
+    pub(crate) fn may_rescale(&self) -> bool {
+        self.lengths[0].is_some() && self.since_event[0] > 0
+    }
+
+    /// Sets the part of the velocities at the beginning that violates the constraints: those less the `consistent` ones.
+    pub(crate) fn set_violation(&mut self, consistent: &[T]) {
+        self.violation = Some(self.old.v.iter().zip(consistent).map(|(&v, &consistent)| v - consistent).collect());
+    }
+
     /// Factor of w₀ − q̈₀ in a step of the given `length` (s); `None` if it is 1.
     fn history_factor(&self, length: T) -> Option<T> {
         if self.is_without_history() {
@@ -242,7 +281,7 @@ impl<T: StateScalar> Step<T> {
         std::mem::swap(&mut self.old, &mut self.new);
         std::mem::swap(&mut self.old_auxiliary, &mut self.new_auxiliary);
         self.new.modes.copy_from(&self.old.modes);
-        self.lengths = [self.lengths[1], None];
+        (self.lengths, self.violation) = ([self.lengths[1], None], None);
         self.since_event = [self.since_event[1], (self.since_event[1] + 1).min(WITHOUT_HISTORY)];
     }
 
@@ -284,8 +323,11 @@ impl<T: StateScalar> Step<T> {
         self.lengths[1] = Some(length);
         let (scheme, factor) = (self.scheme(scheme), self.history_factor(length));
         let (ratio, [old, auxiliary]) = (scheme.ratio(), scheme.history());
+        let rescaling = self.lengths[0].and_then(|previous| rescaling(length, previous));
+        let rescaled = rescaling.zip(self.violation.as_ref());
         for (i, coordinate) in mechanism.coordinates.iter().enumerate() {
             let (q0, v0, a0) = (self.old.q[i], self.old.v[i], self.old.a[i]);
+            let v0 = rescaled.map_or(v0, |(change, violation)| v0 + violation[i] * change);
             let w0 = self.old_auxiliary[i];
             let w0 = factor.map_or(w0, |factor| a0 + (w0 - a0) * factor);
             let history = a0 * old + w0 * auxiliary;

@@ -1,5 +1,6 @@
 //! Implicit time stepping of a mechanism, with step control and events.
 
+use crate::analyses::sampling::interpolate;
 use crate::events::settling::{assemble_closed, settle_start};
 use crate::events::unilateral::refuse_friction;
 use crate::initial_conditions::{
@@ -7,6 +8,7 @@ use crate::initial_conditions::{
 };
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::generalized_alpha::Integrator;
+use crate::integrators::inspection::{InspectionTimes, Inspector};
 use crate::integrators::settings::{
     Dynamics, InitialAcceleration, InitialConfiguration, MOST_STEPS, StepSize, Work, is_before, too_many_steps,
 };
@@ -27,6 +29,8 @@ pub struct TimeStepper<'m> {
     is_on_grid: bool,
     /// Events at the ends of the current step.
     pub(crate) events: StepEvents,
+    inspections: InspectionTimes,
+    inspector: Inspector,
     settings: Dynamics,
     /// Lengths of the first steps in s, if they are given.
     given: Vec<f64>,
@@ -79,12 +83,16 @@ impl<'m> TimeStepper<'m> {
         };
         let end = times.last().copied().unwrap_or(settings.start);
         let locator = EventLocator::new(mechanism, &integrator.step.new, settings.step)?;
+        let inspections = InspectionTimes::new(settings.start, end, times);
+        let inspector = Inspector::new(&integrator);
         Ok(Self {
             integrator,
             projection,
             locator,
             is_on_grid: false,
             events: StepEvents::default(),
+            inspections,
+            inspector,
             settings: *settings,
             given: Vec::new(),
             end,
@@ -119,6 +127,14 @@ impl<'m> TimeStepper<'m> {
         !self.has_ended() && is_before(self.settings.start, self.integrator.step.new.t, t)
     }
 
+    /// Writes the state at the time `t` (s) in the current step to `at`, or that at an event which ends the motion before.
+    pub(crate) fn sample(&mut self, t: f64, at: &mut State<f64>) {
+        let t = if self.has_ended() { t.min(self.integrator.step.new.t) } else { t };
+        let Self { integrator: Integrator { mechanism, step, .. }, inspector, locator, .. } = self;
+        let end = locator.closed.map(|_| inspector.at_event(mechanism, &step.new));
+        interpolate(&step.old, end.as_ref().unwrap_or(&step.new), t, at);
+    }
+
     /// Takes one step. Returns its length in s.
     pub fn advance(&mut self) -> Result<f64> {
         let Integrator { mechanism, system, step, .. } = &mut self.integrator;
@@ -127,6 +143,13 @@ impl<'m> TimeStepper<'m> {
         }
         if self.steps > 0 {
             self.integrator.accept();
+            let Self { integrator, inspector, settings, .. } = self;
+            if settings.rescales_velocities(integrator.mechanism)
+                && integrator.step.may_rescale()
+                && let Some(velocities) = inspector.consistent_velocities(integrator)
+            {
+                integrator.step.set_violation(&velocities);
+            }
         }
         if self.steps >= MOST_STEPS {
             return Err(too_many_steps(self.integrator.step.new.t));
@@ -162,7 +185,10 @@ impl<'m> TimeStepper<'m> {
         }
         loop {
             match self.integrator.solve(trial) {
-                Ok(()) => break,
+                Ok(()) => match self.first_miss(None)? {
+                    Some(t) => trial = t - self.integrator.step.old.t,
+                    None => break,
+                },
                 Err(error) if trial < h * SMALLEST => return Err(error),
                 Err(_) => {
                     self.failed_steps += 1;
@@ -197,6 +223,13 @@ impl<'m> TimeStepper<'m> {
                 return Err(self.too_small(trial));
             }
             let growth = (0.9 * error.powf(-1.0 / 3.0)).clamp(0.25, 2.0);
+            if error <= 1.0
+                && let Some(t) = self.first_miss(Some(tolerance / self.error_of_acceleration(trial)))?
+            {
+                self.failed_steps += 1;
+                trial = t - old;
+                continue;
+            }
             if error <= 1.0 {
                 self.next = (trial * growth).min(longest);
                 return self.locator.locate(&mut self.integrator, trial);
@@ -204,6 +237,12 @@ impl<'m> TimeStepper<'m> {
             self.failed_steps += 1;
             trial *= growth.min(0.9);
         }
+    }
+
+    /// The first time in s inside the solved step that has to be its end, if there is one.
+    fn first_miss(&mut self, tolerated: Option<f64>) -> Result<Option<f64>> {
+        let Self { integrator, locator, inspections, inspector, .. } = self;
+        inspector.first_miss(integrator, locator, inspections, tolerated)
     }
 
     /// The error of a step that becomes too small, naming the coordinate whose acceleration changes most.
@@ -224,7 +263,12 @@ impl<'m> TimeStepper<'m> {
     fn local_error(&self, h: f64) -> f64 {
         let step = &self.integrator.step;
         let changes = step.new.a.iter().zip(&step.old.a).map(|(new, old)| (new - old).abs());
-        h * h * (self.settings.scheme.beta - 1.0 / 6.0).abs() * changes.fold(0.0, f64::max)
+        self.error_of_acceleration(h) * changes.fold(0.0, f64::max)
+    }
+
+    /// Local error of a position per change of its acceleration, in s².
+    fn error_of_acceleration(&self, h: f64) -> f64 {
+        h * h * (self.settings.scheme.beta - 1.0 / 6.0).abs()
     }
 
     /// Numbers of steps and iterations so far.

@@ -5,8 +5,8 @@ use autodiff::Scalar;
 
 /// A ramp: constant, then from one value to another, then constant; p = \[from, to, begin (s), duration (s)\].
 ///
-/// Both may be used as a load. As a prescribed position use the smooth ramp: the speed of the linear ramp jumps, which needs
-/// impulses that no analysis computes.
+/// Both may be used as a load. As a prescribed position use the smooth ramp: the speed of the linear ramp jumps, which takes
+/// impulses. Explicit steps do not have them.
 ///
 /// # Sources
 /// Norton, *Cam Design and Manufacturing Handbook* (2009): the 3-4-5 polynomial.

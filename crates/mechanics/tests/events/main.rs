@@ -6,4 +6,6 @@ mod lasting;
 mod methods;
 mod models;
 mod orders;
+mod reactions;
+mod short_loads;
 mod sides;

@@ -16,6 +16,15 @@ impl Formula for Linear {
     }
 }
 
+/// A quantity less a limit.
+pub struct Above(pub f64);
+
+impl Formula for Above {
+    fn value<T: Scalar>(&self, _t: T, x: &[T]) -> T {
+        x[0] - self.0
+    }
+}
+
 /// A mass of 1 kg on a spring of the stiffness b₀, let go at b₁, that bounces on a rigid stop at b₂ with the restitution b₃.
 pub struct Bouncing;
 

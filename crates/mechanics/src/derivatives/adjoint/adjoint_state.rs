@@ -42,6 +42,12 @@ impl AdjointState {
         Self { q: zeros(n), v: zeros(n), a: zeros(n), l: zeros(mechanism.multipliers), w: zeros(n) }
     }
 
+    /// Sets the derivatives with respect to velocities to zero. Returns them.
+    pub fn take_velocities(&mut self) -> Vec<BatchValues> {
+        let zeros = vec![[0.0; BATCH]; self.v.len()];
+        std::mem::replace(&mut self.v, zeros)
+    }
+
     /// Sets all derivatives to zero.
     pub fn clear(&mut self) {
         [&mut self.q, &mut self.v, &mut self.a, &mut self.l, &mut self.w]

@@ -5,7 +5,7 @@ use crate::analyses::sampling::{Weights, interpolate};
 use crate::checkpointing::recording::Recording;
 use crate::checkpointing::recording::StepRecord;
 use crate::checkpointing::reverse_playback::ReversePlayback;
-use crate::derivatives::adjoint::adjoint_state::AdjointState;
+use crate::derivatives::adjoint::adjoint_state::{AdjointState, add};
 use crate::derivatives::adjoint::batch::{AdjointBatch, SystemVjp};
 use crate::derivatives::adjoint::event_window::EventWindow;
 use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
@@ -14,10 +14,12 @@ use crate::derivatives::adjoint::problem::{
 };
 use crate::derivatives::forward::implicit_steps::ConvergedStep;
 use crate::derivatives::indeterminate::check_outputs;
-use crate::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed, Step, history_factor};
+use crate::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed, Step, history_factor, rescaling};
 use crate::integrators::time_stepper::TimeStepper;
+use crate::integrators::velocity_violation::consistent_velocities;
 use crate::mechanism::ParametricMechanism;
 use crate::system::linearization::Linearization;
+use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Result, diagnostics};
@@ -126,6 +128,14 @@ struct ReverseImplicitSteps<'m> {
     window: EventWindow,
     at: State<f64>,
     adjoint_at: AdjointState,
+    /// Workspace of steps that rescale velocities.
+    rescaling: Option<RescalingAdjoint<'m>>,
+}
+
+/// Adjoint of consistent velocities in these modes.
+struct RescalingAdjoint<'m> {
+    modes: Modes,
+    adjoint: InitialConditionAdjoint<'m>,
 }
 
 impl<'m> ReverseImplicitSteps<'m> {
@@ -151,6 +161,7 @@ impl<'m> ReverseImplicitSteps<'m> {
             window: EventWindow::new(problem),
             at: state(),
             adjoint_at: AdjointState::new(mechanism),
+            rescaling: None,
             problem,
             recording,
             playback,
@@ -190,6 +201,25 @@ impl<'m> ReverseImplicitSteps<'m> {
         };
         let begin = Step::ending_at(self.old.clone(), auxiliary, length, events.since_event);
         self.window.propagate(self.problem, &self.system, self.settings, &begin, &mut self.batches)
+    }
+
+    /// Propagates from the first velocities of the step to those at the end of the step before, where the step rescales them.
+    fn propagate_rescaling(&mut self) -> Result<()> {
+        let Self { problem, settings, system, old, step, old_step, rescaling: workspace, batches, .. } = self;
+        let AdjointProblem { mechanism, activity, .. } = problem;
+        let change = old_step.and_then(|(_, previous)| rescaling(step.h, previous.h));
+        let Some(change) = change.filter(|_| settings.rescales_velocities(mechanism) && step.events.since_event > 0)
+        else {
+            return Ok(());
+        };
+        let Some((consistent, projection)) = consistent_velocities(system, mechanism, old) else { return Ok(()) };
+        let same = workspace.take().filter(|workspace| workspace.modes == old.modes);
+        let workspace = workspace.insert(same.unwrap_or_else(|| RescalingAdjoint {
+            modes: old.modes.clone(),
+            adjoint: InitialConditionAdjoint::new(mechanism, activity, system, &old.modes),
+        }));
+        let mut batches: Vec<&mut AdjointBatch> = batches.iter_mut().collect();
+        workspace.adjoint.rescaled_velocities(system, (&consistent, &projection), change, &mut batches)
     }
 
     /// Propagates the adjoint state of one batch by the formulas of the step.
@@ -291,7 +321,15 @@ impl ReverseSteps for ReverseImplicitSteps<'_> {
         }
         let mut batches: Vec<&mut AdjointBatch> = self.batches.iter_mut().collect();
         self.vjp.add(mechanism, &self.system, &self.new, linearization.constraint_scale, &mut batches);
+        let outputs = match self.settings.rescales_velocities(&self.problem.mechanism) {
+            true => self.before.iter_mut().map(AdjointState::take_velocities).collect(),
+            false => Vec::new(),
+        };
         (0..self.batches.len()).for_each(|batch| self.apply_step_formulas(batch));
+        self.propagate_rescaling()?;
+        for (batch, outputs) in self.batches.iter_mut().zip(outputs) {
+            batch.state.v.iter_mut().zip(&outputs).for_each(|(v, output)| add(v, 1.0, output));
+        }
         Ok(())
     }
 

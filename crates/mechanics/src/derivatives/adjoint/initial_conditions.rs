@@ -3,14 +3,14 @@
 use crate::Result;
 use crate::analyses::dynamics::InitialConfiguration;
 use crate::checkpointing::recording::ExplicitRecording;
-use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues};
+use crate::derivatives::adjoint::adjoint_state::{AdjointState, BATCH, BatchValues, add};
 use crate::derivatives::adjoint::batch::{AdjointBatch, SystemVjp};
 use crate::derivatives::adjoint::problem::AdjointProblem;
 use crate::derivatives::forward::explicit::constraint::ConstraintDerivative;
 use crate::derivatives::forward::explicit::entries::Entries;
 use crate::derivatives::forward::explicit::linearize::{ElementWorkspaces, Linearizer};
 use crate::derivatives::forward::initial_conditions::{
-    factorize_accelerations, factorize_initial_equilibrium, factorize_positions,
+    ProjectedPart, factorize_accelerations, factorize_initial_equilibrium,
 };
 use crate::derivatives::seeding::Activity;
 use crate::initial_conditions::Projection;
@@ -90,7 +90,9 @@ impl<'m> InitialConditionAdjoint<'m> {
         }
         match initial_configuration {
             InitialConfiguration::Equilibrium(_) => self.equilibrium(system, values, projection, batches)?,
-            InitialConfiguration::Built if has_constraints => self.positions(system, values, projection, batches)?,
+            InitialConfiguration::Built if has_constraints => {
+                self.project(ProjectedPart::Positions, system, values, projection, batches)?
+            }
             InitialConfiguration::Built => {}
         }
         for batch in batches {
@@ -115,32 +117,35 @@ impl<'m> InitialConditionAdjoint<'m> {
         Ok(())
     }
 
-    /// Propagates from projected positions to those before the projection.
-    fn positions(
+    /// Propagates from velocities v₀ = v + `change` (v − v_c) to v, where v_c are the consistent velocities nearest to v, in `consistent`.
+    pub fn rescaled_velocities(
         &mut self,
         system: &mut System,
-        values: &State<f64>,
-        projection: &Projection,
+        (consistent, projection): (&State<f64>, &Projection),
+        change: f64,
         batches: &mut [&mut AdjointBatch],
     ) -> Result<()> {
-        factorize_positions(system, self.mechanism, values, projection)?;
-        let mut at = State { l: projection.position.clone(), ..values.clone() };
-        at.a.fill(0.0);
-        let derivative = ConstraintDerivative::Positions;
-        self.linearizer.constraints(self.mechanism, &at, derivative, &mut self.workspaces, &mut self.entries);
-        for batch in batches {
-            let projected = batch.state.q.clone();
-            batch.solve_coordinates(&self.unknowns, system.factor(), &projected);
-            batch.add_vjp(&self.entries, &self.linearizer, &mut self.sources);
-            let AdjointBatch { state, multipliers, .. } = &mut **batch;
-            for (psi, unknown) in multipliers.iter().zip(&self.unknowns) {
-                if let Unknown::Coordinate(i) = *unknown {
-                    let weight = if self.mechanism.coordinates[i].is_follower { 0.0 } else { -1.0 };
-                    state.q[i] = psi.map(|x| x * weight);
-                }
+        let rescaled: Vec<Vec<BatchValues>> = batches.iter().map(|batch| batch.state.v.clone()).collect();
+        for batch in batches.iter_mut() {
+            let velocities = &mut batch.state.v;
+            velocities.iter_mut().for_each(|v| *v = v.map(|x| -change * x));
+            self.prescribed().for_each(|i| velocities[i] = [0.0; BATCH]);
+        }
+        self.project(ProjectedPart::Velocities, system, consistent, projection, batches)?;
+        for (batch, rescaled) in batches.iter_mut().zip(rescaled) {
+            let mut factors = vec![1.0 + change; rescaled.len()];
+            self.prescribed().for_each(|i| factors[i] = 1.0);
+            for ((v, rescaled), factor) in batch.state.v.iter_mut().zip(&rescaled).zip(factors) {
+                add(v, factor, rescaled);
             }
         }
         Ok(())
+    }
+
+    /// The prescribed coordinates.
+    fn prescribed(&self) -> impl Iterator<Item = usize> + use<'_, 'm> {
+        let coordinates = self.mechanism.coordinates.iter().enumerate();
+        coordinates.filter(|(_, coordinate)| coordinate.motion.is_some()).map(|(i, _)| i)
     }
 
     /// Propagates from consistent velocities to the given ones.
@@ -184,6 +189,40 @@ impl<'m> InitialConditionAdjoint<'m> {
         Ok(())
     }
 
+    /// Propagates from projected positions or velocities to those before the projection.
+    fn project(
+        &mut self,
+        part: ProjectedPart,
+        system: &mut System,
+        values: &State<f64>,
+        projection: &Projection,
+        batches: &mut [&mut AdjointBatch],
+    ) -> Result<()> {
+        part.factorize(system, self.mechanism, values, projection)?;
+        let mut at = State { l: part.multipliers(projection).to_vec(), ..values.clone() };
+        let derivative = match part {
+            ProjectedPart::Positions => {
+                at.a.fill(0.0);
+                ConstraintDerivative::Positions
+            }
+            ProjectedPart::Velocities => ConstraintDerivative::Rates,
+        };
+        self.linearizer.constraints(self.mechanism, &at, derivative, &mut self.workspaces, &mut self.entries);
+        for batch in batches {
+            let projected = adjoint_of(part, &mut batch.state).clone();
+            batch.solve_coordinates(&self.unknowns, system.factor(), &projected);
+            batch.add_vjp(&self.entries, &self.linearizer, &mut self.sources);
+            let AdjointBatch { state, multipliers, .. } = &mut **batch;
+            for (psi, unknown) in multipliers.iter().zip(&self.unknowns) {
+                if let Unknown::Coordinate(i) = *unknown {
+                    let weight = if self.mechanism.coordinates[i].is_follower { 0.0 } else { -1.0 };
+                    adjoint_of(part, state)[i] = psi.map(|x| x * weight);
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Propagates from positions in equilibrium to parameters and motions.
     fn equilibrium(
         &mut self,
@@ -205,5 +244,13 @@ impl<'m> InitialConditionAdjoint<'m> {
         let mut vjp = SystemVjp::at_rest(self.mechanism, self.activity, system, batches.len());
         vjp.add(self.mechanism, system, &rest, 1.0, batches);
         Ok(())
+    }
+}
+
+/// The derivatives with respect to the projected part of a state.
+fn adjoint_of(part: ProjectedPart, state: &mut AdjointState) -> &mut Vec<BatchValues> {
+    match part {
+        ProjectedPart::Positions => &mut state.q,
+        ProjectedPart::Velocities => &mut state.v,
     }
 }

@@ -4,17 +4,18 @@ use crate::analyses::dynamics::Dynamics;
 use crate::analyses::sampling::interpolate;
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
-use crate::derivatives::forward::initial_conditions::InitialDerivatives;
+use crate::derivatives::forward::initial_conditions::{InitialDerivatives, ProjectedPart};
 use crate::derivatives::forward::saltation::{self, ClosedContact};
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
-use crate::derivatives::seeding::{SeededMechanisms, set_values, take_values};
+use crate::derivatives::seeding::{SeededMechanisms, set_values, take_values, values_of};
 use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::simultaneous_switches;
 use crate::integrators::generalized_alpha::Step;
+use crate::integrators::velocity_violation::consistent_velocities;
 use crate::linalg::factor::{Factor, SolveWorkspace};
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::mechanism::{Mechanism, ParametricMechanism};
@@ -199,6 +200,7 @@ where
         self.apply_event()?;
         if self.started {
             self.step.accept();
+            self.set_violation()?;
         }
         self.started = true;
         let begin = self.step.old.t;
@@ -207,6 +209,22 @@ where
             None if begin.is_constant() || !step.events.is_on_grid => self.differentiate_step(step),
             // The beginning depends on the design, the end does not.
             None => self.differentiate_step_of(step, -begin + step.end.t),
+        }
+        Ok(())
+    }
+
+    /// Differentiates the velocities at the beginning of the step that violate the constraints, where the step rescales them.
+    fn set_violation(&mut self) -> Result<()> {
+        let Self { plain, mechanism, system, settings, step, .. } = self;
+        if !settings.rescales_velocities(plain) || !step.may_rescale() {
+            return Ok(());
+        }
+        let values = values_of(&step.old);
+        if let Some((consistent, projection)) = consistent_velocities(system, plain, &values) {
+            let mut state = step.old.clone();
+            let mut derivatives = InitialDerivatives::new(plain, mechanism, system);
+            derivatives.project(ProjectedPart::Velocities, &consistent, &projection, &mut state)?;
+            step.set_violation(&state.v);
         }
         Ok(())
     }
@@ -321,12 +339,20 @@ where
     /// Records the derivatives of the outputs at the times that the step has reached.
     fn record_outputs(&mut self) -> Result<()> {
         let (end, has_ended) = (self.step.new.t.value(), self.has_ended());
+        let at_event = match &self.closed {
+            Some(closed) => {
+                let Self { plain, mechanism, system, step, .. } = self;
+                Some(saltation::consistent_at_event(plain, mechanism, system, &closed.values, &step.new)?)
+            }
+            None => None,
+        };
+        let new = at_event.as_ref().unwrap_or(&self.step.new);
         // After the end of the motion the outputs keep their values.
         while let Some(t) = self.times.next_until(if has_ended { f64::INFINITY } else { end }) {
             if has_ended && t >= end {
-                self.at.copy_from(&self.step.new);
+                self.at.copy_from(new);
             } else {
-                interpolate(&self.step.old, &self.step.new, t, &mut self.at);
+                interpolate(&self.step.old, new, t, &mut self.at);
             }
             self.sampler.outputs(self.mechanism, &self.at, &mut self.outputs);
             if let Some(held) = &self.held {

@@ -1,7 +1,7 @@
 //! Converged implicit steps with their factorized matrices, simulated or read from a recording.
 
 use crate::analyses::dynamics::{Dynamics, Work, is_before};
-use crate::analyses::sampling::{OutputRecorder, interpolate};
+use crate::analyses::sampling::OutputRecorder;
 use crate::checkpointing::recording::{Recording, StepRecord};
 use crate::derivatives::propagation::StepSource;
 use crate::initial_conditions::Projection;
@@ -202,11 +202,11 @@ impl RecordedSimulation<'_> {
     }
 
     fn record_outputs(&mut self) -> Result<()> {
-        let (mechanism, step) = (self.stepper.integrator.mechanism, &self.stepper.integrator.step);
-        let (end, has_ended) = (step.new.t, self.stepper.has_ended());
+        let mechanism = self.stepper.integrator.mechanism;
+        let (end, has_ended) = (self.stepper.integrator.step.new.t, self.stepper.has_ended());
         // After the end of the motion the outputs keep their values.
         while let Some(t) = self.times.next_until(if has_ended { f64::INFINITY } else { end }) {
-            interpolate(&step.old, &step.new, if has_ended { t.min(end) } else { t }, &mut self.at);
+            self.stepper.sample(t, &mut self.at);
             self.recorder.record_held(mechanism, &self.at, self.stepper.locator.held.as_ref())?;
         }
         Ok(())

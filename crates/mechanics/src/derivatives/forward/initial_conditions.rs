@@ -15,16 +15,47 @@ use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 
-/// Factorizes the matrix of the projection of positions, q − q_guess + Φ_qᵀ μ = 0 with Φ = 0, whose result is in `values`.
-pub(crate) fn factorize_positions(
-    system: &mut System,
-    mechanism: &Mechanism<f64>,
-    values: &State<f64>,
-    projection: &Projection,
-) -> Result<()> {
-    let mut at = values.clone();
-    at.l.copy_from_slice(&projection.position);
-    factorize(system, mechanism, &at, Linearization::projection())
+/// A projection of part of a state onto the constraints: x − x_guess + Φ_qᵀ μ = 0 with one of these constraints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ProjectedPart {
+    /// Positions q, with Φ = 0.
+    Positions,
+    /// Velocities v, with Φ̇ = 0.
+    Velocities,
+}
+
+impl ProjectedPart {
+    /// The entries of `state` that are projected.
+    pub fn of<T>(self, state: &mut State<T>) -> &mut Vec<T> {
+        match self {
+            Self::Positions => &mut state.q,
+            Self::Velocities => &mut state.v,
+        }
+    }
+
+    /// The multipliers μ of the projection.
+    pub fn multipliers(self, projection: &Projection) -> &[f64] {
+        match self {
+            Self::Positions => &projection.position,
+            Self::Velocities => &projection.nearest_velocity,
+        }
+    }
+
+    /// Factorizes the matrix of the projection whose result is in `values`.
+    pub fn factorize(
+        self,
+        system: &mut System,
+        mechanism: &Mechanism<f64>,
+        values: &State<f64>,
+        projection: &Projection,
+    ) -> Result<()> {
+        let mut at = values.clone();
+        match self {
+            Self::Positions => at.l.copy_from_slice(&projection.position),
+            Self::Velocities => at.l.fill(0.0), // Φ̇ is linear in v: the matrix is Φ_q, the rest is the identity
+        }
+        factorize(system, mechanism, &at, Linearization::projection())
+    }
 }
 
 /// Factorizes the matrix of M q̈ + Φ_qᵀ λ = f, Φ̈ = 0 at `values`.
@@ -104,24 +135,10 @@ where
     pub fn consistent(&mut self, values: &State<f64>, projection: &Projection) -> Result<State<T>> {
         let mut state = State { modes: values.modes.clone(), ..State::built(self.mechanism, values.t) };
         if self.mechanism.multipliers > 0 {
-            self.positions(values, projection, &mut state)?;
+            self.project(ProjectedPart::Positions, values, projection, &mut state)?;
             self.velocities(values, projection, &mut state)?;
         }
         Ok(state)
-    }
-
-    /// Differentiates the projection of positions onto the constraints, from the guess in `state` to the result in `values`.
-    pub fn positions(&mut self, values: &State<f64>, projection: &Projection, state: &mut State<T>) -> Result<()> {
-        let guess = state.q.clone();
-        self.set_unknowns(values, state, |state| &mut state.q);
-        set_values(&mut state.l, &projection.position);
-        factorize_positions(self.system, self.plain, values, projection)?;
-        for _ in 0..T::ORDER {
-            self.projection_rows(&guess, state);
-            correct(self.system, &self.rows, &mut self.changes, state, |state| &mut state.q);
-        }
-        set_values(&mut state.l, &values.l);
-        Ok(())
     }
 
     /// Differentiates the consistent velocities in `values`, from the given ones in `state`.
@@ -153,6 +170,30 @@ where
         Ok(())
     }
 
+    /// Differentiates a projection onto the constraints, from the guess in `state` to the result in `values`.
+    pub fn project(
+        &mut self,
+        part: ProjectedPart,
+        values: &State<f64>,
+        projection: &Projection,
+        state: &mut State<T>,
+    ) -> Result<()> {
+        let guess = part.of(state).clone();
+        self.set_unknowns(values, state, |state| part.of(state));
+        set_values(&mut state.l, part.multipliers(projection));
+        part.factorize(self.system, self.plain, values, projection)?;
+        let mut jets = ElementWorkspace::<Jet2<T>>::default();
+        for _ in 0..T::ORDER {
+            self.projection_rows(part, &guess, state);
+            if part == ProjectedPart::Velocities {
+                self.system.constraint_rates(self.mechanism, state, 1, &mut jets, &mut self.rows);
+            }
+            correct(self.system, &self.rows, &mut self.changes, state, |state| part.of(state));
+        }
+        set_values(&mut state.l, &values.l);
+        Ok(())
+    }
+
     /// Differentiates the accelerations and multipliers of `values`: M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
     pub fn accelerations(&mut self, values: &State<f64>, state: &mut State<T>) -> Result<()> {
         self.set_unknowns(values, state, |state| &mut state.a);
@@ -176,14 +217,14 @@ where
         }
     }
 
-    /// Rows of the point on the constraints nearest to `guess`: q − guess + Φ_qᵀ μ, and Φ.
-    fn projection_rows(&mut self, guess: &[T], state: &State<T>) {
+    /// Rows of the point on the constraints nearest to `guess`: x − guess + Φ_qᵀ μ, and Φ.
+    fn projection_rows(&mut self, part: ProjectedPart, guess: &[T], state: &mut State<T>) {
         self.system.constraint_rows(self.mechanism, state, &mut ElementWorkspace::default(), &mut self.rows);
         for (row, unknown) in self.rows.iter_mut().zip(self.system.unknowns()) {
             if let Unknown::Coordinate(i) = *unknown
                 && !self.mechanism.coordinates[i].is_follower
             {
-                *row += state.q[i] - guess[i];
+                *row += part.of(state)[i] - guess[i];
             }
         }
     }

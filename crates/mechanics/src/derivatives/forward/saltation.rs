@@ -71,7 +71,8 @@ where
     let ClosedContact { contact, simultaneous, mut values } = closed;
     let at_event = [&simultaneous[..], &[contact]].concat();
     if let Some(held) = held {
-        held.hold(mechanism, &at_event, state);
+        let before = consistent_at_event(plain, mechanism, system, &values, state)?;
+        held.hold(mechanism, &at_event, &before);
     }
     let is_impact = plain.events[contact].is_open_contact(&values.modes);
     let passage = passage(system, plain, (contact, &at_event), &values, step.nominal())?;
@@ -87,7 +88,7 @@ where
 
 /// The function of event number `event` at `state`, the end of an implicit step, with its values in `values`.
 ///
-/// Forces of held parts are those of its positions and velocities, and velocities of friction satisfy the constraints, as where the
+/// Forces and accelerations are those of its positions and velocities, and velocities of friction satisfy the constraints, as where the
 /// event is located.
 pub(crate) fn event_value<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
@@ -100,17 +101,36 @@ pub(crate) fn event_value<T: DerivativeScalar<L>, const L: usize>(
 where
     Jet2<T>: ElementScalar,
 {
-    let has_friction = plain.has_coupled_friction();
-    if !plain.events[event].is_held(&values.modes) && !has_friction {
+    let is_projected = plain.has_consistent_velocities();
+    if !plain.events[event].needs_forces(&values.modes) && !is_projected {
         return Ok(mechanism.events[event].gap(state));
     }
     let (mut values, mut state) = (values.clone(), state.clone());
-    if has_friction {
+    if is_projected {
         values = make_consistent(plain, mechanism, system, &values, &mut state)?;
     }
     AccelerationSolver::default().solve(system, plain, &mut values)?;
     InitialDerivatives::new(plain, mechanism, system).accelerations(&values, &mut state)?;
     Ok(mechanism.events[event].gap(&state))
+}
+
+/// The `state` at the end of an implicit step that ends at an event, with the accelerations and multipliers of the equations of motion, as
+/// [`at_event`](crate::integrators::consistent_ends::at_event); `values` is the state in `f64`.
+pub(crate) fn consistent_at_event<T: DerivativeScalar<L>, const L: usize>(
+    plain: &Mechanism<f64>,
+    mechanism: &Mechanism<T>,
+    system: &mut System,
+    values: &State<f64>,
+    state: &State<T>,
+) -> Result<State<T>>
+where
+    Jet2<T>: ElementScalar,
+{
+    let (mut values, mut state) = (values.clone(), state.clone());
+    if AccelerationSolver::default().solve(system, plain, &mut values).is_ok() {
+        InitialDerivatives::new(plain, mechanism, system).accelerations(&values, &mut state)?;
+    }
+    Ok(state)
 }
 
 /// The event at the end of a step.

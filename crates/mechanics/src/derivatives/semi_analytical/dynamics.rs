@@ -5,6 +5,7 @@ use crate::analyses::sampling::{interpolate, interpolate_inside};
 use crate::checkpointing::recording::Recording;
 use crate::derivatives::forward::dynamics::separated;
 use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps, OutputTimes, StepBlock};
+use crate::derivatives::forward::initial_conditions::ProjectedPart;
 use crate::derivatives::forward::saltation::ClosedContact;
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::indeterminate::check_outputs;
@@ -14,7 +15,9 @@ use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
 use crate::elements::element::ElementWorkspace;
 use crate::events::impact::{apply_impact, apply_switch, make_consistent, simultaneous_switches, switch_offset};
 use crate::events::settling::passage;
+use crate::integrators::consistent_ends::at_event;
 use crate::integrators::generalized_alpha::Step;
+use crate::integrators::velocity_violation::consistent_velocities;
 use crate::linalg::factor::SolveWorkspace;
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::System;
@@ -178,8 +181,11 @@ impl<'m> DifferenceSensitivity<'m> {
             self.sensitivity.accept();
             self.values.accept();
         }
-        self.started = true;
         (self.time_rates[0], self.length_rates[0]) = (self.time_rates[1], self.length_rates[1]);
+        if self.started {
+            self.set_violation()?;
+        }
+        self.started = true;
         let Dynamics { scheme, prescribed, .. } = self.settings;
         self.values.new.a.copy_from_slice(&step.end.a);
         self.values.integrate(self.plain, scheme, *prescribed, step.h);
@@ -193,6 +199,24 @@ impl<'m> DifferenceSensitivity<'m> {
             None if step.events.is_on_grid => self.differentiate_step(step, -self.time_rates[0]),
             None => self.differentiate_step(step, 0.0),
         }
+    }
+
+    /// Differentiates the velocities at the beginning of the step that violate the constraints, where the step rescales them.
+    fn set_violation(&mut self) -> Result<()> {
+        let Self { plain, settings, system, values, sensitivity, difference, time_rates, .. } = self;
+        if !settings.rescales_velocities(plain) || !values.may_rescale() {
+            return Ok(());
+        }
+        if let Some((consistent, projection)) = consistent_velocities(system, plain, &values.old) {
+            let mut state = State { l: vec![0.0; values.old.l.len()], ..sensitivity.old.clone() };
+            difference.time_rate = time_rates[0];
+            let (differences, states) = (std::slice::from_mut(difference), std::slice::from_mut(&mut state));
+            let velocities = ProjectedPart::Velocities;
+            InitialDifferences { plain, system }.project(velocities, differences, &consistent, &projection, states)?;
+            values.set_violation(&consistent.v);
+            sensitivity.set_violation(&state.v);
+        }
+        Ok(())
     }
 
     /// Differentiates a step whose length has the derivative `rate`.
@@ -325,9 +349,9 @@ impl<'m> DifferenceSensitivity<'m> {
         if !self.plain.outputs.iter().any(|output| is_held(output.held_from)) {
             return;
         }
-        let sampler = &mut self.sampler;
+        let (sampler, start) = (&mut self.sampler, self.settings.start);
         let derivatives = self.difference.derivatives(values, &self.sensitivity.new, |mechanism, state, outputs| {
-            sampler.outputs(mechanism, state, outputs);
+            sampler.outputs(mechanism, &consistent_at_event(mechanism, state, start), outputs);
         });
         for ((held, output), derivative) in self.held.iter_mut().zip(&self.plain.outputs).zip(derivatives) {
             if is_held(output.held_from) {
@@ -382,15 +406,21 @@ impl<'m> DifferenceSensitivity<'m> {
     /// Interpolates the state and its derivatives at the time `t` (s) in the step.
     fn sample(&mut self, t: f64) {
         let Self { difference, values, sensitivity, at, sensitivity_at, time_rates, .. } = self;
-        interpolate(&values.old, &values.new, t, at);
+        let start = self.settings.start;
+        let at_event = self.closed.as_ref().map(|_| consistent_at_event(self.plain, &values.new, start));
+        interpolate(&values.old, at_event.as_ref().unwrap_or(&values.new), t, at);
         difference.time_rate = 0.0;
         if *time_rates == [0.0; 2] {
             (sensitivity.old.t, sensitivity.new.t) = (values.old.t, values.new.t);
             return interpolate(&sensitivity.old, &sensitivity.new, t, sensitivity_at);
         }
-        let moved = difference.sides().map(|(_, by)| {
+        let is_event = at_event.is_some();
+        let moved = difference.sides().map(|(mechanism, by)| {
             let old = moved_state(&values.old, &sensitivity.old, time_rates[0], by);
-            let new = moved_state(&values.new, &sensitivity.new, time_rates[1], by);
+            let mut new = moved_state(&values.new, &sensitivity.new, time_rates[1], by);
+            if is_event {
+                new = consistent_at_event(mechanism, &new, start);
+            }
             let mut moved = at.clone();
             interpolate_inside(&old, &new, t, &mut moved);
             moved
@@ -403,7 +433,8 @@ impl<'m> DifferenceSensitivity<'m> {
         let (end, has_ended) = (self.values.new.t, self.has_ended());
         // After the end of the motion the outputs keep their values.
         while let Some(t) = self.times.next_until(if has_ended { f64::INFINITY } else { end }) {
-            if has_ended && t >= end {
+            let (is_after_end, start) = (has_ended && t >= end, self.settings.start);
+            if is_after_end {
                 self.at.copy_from(&self.values.new);
                 self.sensitivity_at.copy_from(&self.sensitivity.new);
                 self.difference.time_rate = self.time_rates[1];
@@ -413,7 +444,11 @@ impl<'m> DifferenceSensitivity<'m> {
             let (from, sampler) = (self.derivatives.len(), &mut self.sampler);
             let derivatives =
                 self.difference.derivatives(&self.at, &self.sensitivity_at, |mechanism, state, outputs| {
-                    sampler.outputs(mechanism, state, outputs);
+                    if is_after_end {
+                        sampler.outputs(mechanism, &consistent_at_event(mechanism, state, start), outputs);
+                    } else {
+                        sampler.outputs(mechanism, state, outputs);
+                    }
                 });
             self.derivatives.extend(derivatives.zip(&self.held).map(|(derivative, held)| held.unwrap_or(derivative)));
             if let Some(k) = self.derivatives[from..].iter().position(|derivative| !derivative.is_finite()) {
@@ -424,6 +459,12 @@ impl<'m> DifferenceSensitivity<'m> {
         }
         Ok(())
     }
+}
+
+/// The `state` at the end of a step that ends at an event, with the accelerations and multipliers of the equations of motion; `start` is
+/// the start of the motion in s.
+fn consistent_at_event(mechanism: &Mechanism<f64>, state: &State<f64>, start: f64) -> State<f64> {
+    System::at(mechanism, start).map_or_else(|_| state.clone(), |mut system| at_event(&mut system, mechanism, state))
 }
 
 impl StepConsumer<StepBlock> for DifferenceSensitivity<'_> {

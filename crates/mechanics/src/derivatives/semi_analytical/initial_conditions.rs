@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration};
 use crate::derivatives::forward::initial_conditions::{
-    factorize_accelerations, factorize_initial_equilibrium, factorize_positions,
+    ProjectedPart, factorize_accelerations, factorize_initial_equilibrium,
 };
 use crate::derivatives::semi_analytical::central_difference::CentralDifference;
 use crate::elements::element::ElementWorkspace;
@@ -74,30 +74,10 @@ impl InitialDifferences<'_> {
     ) -> Result<Vec<State<f64>>> {
         let mut sensitivities = built(differences, values.t);
         if self.plain.multipliers > 0 {
-            self.positions(differences, values, projection, &mut sensitivities)?;
+            self.project(ProjectedPart::Positions, differences, values, projection, &mut sensitivities)?;
             self.velocities(differences, values, projection, &mut sensitivities)?;
         }
         Ok(sensitivities)
-    }
-
-    /// Differentiates the projection of positions onto the constraints, from the guesses in `sensitivities`.
-    fn positions(
-        &mut self,
-        differences: &mut [CentralDifference],
-        values: &State<f64>,
-        projection: &Projection,
-        sensitivities: &mut [State<f64>],
-    ) -> Result<()> {
-        let at = State { l: projection.position.clone(), ..values.clone() };
-        let mut workspace = ElementWorkspace::default();
-        let residual = |system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &mut [f64]| {
-            system.constraint_rows(mechanism, state, &mut workspace, rows);
-        };
-        factorize_positions(self.system, self.plain, values, projection)?;
-        self.solve(differences, &at, sensitivities, |state| &mut state.q, Guess::Nearest, residual);
-        // The multipliers of the projection are not those of the motion.
-        sensitivities.iter_mut().for_each(|sensitivity| sensitivity.l.fill(0.0));
-        Ok(())
     }
 
     /// Differentiates the consistent velocities in `values`, from the given ones in `sensitivities`.
@@ -142,6 +122,30 @@ impl InitialDifferences<'_> {
             }
             sensitivity.l.fill(0.0);
         }
+        Ok(())
+    }
+
+    /// Differentiates a projection onto the constraints, from the guesses in `sensitivities`.
+    pub fn project(
+        &mut self,
+        part: ProjectedPart,
+        differences: &mut [CentralDifference],
+        values: &State<f64>,
+        projection: &Projection,
+        sensitivities: &mut [State<f64>],
+    ) -> Result<()> {
+        let at = State { l: part.multipliers(projection).to_vec(), ..values.clone() };
+        let (mut workspace, mut jets) = (ElementWorkspace::default(), ElementWorkspace::default());
+        let residual = |system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &mut [f64]| {
+            system.constraint_rows(mechanism, state, &mut workspace, rows);
+            if part == ProjectedPart::Velocities {
+                system.constraint_rates(mechanism, state, 1, &mut jets, rows);
+            }
+        };
+        part.factorize(self.system, self.plain, values, projection)?;
+        self.solve(differences, &at, sensitivities, |state| part.of(state), Guess::Nearest, residual);
+        // The multipliers of the projection are not those of the motion.
+        sensitivities.iter_mut().for_each(|sensitivity| sensitivity.l.fill(0.0));
         Ok(())
     }
 

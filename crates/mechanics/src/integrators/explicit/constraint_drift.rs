@@ -15,6 +15,8 @@ pub struct ConstraintDrift {
     pub notable_from: Option<f64>,
     /// Largest position and velocity so far.
     sizes: [f64; 2],
+    /// Time, violations, and largest position and velocity at the end of the last trial step, which may be rejected.
+    trial: Option<(f64, [f64; 2], [f64; 2])>,
 }
 
 /// Fraction of the largest position or velocity above which a violation is worth a warning.
@@ -24,11 +26,16 @@ pub const NOTABLE: f64 = 1e-3;
 pub const NEGLIGIBLE: f64 = 1e-9;
 
 impl ConstraintDrift {
-    /// Records the violations Φ and Φ̇ at the time `t` (s), with the positions and velocities there.
-    pub(crate) fn add(&mut self, t: f64, violations: [f64; 2], states: [&[f64]; 2]) {
-        for (size, state) in self.sizes.iter_mut().zip(states) {
-            *size = state.iter().fold(*size, |size, x| size.max(x.abs()));
-        }
+    /// Records the violations Φ and Φ̇ at the time `t` (s) at the end of a trial step, with the positions and velocities there.
+    pub(crate) fn set_trial(&mut self, t: f64, violations: [f64; 2], states: [&[f64]; 2]) {
+        let largest = |state: &[f64]| state.iter().fold(0.0f64, |size, x| size.max(x.abs()));
+        self.trial = Some((t, violations, states.map(largest)));
+    }
+
+    /// Adds the violations of the last trial step, which is accepted.
+    pub(crate) fn accept(&mut self) {
+        let Some((t, violations, sizes)) = self.trial.take() else { return };
+        self.sizes.iter_mut().zip(sizes).for_each(|(size, new)| *size = size.max(new));
         // `f64::max` ignores NaN; a state that is not finite is an error elsewhere.
         (self.position, self.velocity) = (self.position.max(violations[0]), self.velocity.max(violations[1]));
         let limits = self.sizes.map(|size| NEGLIGIBLE.max(NOTABLE * size));
@@ -56,7 +63,9 @@ mod tests {
     fn a_violation_is_compared_with_the_motion_and_with_rounding() {
         let warns = |violations: [f64; 2], velocity: f64| {
             let mut drift = ConstraintDrift::default();
-            drift.add(0.3, violations, [&[0.5, -0.2], &[velocity]]);
+            drift.set_trial(0.2, [1e9, 1e9], [&[0.5], &[1.0]]); // it is rejected
+            drift.set_trial(0.3, violations, [&[0.5, -0.2], &[velocity]]);
+            drift.accept();
             drift.warning().is_some()
         };
         assert!(!warns([1e-15, 9.9e-324], 0.0) && !warns([4e-4, 1e-3], 2.0));

@@ -13,6 +13,8 @@ use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::relative::{RelativeRhs, relative_tree};
 use crate::integrators::explicit::settings::{Coordinates, Explicit, StepControl};
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
+use crate::integrators::explicit::velocity_jumps::refuse_velocity_jumps;
+use crate::integrators::inspection::InspectionTimes;
 use crate::integrators::settings::StepSize;
 use crate::linalg::factor::Factor;
 use crate::mechanism::Mechanism;
@@ -313,7 +315,7 @@ impl OdeRhs for MechanismRhs<'_> {
         self.correct(0);
         self.correct(1);
         let violations = [0, 1].map(|order| self.violation(order));
-        self.drift.add(t, violations, [&self.state.q, &self.state.v]);
+        self.drift.set_trial(t, violations, [&self.state.q, &self.state.v]);
         let n = self.state.q.len();
         y[..n].copy_from_slice(&self.state.q);
         y[n..].copy_from_slice(&self.state.v);
@@ -348,8 +350,13 @@ impl OdeRhs for MechanismRhs<'_> {
         }
     }
 
-    fn end_at_event(stepper: &mut Stepper<Self>) -> Result<()> {
-        end_at_event(stepper)
+    fn accept(&mut self) {
+        self.drift.accept();
+    }
+
+    fn end_at_event(stepper: &mut Stepper<Self>, times: &InspectionTimes) -> Result<()> {
+        refuse_velocity_jumps(stepper)?;
+        end_at_event(stepper, times)
     }
 
     fn begin_after_event(stepper: &mut Stepper<Self>) -> Result<bool> {
@@ -420,9 +427,9 @@ impl TrialStep for Repeated<'_, '_> {
 
 /// Shortens the completed step so that it ends at the first event in it, if there is one. The step may become a little longer
 /// if a contact is almost closed at its end.
-fn end_at_event(stepper: &mut Stepper<MechanismRhs<'_>>) -> Result<()> {
+fn end_at_event(stepper: &mut Stepper<MechanismRhs<'_>>, times: &InspectionTimes) -> Result<()> {
     let Some(mut locator) = stepper.rhs.locator.take() else { return Ok(()) };
-    let h = end_near_event(&locator, stepper)?;
+    let h = end_near_event(&locator, stepper, times)?;
     let length = locator.locate(&mut Repeated { stepper }, h)?;
     stepper.rhs.locator = Some(locator);
     stepper.rhs.step_ends.iter_mut().for_each(|ends| ends.length = length);
@@ -430,7 +437,13 @@ fn end_at_event(stepper: &mut Stepper<MechanismRhs<'_>>) -> Result<()> {
 }
 
 /// Shortens the step if an event happens in it that has no trace at its end. Returns the length of the step in s.
-fn end_near_event(locator: &EventLocator, stepper: &mut Stepper<MechanismRhs<'_>>) -> Result<f64> {
+///
+/// The state is interpolated at a few fractions of the step. Forces of held parts, and reactions, are computed at the `times` inside it.
+fn end_near_event(
+    locator: &EventLocator,
+    stepper: &mut Stepper<MechanismRhs<'_>>,
+    times: &InspectionTimes,
+) -> Result<f64> {
     let ([begin, end], mut y) = (stepper.t, stepper.new.clone());
     let states = stepper.rhs.step_ends.as_ref().map(|ends| &ends.states);
     let Some([old, new]) = states else { return Ok(end - begin) };
@@ -441,12 +454,40 @@ fn end_near_event(locator: &EventLocator, stepper: &mut Stepper<MechanismRhs<'_>
         inside.t = begin + fraction * (end - begin);
         inside.q.copy_from_slice(q);
         inside.v.copy_from_slice(v);
+        inside.prescribe(stepper.rhs.mechanism);
         locator.has_closed(stepper.rhs.mechanism, [old, &inside], fraction * (end - begin))
     };
-    let Some(fraction) = FRACTIONS.into_iter().find(is_closed) else { return Ok(end - begin) };
-    let h = fraction * (end - begin);
+    let coarse = FRACTIONS.into_iter().find(is_closed).map(|fraction| fraction * (end - begin));
+    let old = old.clone();
+    let fine = first_closed_at(locator, stepper, &old, times)?;
+    let Some(h) = coarse.into_iter().chain(fine).min_by(f64::total_cmp) else { return Ok(end - begin) };
     stepper.attempt(begin + h, None)?;
     Ok(h)
+}
+
+/// Time in s from the beginning of the step, the state `old`, to the first of the `times` inside it before which an event has happened.
+fn first_closed_at(
+    locator: &EventLocator,
+    stepper: &mut Stepper<MechanismRhs<'_>>,
+    old: &State<f64>,
+    times: &InspectionTimes,
+) -> Result<Option<f64>> {
+    let (begin, inside) = (stepper.t[0], times.inside(stepper.t));
+    if inside.is_empty() {
+        return Ok(None);
+    }
+    stepper.make_dense()?;
+    let (mut y, mut rates) = (stepper.new.clone(), stepper.new.clone());
+    for &t in inside {
+        stepper.interpolate(t, &mut y);
+        stepper.evaluations += 1;
+        let is_solved = stepper.rhs.rates(SAMPLE, t, &y, &mut rates).is_ok();
+        let MechanismRhs { mechanism, state, .. } = &stepper.rhs;
+        if is_solved && locator.has_closed(mechanism, [old, state], t - begin) {
+            return Ok(Some(t - begin));
+        }
+    }
+    Ok(None)
 }
 
 /// Begins the next step after an event at the end of the last one, if there is one. Returns whether there is.

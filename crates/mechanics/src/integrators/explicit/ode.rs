@@ -95,9 +95,9 @@ impl<O: Ode> OdeRhs for OdeModelRhs<'_, O> {
 
     fn rates(&mut self, slot: usize, t: f64, y: &[f64], k: &mut [f64]) -> Result<()> {
         self.ode.rates(self.b, t, y, k);
-        if let Some(stages) = &mut self.stages {
-            stages[slot].0 = t;
-            stages[slot].1.copy_from_slice(y);
+        if let Some((time, state)) = self.stages.as_mut().and_then(|stages| stages.get_mut(slot)) {
+            *time = t;
+            state.copy_from_slice(y);
         }
         k.iter().position(|rate| !rate.is_finite()).map_or(Ok(()), |i| {
             let why = format!("its rate is {} at t = {t:.6e} s", k[i]);

@@ -1,9 +1,11 @@
 //! Step control of explicit methods.
 
+use crate::integrators::explicit::defect::DefectControl;
 use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::settings::{Explicit, StepControl, TakenStep};
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
 use crate::integrators::explicit::switching::SwitchLocator;
+use crate::integrators::inspection::InspectionTimes;
 use crate::integrators::settings::{MOST_STEPS, Work, too_many_steps};
 use crate::{Error, Result};
 
@@ -24,6 +26,8 @@ pub struct OdeDriver<F> {
     pub(crate) next: f64,
     pub(crate) switches: SwitchLocator,
     pub(crate) given: GivenStep,
+    inspections: InspectionTimes,
+    defect: DefectControl,
 }
 
 /// The current one of given steps, which events may split.
@@ -87,7 +91,21 @@ impl<F: OdeRhs> OdeDriver<F> {
         let steps = Vec::with_capacity(EXPECTED_STEPS);
         let (start, step_control, scratch) = (settings.start, settings.step_control.clone(), Vec::new());
         let given = GivenStep { end: start, count: 0 };
-        Ok(Self { stepper, steps, failed_steps: 0, scratch, start, step_control, end, next, switches, given })
+        let (inspections, defect) = (InspectionTimes::new(start, end, times), DefectControl::new(stepper.old.len()));
+        Ok(Self {
+            stepper,
+            steps,
+            failed_steps: 0,
+            scratch,
+            start,
+            step_control,
+            end,
+            next,
+            switches,
+            given,
+            inspections,
+            defect,
+        })
     }
 
     /// Returns whether the motion goes on and the current step ends before `t` (s).
@@ -130,10 +148,11 @@ impl<F: OdeRhs> OdeDriver<F> {
             StepControl::Adaptive { .. } => self.advance_adaptive()?,
         }
         let end = self.stepper.t[1];
-        F::end_at_event(&mut self.stepper)?;
+        F::end_at_event(&mut self.stepper, &self.inspections)?;
         if self.stepper.t[1] != end {
             self.switches.end_before();
         }
+        self.stepper.rhs.accept();
         self.steps.push(self.stepper.t[1] - old);
         Ok(())
     }
@@ -158,10 +177,18 @@ impl<F: OdeRhs> OdeDriver<F> {
             if error <= 1.0 && !self.switches.move_end_to_zero(&mut self.stepper)? {
                 continue;
             }
+            if error <= 1.0
+                && let Some(t) = self.defect.first_miss(&mut self.stepper, &self.inspections, tolerance)
+            {
+                // What acts there is at the end of the next trial step, or inside of a later one.
+                (rejected, h) = (true, (t - old).min(0.5 * self.stepper.length()));
+                self.failed_steps += 1;
+                continue;
+            }
             if error <= 1.0 {
                 let taken = self.stepper.length();
                 self.next = (taken * growth).min(*longest);
-                return self.switches.end_step(&mut self.stepper);
+                return self.switches.end_step(&mut self.stepper, &self.inspections);
             }
             (rejected, h) = (true, self.stepper.length() * if growth.is_nan() { 0.2 } else { growth.min(0.9) });
             self.failed_steps += 1;

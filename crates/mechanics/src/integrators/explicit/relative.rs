@@ -95,7 +95,7 @@ impl RelativeRhs {
         let Self { dynamics, projection, unprojected, stages } = self;
         if !dynamics.tree.cuts.is_empty() {
             let violations = dynamics.project(mechanism, t, y, state, projection)?;
-            drift.add(t, violations, [&state.q, &state.v]);
+            drift.set_trial(t, violations, [&state.q, &state.v]);
         }
         if stages.is_some() {
             unprojected.copy_from_slice(y);

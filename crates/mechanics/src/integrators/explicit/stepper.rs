@@ -3,7 +3,9 @@
 use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::settings::Tolerance;
 use crate::integrators::explicit::tableau::Tableau;
+use crate::integrators::inspection::InspectionTimes;
 use crate::{Error, Result};
+use autodiff::Jet2;
 
 /// Right-hand side of a system of first-order differential equations.
 pub trait OdeRhs {
@@ -17,6 +19,9 @@ pub trait OdeRhs {
     fn project(&mut self, _t: f64, _y: &mut [f64]) -> Result<()> {
         Ok(())
     }
+
+    /// Called at the end of each step that is not repeated.
+    fn accept(&mut self) {}
 
     /// Writes the values of functions at whose zeros the rates are not smooth, always the same number of them.
     ///
@@ -34,7 +39,9 @@ pub trait OdeRhs {
     fn hold_sides(&mut self, _sides: &[bool]) {}
 
     /// Shortens the completed step so that it ends at the first event in it, if there is one.
-    fn end_at_event(_stepper: &mut Stepper<Self>) -> Result<()>
+    ///
+    /// Events are looked for at the `times`, too.
+    fn end_at_event(_stepper: &mut Stepper<Self>, _times: &InspectionTimes) -> Result<()>
     where
         Self: Sized,
     {
@@ -196,6 +203,18 @@ impl<F: OdeRhs> Stepper<F> {
         }
         for (slot, weight) in self.slots.iter().zip(weights.slots).filter(|(_, weight)| *weight != 0.0) {
             y.iter_mut().zip(slot).for_each(|(y, k)| *y += h * weight * k);
+        }
+    }
+
+    /// The rates of dense output at time `t` inside the step, after [`Stepper::make_dense`].
+    pub(crate) fn interpolate_rates(&self, t: f64, rates: &mut [f64]) {
+        let h = self.length();
+        let weights = self.method.graded_dense_weights(Jet2::new((t - self.t[0]) / h, 1.0, 0.0), self.grading);
+        for ((rate, old), new) in rates.iter_mut().zip(&self.old).zip(&self.new) {
+            *rate = weights.change.v1 / h * (new - old);
+        }
+        for (slot, weight) in self.slots.iter().zip(weights.slots).filter(|(_, weight)| weight.v1 != 0.0) {
+            rates.iter_mut().zip(slot).for_each(|(rate, k)| *rate += weight.v1 * k);
         }
     }
 

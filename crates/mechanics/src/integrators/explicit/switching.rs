@@ -2,6 +2,7 @@
 
 use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
+use crate::integrators::inspection::InspectionTimes;
 use crate::{Error, Result};
 
 /// Signs of the switching functions along a motion.
@@ -205,11 +206,17 @@ impl SwitchLocator {
     }
 
     /// Shortens the completed step so that it ends at the first zero of a switching function, if there is one in it.
-    pub fn end_step<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>) -> Result<()> {
+    ///
+    /// Signs are compared at `times`, too.
+    pub fn end_step<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>, times: &InspectionTimes) -> Result<()> {
         if self.held.is_empty() {
             return Ok(());
         }
-        let Some([low, high]) = self.first_change(stepper)? else {
+        let change = match self.first_change(stepper)? {
+            Some(change) => Some(change),
+            None => self.first_change_at(stepper, times)?,
+        };
+        let Some([low, high]) = change else {
             self.crossed = self.ends_at_power;
             self.crossed.iter().for_each(|&k| self.sides[k] = false);
             return Ok(());
@@ -253,6 +260,27 @@ impl SwitchLocator {
         let places: Vec<f64> = places.collect();
         let change = places.windows(2).find(|place| self.is_crossed(stepper, place[1], true));
         Ok(change.map(|place| [place[0], place[1]]))
+    }
+
+    /// Fractions of the completed step at two of the `times` inside it between which the first function changes its sign, if one does.
+    fn first_change_at<F: OdeRhs>(
+        &mut self,
+        stepper: &mut Stepper<F>,
+        times: &InspectionTimes,
+    ) -> Result<Option<[f64; 2]>> {
+        let (inside, mut low) = (times.inside(stepper.t), AT_END);
+        if inside.is_empty() {
+            return Ok(None);
+        }
+        stepper.make_dense()?;
+        for t in inside {
+            let high = (t - stepper.t[0]) / stepper.length();
+            if high > AT_END && self.is_crossed(stepper, high, true) {
+                return Ok(Some([low, high]));
+            }
+            low = high;
+        }
+        Ok(None)
     }
 
     /// Fraction of the step at which the first function changes its sign, by bisection of dense output.

@@ -1,0 +1,133 @@
+//! Prescribed velocities that jump, which cause impulses that explicit steps do not have.
+
+use crate::events::impact::{Jump, joint_rows};
+use crate::integrators::explicit::mechanism::MechanismRhs;
+use crate::integrators::explicit::stepper::Stepper;
+use crate::mechanism::Mechanism;
+use crate::mechanism::scalars::StateScalar;
+use crate::system::System;
+use crate::system::state::State;
+use crate::{Error, Result};
+
+/// Number of halvings of a step in the search for a jump.
+const HALVINGS: usize = 24;
+
+/// Error of a rule, as a fraction of the velocities, below which the velocity is smooth.
+const SMOOTH: f64 = 1e-6;
+
+/// Least jump as a fraction of the velocities. What takes more than a hundred-thousandth of the step is none.
+const LEAST: f64 = 1e-3;
+
+/// Largest rounding of a mean velocity, as a fraction of a change of the velocity, that leaves enough digits in positions.
+const ROUNDED: f64 = 1e-2;
+
+/// Largest effect of a jump on the equations, per unit of the jump, that is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Checks that no prescribed velocity jumps in the completed step in such a way that velocities of free coordinates jump with it.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] naming the coordinate, the time and the jump.
+pub(crate) fn refuse_velocity_jumps(stepper: &Stepper<MechanismRhs<'_>>) -> Result<()> {
+    let mechanism = stepper.rhs.mechanism;
+    let moving = mechanism.coordinates.iter().enumerate().filter_map(|(i, coordinate)| {
+        let (motion, parameters) = coordinate.motion.as_ref()?;
+        (!motion.is_fixed()).then_some((i, motion, parameters))
+    });
+    for (i, motion, parameters) in moving {
+        let at = |t: f64| -> [f64; 2] {
+            let [q, v, _] = f64::motion(motion.as_ref(), parameters, t);
+            [q, v]
+        };
+        let Some((t, jump)) = velocity_jump(at, stepper.t) else { continue };
+        let state = stepper.rhs.state_of(stepper.t[1], &stepper.new);
+        if moves_others(&stepper.rhs.system, mechanism, &state, (i, jump)) {
+            let why = format!(
+                "its prescribed velocity jumps by {jump:.3e} m/s or rad/s at t = {t:.6e} s, which takes an impulse: explicit steps \
+                 have none"
+            );
+            let remedy = "take an implicit scheme, or a motion with a continuous velocity, such as a smooth ramp";
+            return Err(Error::unsupported(&mechanism.coordinates[i].name, why, remedy));
+        }
+    }
+    Ok(())
+}
+
+/// Time in s of a jump of the velocity between the `ends` (s), and the jump, for the position and the velocity `at` a time.
+///
+/// The error of the trapezoidal rule, and of the cubic through the ends in the middle, is of second order in the length of an
+/// interval, relative to it, where the velocity is smooth. Where it jumps, one of them is a fixed part of the jump. In intervals that are
+/// too short for differences of positions, the larger change of the velocity tells the place.
+fn velocity_jump(at: impl Fn(f64) -> [f64; 2], [mut begin, mut end]: [f64; 2]) -> Option<(f64, f64)> {
+    let (mut first, mut last) = (at(begin), at(end));
+    let error = |[q0, v0]: [f64; 2], [q, _]: [f64; 2], [q1, v1]: [f64; 2], h: f64| {
+        let (rule, cubic) = ((q1 - q0) / h - 0.5 * (v0 + v1), (q - 0.5 * (q0 + q1)) / h - 0.125 * (v0 - v1));
+        rule.abs().max(cubic.abs())
+    };
+    let mut size = 0.0f64;
+    for _ in 0..HALVINGS {
+        let (h, middle) = (end - begin, 0.5 * (begin + end));
+        if !(begin < middle && middle < end) {
+            break;
+        }
+        let inside = at(middle);
+        size = [first, inside, last].iter().fold(size, |size, [_, v]| size.max(v.abs()));
+        let rounding = f64::EPSILON * first[0].abs().max(last[0].abs()) / h;
+        let has_digits = rounding <= ROUNDED * (last[1] - first[1]).abs().max(SMOOTH * size);
+        if has_digits && error(first, inside, last, h) <= SMOOTH * size {
+            return None;
+        }
+        let quarter = |begin: f64| at(begin + 0.25 * h);
+        let [before, after] = match has_digits {
+            true => [error(first, quarter(begin), inside, 0.5 * h), error(inside, quarter(middle), last, 0.5 * h)],
+            false => [(inside[1] - first[1]).abs(), (last[1] - inside[1]).abs()],
+        };
+        match before >= after {
+            true => (end, last) = (middle, inside),
+            false => (begin, first) = (middle, inside),
+        }
+    }
+    let jump = last[1] - first[1];
+    (jump.abs() > LEAST * size).then_some((end, jump))
+}
+
+/// Returns whether a jump of the velocity of coordinate number `i` violates constraints, or has momentum of free coordinates.
+fn moves_others(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, (i, by): (usize, f64)) -> bool {
+    let rows = |by: f64| {
+        let mut rows = vec![0.0; system.size()];
+        let mut jump = Jump::none(state);
+        jump.velocity[i] = by;
+        joint_rows(system, mechanism, state, &jump, &mut rows);
+        rows
+    };
+    rows(by).iter().zip(rows(0.0)).any(|(with, without)| (with - without).abs() > ROUNDING * by.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jumps_of_the_velocity_are_found_and_nothing_else() {
+        let found = |f: &dyn Fn(f64) -> [f64; 2], ends: [f64; 2]| velocity_jump(f, ends);
+        for kink in [0.0, 0.1, 0.25, 0.5, 0.505, 0.7, 0.999] {
+            let ramp = |t: f64| if t <= kink { [0.3, 0.0] } else { [0.3 + 2.0 * (t - kink), 2.0] };
+            let (t, jump) = found(&ramp, [0.0, 1.0]).unwrap();
+            assert!((t - kink).abs() < 1e-6 && (jump - 2.0).abs() < 1e-9, "{kink}: {t} {jump}");
+            for h in [1e-3, 1e-6, 1e-9, 1e-12] {
+                let short = [kink - 0.3 * h, kink + 0.7 * h];
+                assert!(found(&ramp, short).is_some_and(|(_, jump)| (jump - 2.0).abs() < 1e-9), "{kink} {h}");
+            }
+        }
+        let sine = |t: f64| [(30.0 * t).sin(), 30.0 * (30.0 * t).cos()];
+        let cubic = |t: f64| if t <= 0.4 { [1.0, 0.0] } else { [1.0 + (t - 0.4).powi(2), 2.0 * (t - 0.4)] };
+        let steep = |t: f64| [(1e4 * (t - 0.3)).tanh(), 1e4 / (1e4 * (t - 0.3)).cosh().powi(2)];
+        for smooth in [&sine as &dyn Fn(f64) -> [f64; 2], &cubic, &steep, &|_| [5.0, 0.0]] {
+            assert_eq!(found(smooth, [0.0, 1.0]), None);
+            for h in [0.14, 1e-3, 1e-6, 1e-9, 1e-12] {
+                assert_eq!(found(smooth, [0.4 - 0.3 * h, 0.4 + 0.7 * h]), None, "{h}");
+            }
+        }
+    }
+}

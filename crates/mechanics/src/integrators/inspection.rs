@@ -1,0 +1,136 @@
+//! Inspection of long steps: what happens between their ends.
+
+use crate::Result;
+use crate::analyses::sampling::interpolate;
+use crate::events::impact::make_consistent;
+use crate::initial_conditions::AccelerationSolver;
+use crate::integrators::consistent_ends;
+use crate::integrators::event_location::{EventLocator, TrialStep};
+use crate::integrators::generalized_alpha::{Integrator, Prescribed};
+use crate::integrators::velocity_violation::consistent_velocities;
+use crate::mechanism::Mechanism;
+use crate::system::System;
+use crate::system::state::State;
+
+/// Number of intervals of a motion between inspections, if output times are not closer.
+const INTERVALS: usize = 100;
+
+/// Times at which long steps are inspected: what acts for a short time only would lie between their ends.
+///
+/// They are the output times, and times that divide the motion evenly. A step that contains none of them is not inspected: it is shorter
+/// than the distance of outputs.
+#[derive(Clone, Debug, Default)]
+pub struct InspectionTimes(Vec<f64>);
+
+impl InspectionTimes {
+    /// Times of a motion from `start` to `end` (s) with outputs at the increasing `times` (s).
+    pub fn new(start: f64, end: f64, times: &[f64]) -> Self {
+        let even = (1..INTERVALS).map(|k| start + (end - start) * (k as f64 / INTERVALS as f64));
+        let mut all: Vec<f64> = times.iter().copied().chain(even).filter(|t| start < *t && *t < end).collect();
+        all.sort_by(f64::total_cmp);
+        let distance = 1e-9 * (end - start);
+        all.dedup_by(|later, earlier| *later - *earlier <= distance);
+        Self(all)
+    }
+
+    /// The times strictly inside a step with these `ends` (s), without those at its ends but for rounding.
+    pub fn inside(&self, [begin, end]: [f64; 2]) -> &[f64] {
+        let tiny = 1e-9 * (end - begin);
+        let first = self.0.partition_point(|t| *t <= begin + tiny);
+        let last = self.0.partition_point(|t| *t < end - tiny);
+        &self.0[first..last.max(first)]
+    }
+}
+
+/// Inspection of implicit steps.
+///
+/// The state between the ends of a step is interpolated, and its accelerations and multipliers are those of the equations of motion. Where
+/// nothing moves at the ends, the estimate of the local error is zero, whatever loads and prescribed motions do between them.
+pub(crate) struct Inspector {
+    system: System,
+    solver: AccelerationSolver,
+    at: State<f64>,
+    is_projected: bool,
+}
+
+/// Largest difference of accelerations inside a step from a straight line between its ends, in units of the one whose effect on positions is
+/// the tolerance. That of smooth motions is less than the change of the accelerations over the step.
+const LARGEST: f64 = 10.0;
+
+impl Inspector {
+    /// Workspace for the steps of `integrator`.
+    pub fn new(integrator: &Integrator<'_>) -> Self {
+        let is_projected = integrator.mechanism.has_consistent_velocities();
+        let (system, at) = (integrator.system.clone(), integrator.step.new.clone());
+        Self { system, solver: AccelerationSolver::default(), at, is_projected }
+    }
+
+    /// The first of the `times` inside the solved step before which an event has happened, or at which accelerations differ from those of
+    /// the step by more than `tolerated` (m/s² or rad/s²).
+    pub fn first_miss(
+        &mut self,
+        integrator: &mut Integrator<'_>,
+        locator: &EventLocator,
+        times: &InspectionTimes,
+        tolerated: Option<f64>,
+    ) -> Result<Option<f64>> {
+        let mechanism = integrator.mechanism;
+        let inside = times.inside([integrator.step.old.t, integrator.step.new.t]);
+        if inside.is_empty() || (tolerated.is_none() && !mechanism.has_events()) {
+            return Ok(None);
+        }
+        if mechanism.has_events() {
+            integrator.begin()?;
+        }
+        let tolerated = tolerated.filter(|_| integrator.prescribed == Prescribed::Exact);
+        let [old, _] = integrator.ends();
+        for &t in inside {
+            let step = &integrator.step;
+            interpolate(&step.old, &step.new, t, &mut self.at);
+            let line = self.at.a.clone();
+            self.at.prescribe(mechanism);
+            if !self.solve(integrator) {
+                continue;
+            }
+            let is_far =
+                |tolerated: f64| line.iter().zip(&self.at.a).any(|(a, b)| !((a - b).abs() <= LARGEST * tolerated));
+            if locator.has_closed(mechanism, [old, &self.at], t - old.t) || tolerated.is_some_and(is_far) {
+                return Ok(Some(t));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The consistent velocities at the beginning of the step, where it rescales those that violate the constraints.
+    pub fn consistent_velocities(&mut self, integrator: &Integrator<'_>) -> Option<Vec<f64>> {
+        let (mechanism, step) = (integrator.mechanism, &integrator.step);
+        consistent_velocities(&mut self.system, mechanism, &step.old).map(|(consistent, _)| consistent.v)
+    }
+
+    /// The state at the event at the `end` of a step, see [`consistent_ends::at_event`].
+    pub fn at_event(&mut self, mechanism: &Mechanism<f64>, end: &State<f64>) -> State<f64> {
+        consistent_ends::at_event(&mut self.system, mechanism, end)
+    }
+
+    /// Solves for accelerations and multipliers. Returns whether there are any: not in singular positions, which steps may pass.
+    fn solve(&mut self, integrator: &Integrator<'_>) -> bool {
+        let Self { system, solver, at, is_projected } = self;
+        let is_consistent = !*is_projected || make_consistent(system, integrator.mechanism, at).is_ok();
+        is_consistent && solver.solve(system, integrator.mechanism, at).is_ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_those_of_outputs_and_an_even_division() {
+        let times = InspectionTimes::new(1.0, 3.0, &[1.0, 1.013, 2.0, 3.0]);
+        assert_eq!(times.0.len(), INTERVALS);
+        assert_eq!(times.inside([1.0, 1.03]), [1.013, 1.02]);
+        assert_eq!(times.inside([1.013, 1.02]), [0.0; 0]);
+        assert_eq!(times.inside([2.99, 4.0]), [0.0; 0]);
+        assert_eq!(InspectionTimes::new(0.0, 0.0, &[0.0]).inside([0.0, 1.0]), [0.0; 0]);
+    }
+}

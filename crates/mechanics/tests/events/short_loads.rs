@@ -1,0 +1,190 @@
+//! Loads and prescribed motions that act for a short time on what is at rest: adaptive steps do not pass over them.
+
+use crate::models::Above;
+use autodiff::Scalar;
+use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
+use linkwright_mechanics::events::Action;
+use linkwright_mechanics::integrators::explicit::{Explicit, StepControl};
+use linkwright_mechanics::motion::{Fixed, Harmonic, Motion, Ramp};
+use linkwright_mechanics::{Coordinate, Dynamics, Mechanism, Pose};
+
+/// A pulse p₁ exp(−((t − p₂)/p₃)²) beside the constant p₀.
+struct Pulse;
+
+impl Motion for Pulse {
+    fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
+        let x = (t - p[2]) / p[3];
+        p[0] + p[1] * (-x * x).exp()
+    }
+}
+
+/// A mass of 1 kg at rest on a line, whose position is the output.
+fn mass() -> (Mechanism<f64>, Coordinate) {
+    let mut m = Mechanism::new();
+    let mass = m.point_mass("mass", 1.0, 0.0, 0.0);
+    let sensor = m.sensor("motion", mass.origin());
+    let x = m.measure(sensor, "x").unwrap();
+    m.output("x", &[x]);
+    (m, mass.x)
+}
+
+fn push(m: &mut Mechanism<f64>, on: Coordinate, p: [f64; 4]) {
+    let ground = m.ground();
+    m.load("push", ground.x, on, Pulse, &p);
+}
+
+/// A free mass and a pulse: a quarter of the motion after it.
+fn pushed() -> Mechanism<f64> {
+    let (mut m, x) = mass();
+    push(&mut m, x, [0.0, 5.0, 5.3, 0.1]);
+    m
+}
+
+/// A mass that dry friction holds until a pulse.
+fn held_by_friction() -> Mechanism<f64> {
+    let (mut m, x) = mass();
+    push(&mut m, x, [0.0, 5.0, 5.3, 0.3]);
+    let ground = m.ground();
+    m.dry_friction("friction", ground.x, x, [3.0, 1.0, 0.0]);
+    m
+}
+
+/// A mass under a harmonic force of the given amplitude and angular frequency that breaks away and stops in every half of the period.
+fn shaken(force: f64, frequency: f64, frictions: &[f64]) -> Mechanism<f64> {
+    let (mut m, x) = mass();
+    let ground = m.ground();
+    m.load("push", ground.x, x, Harmonic, &[0.0, force, frequency, 0.0]);
+    for (k, &friction) in frictions.iter().enumerate() {
+        m.dry_friction(&format!("friction {k}"), ground.x, x, [friction, 1.0, 0.0]);
+    }
+    m
+}
+
+/// A mass that is pressed against a rigid stop until a pulse.
+fn lifted() -> Mechanism<f64> {
+    let (mut m, x) = mass();
+    push(&mut m, x, [-3.0, 5.0, 5.3, 0.2]);
+    let ground = m.ground();
+    m.rigid_stop("stop", ground.x, x, 0.0, 0.0);
+    m
+}
+
+/// A driven coordinate, next to the mass.
+fn hammer(m: &mut Mechanism<f64>, motion: impl Motion, p: &[f64]) -> Coordinate {
+    let hammer = m.coordinate("hammer", -0.1, 0.0);
+    m.drive(hammer, motion, p);
+    hammer
+}
+
+/// A mass that a rigid or soft hammer hits, with a pulse or a harmonic motion.
+fn hit(is_rigid: bool, is_pulse: bool) -> Mechanism<f64> {
+    let (mut m, x) = mass();
+    let hammer = match is_pulse {
+        true => hammer(&mut m, Pulse, &[-0.1, 0.2, 5.3, 0.1]),
+        false => hammer(&mut m, Harmonic, &[-0.1, 0.141, 13.0, 0.0]),
+    };
+    match is_rigid {
+        true => drop(m.rigid_stop("stop", hammer, x, 0.0, 0.5)),
+        false => drop(m.bump_stop("stop", hammer, x, [1e4, 0.1, 0.0])),
+    }
+    m
+}
+
+/// A mass on which a force acts from an event of a driven coordinate on.
+fn switched_on() -> Mechanism<f64> {
+    let (mut m, x) = mass();
+    let ground = m.ground();
+    let load = m.load("push", ground.x, x, Fixed, &[1.0]);
+    let slider = m.point_mass("slider", 1.0, -0.1, 1.0);
+    m.drive(slider.x, Harmonic, &[-0.1, 0.15, 3.0, 0.0]);
+    m.fix(slider.y);
+    let sensor = m.sensor("place", slider.origin());
+    let place = m.measure(sensor, "x").unwrap();
+    m.when("event", Above(0.04), &[place], &[Action::Activate(load)]).unwrap();
+    m
+}
+
+/// Compares adaptive steps by all methods with short fixed ones.
+fn compare(name: &str, m: &Mechanism<f64>, end: f64, tolerated: f64) {
+    let times: Vec<f64> = (0..=400).map(|k| end * f64::from(k) / 400.0).collect();
+    let fixed = Explicit::eighth_order(1e-9).with_step_control(StepControl::Fixed(1e-3));
+    let expected = simulate_explicitly(m, &fixed, &times).unwrap().values.remove(0);
+    assert!(expected.iter().any(|x| x.abs() > 10.0 * tolerated), "{name}: it does not move");
+    let found = [
+        simulate_explicitly(m, &Explicit::adaptive(1e-9), &times),
+        simulate_explicitly(m, &Explicit::eighth_order(1e-9), &times),
+        simulate(m, &Dynamics::adaptive(1e-8), &times),
+    ];
+    for (method, history) in ["rk5", "rk8", "implicit"].iter().zip(found) {
+        let x = history.unwrap_or_else(|error| panic!("{name}, {method}: {error}")).values.remove(0);
+        let error = x.iter().zip(&expected).map(|(x, expected)| (x - expected).abs()).fold(0.0, f64::max);
+        println!("{name}, {method}: {error:.1e}");
+        assert!(error <= tolerated, "{name}, {method}: {error:.1e}");
+    }
+}
+
+#[test]
+fn a_load_that_acts_for_a_short_time_moves_a_mass_at_rest() {
+    compare("pushed", &pushed(), 10.0, 1e-3);
+    // The speed is the impulse, and the centre of the pulse is at 5.3 s.
+    let history = simulate_explicitly(&pushed(), &Explicit::eighth_order(1e-9), &[0.0, 10.0]).unwrap();
+    let x = history.values[0][1];
+    let exact = 0.5 * std::f64::consts::PI.sqrt() * 4.7;
+    assert!((x - exact).abs() < 1e-6, "{x} {exact}");
+}
+
+#[test]
+fn friction_breaks_away_within_a_long_step() {
+    compare("held by friction", &held_by_friction(), 10.0, 1e-3);
+    compare("shaken slowly", &shaken(5.0, 3.0, &[3.0]), 4.0, 1e-3);
+    compare("shaken", &shaken(3.5, 10.0, &[3.0]), 4.0, 1e-5);
+    compare("two frictions", &shaken(5.0, 3.0, &[1.0, 2.0]), 4.0, 1e-3);
+    compare("two frictions, shaken fast", &shaken(7.0, 8.0, &[1.0, 2.0]), 4.0, 1e-3);
+}
+
+#[test]
+fn a_stop_opens_within_a_long_step() {
+    compare("lifted", &lifted(), 10.0, 1e-3);
+}
+
+#[test]
+fn prescribed_motions_touch_and_switch_within_a_long_step() {
+    compare("rigid hammer, once", &hit(true, true), 10.0, 1e-2);
+    compare("rigid hammer", &hit(true, false), 10.0, 1e-1);
+    compare("soft hammer, once", &hit(false, true), 10.0, 1e-2);
+    compare("switched on", &switched_on(), 10.0, 1e-3);
+}
+
+/// A body that a linear ramp drives, with another one on it: on a pin, or on a spring.
+fn driven_cart(has_pin: bool) -> Mechanism<f64> {
+    let mut m = Mechanism::with_gravity(0.0, -9.81);
+    let cart = m.body("cart", 1.0, 1.0, Pose { x: 0.0, y: 0.0, theta: 0.0 });
+    let rod = m.body("rod", 1.0, 1.0 / 12.0, Pose { x: 0.0, y: -0.5, theta: 0.0 });
+    let ground = m.ground();
+    m.prismatic("guide", ground.origin(), 0.0, cart.origin(), 0.0);
+    match has_pin {
+        true => drop(m.revolute("pin", cart.origin(), rod.at(0.0, 0.5))),
+        false => {
+            m.prismatic("slide", ground.at(0.0, -0.5), 0.0, rod.origin(), 0.0);
+            m.coordinate_spring("spring", cart.x, rod.x, [30.0, 0.0, 0.5, 0.0]);
+        }
+    }
+    m.drive(cart.x, Ramp::Linear, &[0.0, 0.5, 0.505, 1.0]);
+    let sensor = m.sensor("motion", rod.origin());
+    let x = m.measure(sensor, "x").unwrap();
+    m.output("x", &[x]);
+    m
+}
+
+#[test]
+fn explicit_steps_refuse_jumps_of_prescribed_velocities_that_take_impulses() {
+    let times = [0.0, 1.0, 2.0];
+    let fixed = Explicit::eighth_order(1e-9).with_step_control(StepControl::Fixed(1e-2));
+    for settings in [Explicit::adaptive(1e-9), Explicit::eighth_order(1e-9), fixed] {
+        let error = simulate_explicitly(&driven_cart(true), &settings, &times).unwrap_err().to_string();
+        assert!(error.contains("cart.x") && error.contains("jumps by 5.000e-1") && error.contains("5.05"), "{error}");
+    }
+    assert!(simulate(&driven_cart(true), &Dynamics::fixed(1e-3), &times).is_ok());
+    // A spring has no impulse.
+    compare("spring", &driven_cart(false), 2.0, 1e-4);
+}
