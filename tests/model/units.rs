@@ -317,7 +317,7 @@ fn a_frequency_is_not_taken_for_an_angular_velocity() {
         put("f = \"5 Hz\"", motor, "\"load*exp(-f*time)\""),
         put("w = \"300 rpm\"", motor, &friction("w")),
         put("w = \"30 deg/s\"", motor, &friction("w + 2 rad/s")),
-        put("k = \"9 N/m\"\nm = \"1 kg\"", motor, &friction("sqrt(k/(m))")),
+        put("k = \"9 N/m\"\nw0 = \"1 kg\"", motor, &friction("sqrt(k/w0)")),
         put("", "[objective]", &output("arm.omega", "rpm")),
         put("", "[objective]", &output("arm.omega", "rev/s")),
         put("", "[objective]", &output("arm.omega/(2*pi)", "Hz")),
