@@ -58,6 +58,7 @@ pub struct Analyze {
 #[command(after_help = "Examples:
   linkwright sensitivities absorber.toml
   linkwright sensitivities absorber.toml --at k=0.36 --out here
+  linkwright sensitivities absorber --json | jq .objective.derivatives
 
 Prints the gradients of the objective and of each constrained quantity at its smallest margin, of a peak at its time. With --out,
 writes the derivatives of all responses at all time points to sensitivities.csv.")]
@@ -142,8 +143,8 @@ impl AnalysedDesign {
     fn outputs(&self) -> Vec<OutputRange> {
         let all = self.problem.responses.iter().zip(&self.responses.values);
         all.map(|(response, values)| {
-            let times = response.grid.map(|grid| self.problem.grids[grid].shown_points());
-            OutputRange::new(&response.name, &response.unit, times.as_deref(), values)
+            let grid = response.grid.map(|grid| &self.problem.grids[grid]);
+            OutputRange::new(&response.name, &response.unit, grid, values)
         })
         .collect()
     }
@@ -159,6 +160,9 @@ impl AnalysedDesign {
 struct OutputRange {
     name: String,
     unit: String,
+    /// Unit of the times; absent for an output that does not change with time.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    time_unit: String,
     minimum: TimedValue,
     maximum: TimedValue,
     end: TimedValue,
@@ -172,7 +176,9 @@ struct TimedValue {
 }
 
 impl OutputRange {
-    fn new(name: &str, unit: &str, times: Option<&[f64]>, values: &[f64]) -> Self {
+    fn new(name: &str, unit: &str, grid: Option<&TimeGrid>, values: &[f64]) -> Self {
+        let times = grid.map(TimeGrid::shown_points);
+        let times = times.as_deref();
         let at = |p: usize| TimedValue { value: values[p], time: times.map(|times| times[p]) };
         // The first of equal values.
         let best = |is_better: fn(f64, f64) -> bool| {
@@ -181,6 +187,7 @@ impl OutputRange {
         Self {
             name: name.to_owned(),
             unit: unit.to_owned(),
+            time_unit: grid.map(|grid| grid.unit.clone()).unwrap_or_default(),
             minimum: at(best(|a, b| a < b)),
             maximum: at(best(|a, b| a > b)),
             end: at(values.len() - 1),
@@ -200,7 +207,7 @@ fn ranges(title: &str, outputs: &[OutputRange], time: &str, digits: usize) -> li
         let largest = outputs.iter().filter(is_like).map(size).fold(size(output), f64::max);
         let text = |value: f64| Cell::Text(readable(without_rounding(value, largest), digits));
         let when = |timed: TimedValue| timed.time.map_or(Cell::Empty, |time| Cell::Text(readable(time, digits)));
-        let OutputRange { name, unit, minimum, maximum, end } = output;
+        let OutputRange { name, unit, minimum, maximum, end, .. } = output;
         table.push([
             name.as_str().into(),
             unit.as_str().into(),
@@ -242,7 +249,7 @@ impl Analyze {
         let times = model.grid().map(TimeGrid::shown_points);
         let all = model.output_names().zip(&responses.values);
         let outputs: Vec<OutputRange> =
-            all.map(|((name, unit, grid), v)| OutputRange::new(name, unit, grid.and(times.as_deref()), v)).collect();
+            all.map(|((name, unit, grid), v)| OutputRange::new(name, unit, grid.and(model.grid()), v)).collect();
         let time = model.grid().map_or("time", |grid| grid.name.as_str());
         let listed = ranges("Outputs", &outputs, time, self.given.digits.count())?;
         if self.given.json {
@@ -362,12 +369,59 @@ impl Analyze {
     }
 }
 
+/// `sensitivities --json`.
+#[derive(Serialize)]
+struct SensitivityRecord {
+    event: &'static str,
+    version: u32,
+    title: String,
+    design: Vec<NamedValue>,
+    objective: Gradient,
+    constraints: Vec<Gradient>,
+    /// Reasons to doubt the numbers.
+    warnings: Vec<String>,
+    /// Choices that the analysis has made itself.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    notes: Vec<String>,
+}
+
+/// The derivatives of a quantity with respect to the design variables.
+#[derive(Default, Serialize)]
+struct Gradient {
+    name: String,
+    unit: String,
+    value: f64,
+    /// `≤`, `≥` or `=`, and the limit; absent for an objective.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    relation: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limit: Option<f64>,
+    /// The time of the value; `null` for one that does not change with time.
+    time: Option<f64>,
+    #[serde(skip_serializing_if = "String::is_empty")]
+    time_unit: String,
+    /// In the unit of the quantity per unit of the design variable.
+    derivatives: Vec<Derivative>,
+    /// The quantity with its time, in words.
+    #[serde(skip)]
+    words: String,
+}
+
+/// A derivative with respect to a design variable.
+#[derive(Serialize)]
+struct Derivative {
+    variable: String,
+    value: f64,
+}
+
 impl Sensitivities {
     pub fn run(&self) -> anyhow::Result<()> {
         let (model, _) = self.given.settings.load(&self.given.file)?;
         let analysed = self.given.analyse(&model, true)?;
-        self.given.head(&analysed)?;
-        let AnalysedDesign { problem, design, responses, evaluation, .. } = &analysed;
+        if !self.given.json {
+            self.given.head(&analysed)?;
+        }
+        let AnalysedDesign { problem, design, responses, .. } = &analysed;
         let points_of =
             |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
         let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(points_of).collect();
@@ -376,36 +430,78 @@ impl Sensitivities {
         drop(line);
         let table = tables::sensitivities(problem, responses, &instants, &rows)?;
         let known = problem::Sensitivities { at: instants, rows };
-        let bound = problem.objective.peak().map(|peak| peak.variable);
-        let digits = self.given.digits.count();
-        let columns = |cells: &mut dyn Iterator<Item = String>| -> String {
-            cells.enumerate().filter(|(k, _)| Some(*k) != bound).map(|(_, cell)| format!(" {cell:>13}")).collect()
-        };
-        let line = |name: &str, gradient: Vec<f64>| {
-            let numbers = columns(&mut gradient.iter().map(|s| readable(*s, digits)));
-            self.given.say(&one_line(&format!("  {name:<40}{numbers}")))
-        };
-        let names = columns(&mut problem.variables.iter().map(|v| format!("d/d {}", v.name)));
-        self.given.say(&format!("  {:<40}{names}", ""))?;
-        let gradient = |quantity, sign, p| {
-            let signed = SignedQuantity { quantity, sign, bound: None };
-            problem.total_derivative(signed, p, design, responses, &known)
-        };
-        match outcome::peak_row(problem, design, evaluation) {
-            Some(row) => {
-                let constraint = &problem.constraints[row.constraint];
-                let words = problem.time_in_words(constraint.quantity.grid(), row.point);
-                let name = format!("{} at {words}", problem.objective.name);
-                line(&name, gradient(&constraint.quantity, constraint.sign(), row.point))?;
+        let (objective, constraints) = self.gradients(&analysed, &known);
+        if self.given.json {
+            let record = SensitivityRecord {
+                event: "sensitivities",
+                version: 1,
+                title: analysed.title.clone(),
+                design: analysed.design_values(),
+                objective,
+                constraints,
+                warnings: responses.warnings.clone(),
+                notes: responses.notes.clone(),
+            };
+            say(&serde_json::to_string(&record)?)?;
+        } else {
+            let head = objective.derivatives.iter().map(|d| format!(" {:>13}", format!("d/d {}", d.variable)));
+            self.given.say(&format!("  {:<40}{}", "", head.collect::<String>()))?;
+            for Gradient { words, derivatives, .. } in std::iter::once(&objective).chain(&constraints) {
+                let number = |d: &Derivative| format!(" {:>13}", readable(d.value, self.given.digits.count()));
+                let numbers: String = derivatives.iter().map(number).collect();
+                self.given.say(&one_line(&format!("  {words:<40}{numbers}")))?;
             }
-            None => line(&problem.objective.name, gradient(&problem.objective.quantity, 1.0, 0))?,
-        }
-        for c in outcome::constraints(problem, design, evaluation) {
-            let quantity = &problem.constraints[c.row.constraint].quantity;
-            let at = c.time.map(|_| format!(" at {}", problem.time_in_words(quantity.grid(), c.row.point)));
-            let name = format!("{} {} {}{}", c.name, c.relation(), readable(c.limit, digits), at.unwrap_or_default());
-            line(&name, gradient(quantity, 1.0, c.row.point))?;
         }
         self.given.write("sensitivities.csv", &table.csv())
+    }
+
+    /// The gradients of the objective and of the constrained quantities at their smallest margins, without the variable that bounds a peak.
+    fn gradients(&self, analysed: &AnalysedDesign, known: &problem::Sensitivities) -> (Gradient, Vec<Gradient>) {
+        let AnalysedDesign { problem, design, responses, evaluation, .. } = analysed;
+        let bound = problem.objective.peak().map(|peak| peak.variable);
+        let gradient = |quantity, sign, p| -> Vec<Derivative> {
+            let signed = SignedQuantity { quantity, sign, bound: None };
+            let all = problem.total_derivative(signed, p, design, responses, known);
+            let named = problem.variables.iter().zip(all).enumerate().filter(|(k, _)| Some(*k) != bound);
+            named.map(|(_, (v, value))| Derivative { variable: v.name.clone(), value }).collect()
+        };
+        let unit_of = |grid: Option<usize>| grid.map(|grid| problem.grids[grid].unit.clone()).unwrap_or_default();
+        let NamedValue { name, unit, value } = analysed.objective();
+        let objective = match outcome::peak_row(problem, design, evaluation) {
+            Some(row) => {
+                let constraint = &problem.constraints[row.constraint];
+                let grid = constraint.quantity.grid();
+                Gradient {
+                    words: format!("{name} at {}", problem.time_in_words(grid, row.point)),
+                    time: grid.map(|grid| problem.grids[grid].shown_points()[row.point]),
+                    time_unit: unit_of(grid),
+                    derivatives: gradient(&constraint.quantity, constraint.sign(), row.point),
+                    ..Gradient { name, unit, value, ..Gradient::default() }
+                }
+            }
+            None => Gradient {
+                words: name.clone(),
+                derivatives: gradient(&problem.objective.quantity, 1.0, 0),
+                ..Gradient { name, unit, value, ..Gradient::default() }
+            },
+        };
+        let constraint = |c: outcome::ConstraintValue| {
+            let quantity = &problem.constraints[c.row.constraint].quantity;
+            let at = c.time.map(|_| format!(" at {}", problem.time_in_words(quantity.grid(), c.row.point)));
+            let limit = readable(c.limit, self.given.digits.count());
+            Gradient {
+                words: format!("{} {} {limit}{}", c.name, c.relation(), at.unwrap_or_default()),
+                time_unit: unit_of(quantity.grid().filter(|_| c.time.is_some())),
+                derivatives: gradient(quantity, 1.0, c.row.point),
+                relation: Some(c.relation()),
+                limit: Some(c.limit),
+                value: c.value,
+                time: c.time,
+                name: c.name,
+                unit: c.unit,
+            }
+        };
+        let constraints = outcome::constraints(problem, design, evaluation).into_iter().map(constraint);
+        (objective, constraints.collect())
     }
 }

@@ -7,7 +7,7 @@ use linkwright::approximation::CycleData;
 use linkwright::model_file::Model;
 use linkwright::problem::{Problem, RowId, Selection};
 use linkwright::sao::Method;
-use linkwright::study::{Part, Phase, Study};
+use linkwright::study::{Part, Phase, Study, StudyKind};
 use std::time::Duration;
 
 /// Memory of a command without `--memory`.
@@ -38,6 +38,8 @@ pub struct Sizes {
     rows: u64,
     /// Numbers of a response that are differentiated in a cycle, at most.
     needed: u64,
+    /// Numbers of a response that are differentiated for the objective and every constraint at one time point.
+    instant: u64,
     /// Rows of an approximate problem, at most.
     retained: u64,
     /// Earlier designs whose derivatives the approximation uses.
@@ -88,11 +90,12 @@ impl Sizes {
         let constraints = 0..problem.constraints.len();
         let of_objective = CycleData::needed(problem, &[]).len() as u64;
         // Every retained row needs the responses that it uses; of a functional all of its points.
-        let of_row = |j: usize| {
+        let of_instant = |j: usize| {
             let first = [RowId { constraint: j, point: 0 }];
-            let one = CycleData::needed(problem, &first).len() as u64;
-            few(j).saturating_mul(one.saturating_sub(of_objective).max(1))
+            (CycleData::needed(problem, &first).len() as u64).saturating_sub(of_objective).max(1)
         };
+        let of_row = |j: usize| few(j).saturating_mul(of_instant(j));
+        let instant = constraints.clone().map(of_instant).sum::<u64>().saturating_add(of_objective);
         let retained = constraints.clone().map(few).sum();
         let needed: u64 = constraints.clone().map(of_row).sum();
         let earlier = method.approximation.memory().max(method.curvature.map_or(0, |curvature| curvature.steps));
@@ -106,6 +109,7 @@ impl Sizes {
             values,
             rows: constraints.map(all).sum(),
             needed: (needed + of_objective).min(values),
+            instant: instant.min(values),
             retained,
             earlier: earlier as u64,
             stored: stored.min(method.stop.max_cycles as u64 + 1),
@@ -116,7 +120,17 @@ impl Sizes {
     /// The sizes of a simulation: outputs without an objective.
     fn of_simulation(variables: usize, values: usize) -> Self {
         let (variables, values) = (variables as u64, values as u64);
-        Self { variables, values, rows: 0, needed: 0, retained: 0, earlier: 0, stored: 0, is_second_order: false }
+        Self {
+            variables,
+            values,
+            rows: 0,
+            needed: 0,
+            instant: 0,
+            retained: 0,
+            earlier: 0,
+            stored: 0,
+            is_second_order: false,
+        }
     }
 
     /// Numbers of the derivatives of `needed` responses.
@@ -159,6 +173,12 @@ impl Sizes {
     /// Estimated memory of the responses and constraints of an analysis with their tables, in bytes.
     fn of_analysis(&self) -> u64 {
         (self.values + self.rows).saturating_mul(VALUE)
+    }
+
+    /// Estimated memory of an analysis with the derivatives of the objective and of every constraint at one time point, in bytes.
+    fn of_gradients(&self) -> u64 {
+        let derivatives = self.instant.saturating_mul(self.variables).saturating_mul(DERIVATIVE);
+        self.of_analysis().saturating_add(derivatives)
     }
 
     /// Estimated memory of a table of the derivatives of all responses, in bytes.
@@ -216,6 +236,18 @@ impl Budget {
             if study.has_parts() { "parts (--part 1/4), " } else { "" },
             larger(rows)
         )
+    }
+
+    /// Rejects a study whose runs need more memory: analyses, analyses with derivatives, or optimizations.
+    pub fn check_runs(&self, kind: StudyKind, problem: &Problem, method: &Method) -> anyhow::Result<()> {
+        match kind {
+            StudyKind::Grid | StudyKind::Sample | StudyKind::Indices => self.check_analysis(problem, method),
+            StudyKind::Tolerance => {
+                let sizes = Sizes::of(problem, method);
+                self.allow(sizes.of_gradients(), &sizes.in_words())
+            }
+            StudyKind::MultiStart | StudyKind::Sweep | StudyKind::Pareto => self.check(problem, method),
+        }
     }
 
     /// Rejects an analysis that needs more memory.

@@ -17,6 +17,8 @@ pub const MANIFEST: &str = "files.json";
 pub const RUN: &str = "run.json";
 /// The file by which a folder is the folder of a study.
 pub const STUDY: &str = "study.json";
+/// Files with the results of runs and studies, which no other command may replace. They are there without [`RUN`] or [`STUDY`] if that file is lost.
+const KEPT: [&str; 5] = ["history.jsonl", "state.json", "state-previous.json", "answers.jsonl", "rows.jsonl"];
 /// Largest size of the list in bytes.
 const LIMIT: u64 = 16 << 20;
 
@@ -35,12 +37,35 @@ struct Manifest {
 }
 
 impl OutputFolder {
-    /// Opens the folder for the tables and figures of a command, and creates it if it is missing. Rejects the folder of a run.
+    /// Opens the folder for the tables and figures of a command, and creates it if it is missing. Rejects the folder of a run or study.
     pub fn create(path: &Path) -> anyhow::Result<Self> {
         let folder = Self::of(create(path)?)?;
         let shown = path.display();
-        anyhow::ensure!(folder.directory.entry(RUN)?.is_none(), "{shown} has a run in it; give another folder");
+        for (name, what) in [(RUN, "run"), (STUDY, "study")] {
+            anyhow::ensure!(folder.directory.entry(name)?.is_none(), "{shown} has a {what} in it; give another folder");
+        }
+        if let Some(lost) = folder.lost_results()? {
+            bail!("{lost}; give another folder");
+        }
         Ok(folder)
+    }
+
+    /// The file that is missing, in words, if the folder has results of a run or study which linkwright wrote, but not the file by which it is their
+    /// folder.
+    pub fn lost_results(&self) -> anyhow::Result<Option<String>> {
+        if self.directory.entry(RUN)?.is_some() || self.directory.entry(STUDY)?.is_some() {
+            return Ok(None);
+        }
+        for name in KEPT.iter().filter(|name| self.owns(name)) {
+            if self.directory.entry(name)?.is_some() {
+                let missing = if *name == "rows.jsonl" { STUDY } else { RUN };
+                return Ok(Some(format!(
+                    "{} has {name}, but no {missing}, without which it cannot be continued: restore that file",
+                    self.directory.path().display()
+                )));
+            }
+        }
+        Ok(None)
     }
 
     /// An open folder with its list.
@@ -73,23 +98,51 @@ impl OutputFolder {
         !self.own.is_empty()
     }
 
-    /// Adds files to the list. Rejects a file that exists and is not in the list.
-    pub fn own(&mut self, names: &[&str]) -> anyhow::Result<()> {
-        for name in names.iter().filter(|name| !self.own.contains(**name)) {
-            if !self.is_earlier && self.directory.entry(name)?.is_some() {
-                bail!(
-                    "{} exists, and linkwright did not write it; move it, or give another folder",
-                    self.place(name).display()
-                );
+    /// Rejects names of files that cannot be written: of a folder, or of a file that exists and is not in the list.
+    pub fn check_free<S: AsRef<str>>(&self, names: &[S]) -> anyhow::Result<()> {
+        for name in names.iter().map(S::as_ref) {
+            let place = self.place(name);
+            match self.directory.entry(name)? {
+                None => {}
+                Some(Entry::Folder) => bail!(
+                    "{} is a folder, and a file of this name is to be written; move it, or give another folder",
+                    place.display()
+                ),
+                Some(_) if self.is_earlier || self.owns(name) => {}
+                Some(_) => {
+                    bail!(
+                        "{} exists, and linkwright did not write it; move it, or give another folder",
+                        place.display()
+                    )
+                }
             }
         }
-        if names.iter().all(|name| self.own.contains(*name)) {
+        Ok(())
+    }
+
+    /// Adds files to the list that are about to be written. Rejects names as [`check_free`](Self::check_free) does.
+    pub fn own<S: AsRef<str>>(&mut self, names: &[S]) -> anyhow::Result<()> {
+        let new: Vec<&str> = names.iter().map(S::as_ref).filter(|name| !self.own.contains(*name)).collect();
+        self.check_free(&new)?;
+        if new.is_empty() {
             return Ok(());
         }
-        self.own.extend(names.iter().map(|name| (*name).to_owned()));
+        self.own.extend(new.into_iter().map(str::to_owned));
         let text = serde_json::to_string_pretty(&Manifest { version: 1, files: self.own.clone() })?;
         let written = self.directory.replace(MANIFEST, text.as_bytes(), true);
         written.with_context(|| format!("cannot write {}", self.place(MANIFEST).display()))
+    }
+
+    /// Removes files that are in the list, and takes them out of it. The list is written with the next file.
+    pub fn remove<S: AsRef<str>>(&mut self, names: &[S]) -> anyhow::Result<()> {
+        for name in names.iter().map(S::as_ref) {
+            if self.is_earlier || self.own.contains(name) {
+                let removed = self.directory.remove(name);
+                removed.with_context(|| format!("cannot remove {}", self.place(name).display()))?;
+                self.own.remove(name);
+            }
+        }
+        Ok(())
     }
 
     /// Accepts the folder of a run of an earlier version, which has no list: its files are those of every run.

@@ -1,12 +1,13 @@
 //! Model files and designs on the command line.
 
-use super::output::complain;
-use anyhow::{Context, bail};
+use super::output::{argument, complain};
+use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use linkwright::model_file::{
-    DiagnosticReport, Model, number_in, read, read_of_run, with_files, with_setting, with_start,
+    DiagnosticReport, Model, number_in, read, read_of_run, settings, with_files, with_setting, with_start,
 };
 use linkwright::problem::{DesignVariable, Problem};
+use linkwright::report::number::{DIGITS, with_unit};
 use linkwright::storage::{Directory, read_file};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -116,7 +117,7 @@ impl Settings {
     }
 
     fn pairs(&self) -> anyhow::Result<Vec<(String, String)>> {
-        self.set.iter().map(|item| pair(item, "KEY=VALUE")).collect()
+        once(self.set.iter().map(|item| pair(item, "KEY=VALUE")).collect::<anyhow::Result<Vec<_>>>()?)
     }
 }
 
@@ -129,7 +130,7 @@ impl Edits {
     /// Reads a model file with these changes and start values. Returns the model and its text.
     pub fn load(&self, path: &Path, start: &Start) -> anyhow::Result<(Model, String)> {
         let start = start.start.iter().flat_map(|all| &all.0);
-        let start = start.map(|item| pair(item, "NAME=VALUE")).collect::<anyhow::Result<Vec<_>>>()?;
+        let start = once(start.map(|item| pair(item, "NAME=VALUE")).collect::<anyhow::Result<Vec<_>>>()?)?;
         read_edited(path, &self.pairs()?, &start, read)
     }
 
@@ -164,6 +165,15 @@ fn pair(item: &str, form: &str) -> anyhow::Result<(String, String)> {
     }
 }
 
+/// Rejects a name that is given twice, of which one value would be ignored.
+fn once(pairs: Vec<(String, String)>) -> anyhow::Result<Vec<(String, String)>> {
+    let mut seen = std::collections::BTreeSet::new();
+    match pairs.iter().find(|(name, _)| !seen.insert(name.as_str())) {
+        Some((name, _)) => bail!("`{name}` is given twice; give one value"),
+        None => Ok(pairs),
+    }
+}
+
 /// Reads a text as a model: [`read`] or [`read_of_run`].
 type Reader = fn(&str, &str) -> Result<Model, Box<DiagnosticReport>>;
 
@@ -189,14 +199,46 @@ fn edited(
     reader: Reader,
 ) -> anyhow::Result<(Model, String)> {
     let name = path.display().to_string();
+    if is_study(&text) {
+        bail!("{name} is a study, and a model file is needed; `linkwright study {}` does its runs", argument(&name));
+    }
     for (key, value) in settings {
         text = with_setting(&name, &text, key, value)?;
     }
     for (variable, value) in start {
         text = with_start(&name, &text, variable, value)?;
     }
-    let (model, text) = of_bytes(path, text.into_bytes(), reader)?;
+    let (model, text) = of_bytes(path, text.into_bytes(), reader).map_err(|error| {
+        let starts = start.iter().map(|(variable, value)| format!("the start {variable} = {value}"));
+        let changes: Vec<String> =
+            settings.iter().map(|(key, value)| format!("{key} = {value}")).chain(starts).collect();
+        match changes.is_empty() {
+            true => error,
+            false => anyhow!(
+                "{error:#}\n  = note: the lines are those of {name} with {}, from the command line",
+                changes.join(", ")
+            ),
+        }
+    })?;
     Ok((with_program(model, path), text))
+}
+
+/// Returns `true` for the text of a study file, which names a model, its kind, and what varies.
+fn is_study(text: &str) -> bool {
+    settings("", text).is_ok_and(|all| {
+        let has = |name: &str| all.contains_key(name);
+        has("model") && has("kind") && !all.keys().any(|key| is_of_model(key))
+    })
+}
+
+/// Returns `true` for the text of a model file, where a study file is expected.
+pub fn is_model(text: &str) -> bool {
+    settings("", text).is_ok_and(|all| !all.contains_key("model") && all.keys().any(|key| is_of_model(key)))
+}
+
+/// Returns `true` for a key that only model files have.
+fn is_of_model(key: &str) -> bool {
+    ["design", "output", "objective", "body"].contains(&key.split('.').next().unwrap_or_default())
 }
 
 /// The model file of a name: `lift` means `lift.toml` if there is no file `lift`.
@@ -247,14 +289,21 @@ pub fn design(problem: &Problem, at: &At) -> anyhow::Result<Vec<f64>> {
 /// The start values of design variables with changes; messages do not name the variable that bounds a peak.
 pub fn changed(variables: &[DesignVariable], at: &At, bound: Option<usize>) -> anyhow::Result<Vec<f64>> {
     let mut design: Vec<f64> = variables.iter().map(|variable| variable.start).collect();
-    for item in at.at.iter().flat_map(|all| &all.0) {
-        let (name, value) = pair(item, "NAME=VALUE")?;
+    let given = at.at.iter().flat_map(|all| &all.0).map(|item| pair(item, "NAME=VALUE"));
+    for (name, value) in once(given.collect::<anyhow::Result<Vec<_>>>()?)? {
         let Some(k) = variables.iter().position(|v| v.name == name) else {
             let own = variables.iter().enumerate().filter(|(k, _)| Some(*k) != bound);
             let known: Vec<&str> = own.map(|(_, v)| v.name.as_str()).collect();
             bail!("there is no design variable `{name}`; choose from {}", known.join(", "));
         };
-        design[k] = number_in(&variables[k].unit, &name, &value)?;
+        let DesignVariable { unit, lower, upper, .. } = &variables[k];
+        design[k] = number_in(unit, &name, &value)?;
+        if !(*lower..=*upper).contains(&design[k]) {
+            let [value, lower, upper] = [design[k], *lower, *upper].map(|number| with_unit(number, unit, DIGITS));
+            bail!(
+                "{name} = {value} is outside its bounds, {lower} and {upper}; give a value between them, or widen the bounds"
+            );
+        }
     }
     Ok(design)
 }

@@ -36,9 +36,6 @@ fn named(name: &str) -> anyhow::Result<(String, String)> {
     let (Some(_), Some(title)) = (Path::new(&file).file_name(), Path::new(&file).file_stem()) else {
         bail!("{file} is not the name of a file; give another name");
     };
-    if title == ".toml" {
-        bail!("a model needs a name; give one such as lift");
-    }
     let title = title.to_string_lossy().replace(['"', '\\'], "");
     Ok((file, title))
 }
@@ -49,6 +46,10 @@ pub fn create(file: &str, text: &str) -> anyhow::Result<()> {
     let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
         bail!("{file} is not the name of a file; give another name");
     };
+    // A name of dots alone is that of a folder.
+    if name.trim_end_matches(".toml").chars().all(|c| c == '.') {
+        bail!("a model needs a name; give one such as lift");
+    }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     match Directory::open(folder).with_context(cannot)?.create_new(name, text.as_bytes()) {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!("{file} exists; give another name"),

@@ -7,9 +7,9 @@ use super::folder;
 use super::interruption::at_interruption;
 use super::model::{Edits, Start, located, model_file, parsed, with_program};
 use super::output::{ClosedOutput, Digits, argument, complain, results};
-use super::progress::{Progress, RunningTime, Show};
+use super::progress::{Progress, RunningTime, Show, working};
 use super::report::write_report;
-use super::run_directory::{MODEL, Occupied, RunDirectory, RunRecord, fingerprint};
+use super::run_directory::{MODEL, Occupied, Reserved, RunDirectory, RunRecord, fingerprint};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use linkwright::model_file::{Model, read};
@@ -100,10 +100,10 @@ impl Optimize {
         self.budget.check(&problem, model.method())?;
         let (warm, problem) = self.warm_start(&model, problem)?;
         let folder = match &self.out {
-            Some(out) => RunDirectory::create(folder::create(out)?, &model, &text, &self.file, self.force)?,
-            None => numbered(&name(&model_file(&self.file))?, &model, &text, &self.file, self.force, &self.shown)?,
+            Some(out) => RunDirectory::reserve(folder::create(out)?, self.force)?,
+            None => numbered(&name(&model_file(&self.file))?, self.force, &self.shown)?,
         };
-        let (code, out) = begin(folder, &model, &problem, &warm, &self.shown)?;
+        let (code, out) = begin(folder, (&model, &text, &self.file), &problem, &warm, &self.shown)?;
         let next = if self.report {
             format!("The report is {}", write_report(&out, None, true, None, Show::Nothing, &self.budget)?.display())
         } else {
@@ -135,8 +135,8 @@ impl Optimize {
         shown: &Shown,
     ) -> anyhow::Result<ExitCode> {
         let problem = located(model, model.problem())?;
-        let folder = RunDirectory::create(directory, model, text, file, force)?;
-        begin(folder, model, &problem, &None, shown).map(|(code, _)| code)
+        let folder = RunDirectory::reserve(directory, force)?;
+        begin(folder, (model, text, file), &problem, &None, shown).map(|(code, _)| code)
     }
 }
 
@@ -155,26 +155,49 @@ fn save(warm: &Warm) {
     }
 }
 
-/// Begins a run in a claimed folder; returns its path, too.
+/// Begins a run of a model, with its text and file, in a reserved folder; returns its path, too. An earlier run in the folder is replaced after the
+/// analysis of the start design, so that it is not lost if that fails.
 fn begin(
-    mut folder: RunDirectory,
-    model: &Model,
+    reserved: Reserved,
+    (model, text, file): (&Model, &str, &Path),
     problem: &Problem,
     warm: &Warm,
     shown: &Shown,
 ) -> anyhow::Result<(ExitCode, PathBuf)> {
+    let start = match first_state(&reserved, model, problem, shown) {
+        Ok(start) => start,
+        Err(error) => {
+            reserved.withdraw();
+            return Err(error);
+        }
+    };
+    let mut folder = reserved.begin(model, text, file)?;
     let directory = folder.folder().directory().clone();
     let out = directory.path().to_owned();
     #[cfg(feature = "database")]
-    if let Some(note) = warm.as_ref().map(|warm| warm.begin(&directory)).transpose()?.flatten() {
-        shown.show().note(&note)?;
+    if let Some(warm) = warm.as_ref().filter(|warm| warm.has_answers()) {
+        folder.own_answers()?;
+        if let Some(note) = warm.begin(&directory)? {
+            shown.show().note(&note)?;
+        }
     }
-    let code = shown.run(model, problem, &mut folder, None, warm, &out)?;
+    let code = shown.run(model, problem, &mut folder, start, warm, &out)?;
     #[cfg(feature = "database")]
     if let Some(warm) = warm {
         shown.show().note(&warm.end(&directory))?;
     }
     Ok((code, out))
+}
+
+/// The state at the start design if the run replaces an earlier one.
+fn first_state(reserved: &Reserved, model: &Model, problem: &Problem, shown: &Shown) -> anyhow::Result<Option<State>> {
+    if !reserved.has_run()? {
+        return Ok(None);
+    }
+    let line = working("analysing the start", shown.show(), model);
+    let state = located(model, model.method().start(problem));
+    drop(line);
+    state.map(Some).map_err(|error| anyhow!("{error:#}; the earlier run in {} is kept", reserved.path().display()))
 }
 
 /// The name of the folder of a model file.
@@ -189,20 +212,13 @@ fn name(file: &Path) -> anyhow::Result<String> {
 const NUMBERED: usize = 9999;
 
 /// The folder NAME in the folder of results, or the first of NAME-2, NAME-3, … without a run. With `force` it is NAME.
-fn numbered(
-    name: &str,
-    model: &Model,
-    text: &str,
-    file: &Path,
-    force: bool,
-    shown: &Shown,
-) -> anyhow::Result<RunDirectory> {
+fn numbered(name: &str, force: bool, shown: &Shown) -> anyhow::Result<Reserved> {
     let mut last = None;
     for number in 1..=NUMBERED {
         let numbered = if number == 1 { name.to_owned() } else { format!("{name}-{number}") };
         let directory = folder::in_results(&results(), &numbered)?;
         let place = directory.path().display().to_string();
-        match RunDirectory::create(directory, model, text, file, force) {
+        match RunDirectory::reserve(directory, force) {
             Err(error) if error.is::<Occupied>() && !force => last = Some(error),
             Ok(folder) if number > 1 => {
                 shown.show().note(&format!("This run goes to {place}; --force replaces the one in {name}"))?;
@@ -217,7 +233,7 @@ fn numbered(
 /// The folder of a new run of a model file: the first of NAME, NAME-2, … in the default folder of results without a run.
 #[cfg(feature = "app")]
 pub fn next_folder(model: &Model, text: &str, file: &Path) -> anyhow::Result<RunDirectory> {
-    numbered(&name(file)?, model, text, file, false, &Shown::QUIET)
+    numbered(&name(file)?, false, &Shown::QUIET)?.begin(model, text, file)
 }
 
 impl Resume {
@@ -242,18 +258,19 @@ impl Resume {
             folder.edit(&text)?;
             return self.shown.resume(folder, model, &text, self.previous, Some(&self.budget));
         }
-        // A new run begins at the start, which its bounds must contain.
-        read(&path.display().to_string(), &text)?;
         let show = self.shown.show();
         show.note("The problem has changed, a new run begins:")?;
         for change in super::run_directory::changes(&record.model, &text)? {
             show.note(&format!("  {change}"))?;
         }
+        // It begins at the start, which its bounds must contain.
+        let source = self.file.as_ref().map_or_else(|| path.join(MODEL), |file| model_file(file));
+        read(&source.display().to_string(), &text)?;
         let problem = located(&model, model.problem())?;
         self.budget.check(&problem, model.method())?;
         let file = self.file.as_ref().map_or_else(|| path.clone(), |file| model_file(file));
-        let folder = numbered(&name(&file)?, &model, &text, &file, false, &self.shown)?;
-        begin(folder, &model, &problem, &None, &self.shown).map(|(code, _)| code)
+        let folder = numbered(&name(&file)?, false, &self.shown)?;
+        begin(folder, (&model, &text, &file), &problem, &None, &self.shown).map(|(code, _)| code)
     }
 
     /// Continues the run of an open folder.
@@ -337,7 +354,7 @@ impl Shown {
                 located(model, model.method().start(problem))?
             }
         };
-        let mut state = model.method().restart(problem, state)?;
+        let mut state = restarted(model, problem, state)?;
         let mut summary = folder.save(model, problem, &mut state)?;
         save(warm);
         let before = state.history.len();
@@ -355,6 +372,13 @@ impl Shown {
         show.note(&format!("Results are in {}", out.display()))?;
         Ok(if state.status.is_success() { ExitCode::SUCCESS } else { ExitCode::from(3) })
     }
+}
+
+/// The state with which a run goes on by the settings of a model. A run that has ended stays so if they allow no cycle.
+fn restarted(model: &Model, problem: &Problem, state: State) -> linkwright::Result<State> {
+    let again = model.method().restart(problem, state.clone())?;
+    let stays = state.status != Status::Running && again.status == Status::CycleLimit;
+    Ok(if stays { state } else { again })
 }
 
 /// Ends the process at Ctrl-C with a line that says how to go on. Every cycle is stored, so it may end at any moment.

@@ -75,8 +75,12 @@ pub fn visible(text: &str) -> String {
     shown
 }
 
-/// An argument as it is typed into a shell.
+/// An argument as it is typed into a shell: a file, a folder, or a value with its name.
 pub fn argument(text: &str) -> String {
+    // It would be taken for an option.
+    if text.starts_with('-') {
+        return argument(&format!("./{text}"));
+    }
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_.-=/".contains(c);
     if text.chars().all(is_plain) { text.to_owned() } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }

@@ -1,6 +1,6 @@
 //! The runs and studies below a folder.
 
-use crate::command::folder::{RUN, STUDY, opened};
+use crate::command::folder::{MANIFEST, OutputFolder, RUN, STUDY, opened};
 use crate::command::run_directory::{LOCK, RunRecord, Summary, note};
 use crate::command::study::{StudyProgress, StudyRecord};
 use anyhow::Context;
@@ -26,7 +26,7 @@ pub struct RunEntry {
     pub model: String,
     /// Preset of the method; kind of a study.
     pub method: String,
-    /// Status at the end, `Complete` for a study, `Running`, `Interrupted`, or `Damaged`.
+    /// Status at the end, for a study `Complete`, or `Failed` if all runs failed, `Running`, `Interrupted`, or `Damaged`.
     pub status: String,
     /// Hash of the problem without bounds and method; of the settings of study and model.
     pub fingerprint: String,
@@ -58,7 +58,7 @@ pub fn below(folder: &Path) -> Vec<RunEntry> {
     while let Some((folder, depth)) = waiting.pop() {
         searched += 1;
         let has = |name: &str| folder.join(name).symlink_metadata().is_ok_and(|entry| !entry.is_dir());
-        if has(RUN) || has(STUDY) {
+        if has(RUN) || has(STUDY) || has_lost_results(&folder) {
             found.push(RunEntry::of(&folder));
         }
         let Ok(entries) = std::fs::read_dir(&folder) else { continue };
@@ -69,6 +69,13 @@ pub fn below(folder: &Path) -> Vec<RunEntry> {
     }
     found.sort_by(|a: &RunEntry, b| (&a.begun, &a.path).cmp(&(&b.begun, &b.path)));
     found
+}
+
+/// Returns `true` for a folder with results of a run or study whose own file is missing.
+fn has_lost_results(folder: &Path) -> bool {
+    let has_list = folder.join(MANIFEST).symlink_metadata().is_ok_and(|entry| entry.is_file());
+    has_list
+        && opened(folder).and_then(OutputFolder::of).is_ok_and(|folder| matches!(folder.lost_results(), Ok(Some(_))))
 }
 
 impl RunEntry {
@@ -129,6 +136,7 @@ impl RunEntry {
             _ if directory.is_locked(LOCK) => "Running",
             None => "Damaged",
             Some(progress) if progress.done < progress.runs => "Interrupted",
+            Some(progress) if progress.runs > 0 && progress.failed == progress.runs => "Failed",
             Some(_) => "Complete",
         };
         let copy = |name: &str| directory.read(name, TEXT_LIMIT).ok().flatten().map(String::from_utf8);

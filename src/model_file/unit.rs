@@ -1,33 +1,34 @@
 //! Units of numbers in model files: `120 mm`, `30 deg`, `1.5 kN*m/rad`.
 //!
-//! A unit is a factor to the SI unit and a dimension. Angles have a dimension of their own, so that 5 Hz are not taken for 5 rad/s, but
-//! formulas need not account for it: a length times an angle is a length.
+//! A unit is a factor to the SI unit and a dimension. Angles have a dimension of their own, but formulas need not account for it: a length times
+//! an angle is a length. Cycles have one, too, so that 5 Hz are not taken for 5 rad/s, whatever way they go: an angle is no number of cycles.
 
 use crate::Readable;
 use std::fmt;
 use std::ops::Range;
 
-/// Exponents of length, mass, time and angle, in twelfths: square and cubic roots of units are exact.
+/// Exponents of length, mass, time, angle and cycles, in twelfths: square and cubic roots of units are exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dimension {
-    exponents: [i16; 4],
+    exponents: [i16; 5],
 }
 
 /// Parts of an exponent.
 const WHOLE: i16 = 12;
 /// Largest absolute exponent.
 const MOST: i16 = 40 * WHOLE;
+/// Units of the first exponents; cycles have none.
 const BASES: [&str; 4] = ["m", "kg", "s", "rad"];
 
 impl Dimension {
     /// That of a number.
-    pub const NUMBER: Self = Self::of([0; 4]);
+    pub const NUMBER: Self = Self::of([0; 5]);
 
     /// The dimension of a time.
-    pub const TIME: Self = Self::of([0, 0, 1, 0]);
+    pub const TIME: Self = Self::of([0, 0, 1, 0, 0]);
 
-    const fn of([length, mass, time, angle]: [i16; 4]) -> Self {
-        Self { exponents: [WHOLE * length, WHOLE * mass, WHOLE * time, WHOLE * angle] }
+    const fn of([length, mass, time, angle, cycles]: [i16; 5]) -> Self {
+        Self { exponents: [WHOLE * length, WHOLE * mass, WHOLE * time, WHOLE * angle, WHOLE * cycles] }
     }
 
     /// That of a product: of `self` and the `power` of another one. `None` if an exponent is not a multiple of 1/12, or too large.
@@ -43,15 +44,27 @@ impl Dimension {
         Some(Self { exponents })
     }
 
-    /// Without the exponent of angles.
-    fn without_angle(self) -> Self {
-        let [length, mass, time, _] = self.exponents;
-        Self { exponents: [length, mass, time, 0] }
+    /// Without the exponents of angles and cycles.
+    fn without_turns(self) -> Self {
+        let [length, mass, time, ..] = self.exponents;
+        Self { exponents: [length, mass, time, 0, 0] }
     }
 
-    /// Returns `true` if both are the same up to angles.
+    /// Returns `true` if both are the same up to angles and cycles.
     pub fn is_like(self, other: Self) -> bool {
-        self.without_angle() == other.without_angle()
+        self.without_turns() == other.without_turns()
+    }
+
+    /// Returns `true` for cycles, a frequency and its rates of change: those of a rotation are 2π times as large in radians.
+    pub fn counts_cycles(self) -> bool {
+        let [length, mass, _, angle, cycles] = self.exponents;
+        (length, mass, angle) == (0, 0, 0) && cycles != 0
+    }
+
+    /// As [`is_like`](Self::is_like), but a number of cycles is no angle, and a frequency no angular velocity.
+    pub fn fits(self, other: Self) -> bool {
+        let is_mixed = |one: Self, other: Self| one.counts_cycles() && other.exponents[3] != 0;
+        self.is_like(other) && !is_mixed(self, other) && !is_mixed(other, self)
     }
 
     /// Returns `true` if this is that of a number or an angle.
@@ -59,10 +72,10 @@ impl Dimension {
         self.is_like(Self::NUMBER)
     }
 
-    /// As [`is_like`](Self::is_like), but 1/s is not rad/s: revolutions per second are no angular velocity.
+    /// As [`fits`](Self::fits), but 1/s is not rad/s either: what is written may be revolutions per second.
     pub fn is_written_like(self, other: Self) -> bool {
-        let is_rate = self.without_angle() == Self::of([0, 0, -1, 0]);
-        if is_rate { self == other } else { self.is_like(other) }
+        let is_rate = self.without_turns() == Self::of([0, 0, -1, 0, 0]);
+        self.fits(other) && (!is_rate || self.exponents[3] == other.exponents[3])
     }
 }
 
@@ -79,6 +92,7 @@ const NAMES: &[(&str, &str)] = &[
     ("an acceleration", "m/s²"),
     ("an angular velocity", "rad/s"),
     ("a frequency", "Hz"),
+    ("a number of cycles", "Hz*s"),
     ("a force", "N"),
     ("a torque", "N·m"),
     ("a pressure", "Pa"),
@@ -100,8 +114,11 @@ impl Dimension {
     /// The SI unit: that with a name, or the product of base units.
     pub fn si_unit(self) -> String {
         let is_it = |unit: &&str| Unit::parse(unit).is_some_and(|unit| unit.dimension == self);
-        let named = NAMES.iter().map(|(_, unit)| *unit).filter(|unit| *unit != "1").find(is_it);
-        named.map_or_else(|| if self == Self::NUMBER { String::new() } else { self.base_units() }, str::to_owned)
+        if self.exponents[..BASES.len()] == Self::NUMBER.exponents[..BASES.len()] {
+            return String::new();
+        }
+        let named = NAMES.iter().map(|(_, unit)| *unit).find(is_it);
+        named.map_or_else(|| self.base_units(), str::to_owned)
     }
 
     /// The SI unit, as a product of base units.
@@ -138,32 +155,32 @@ pub struct Unit {
     pub dimension: Dimension,
 }
 
-/// Symbols, factors to the SI unit, and exponents of length, mass, time and angle.
-const UNITS: &[(&str, [f64; 2], [i16; 4])] = &[
-    ("m", [1.0, 1.0], [1, 0, 0, 0]),
-    ("g", [1.0, 1e3], [0, 1, 0, 0]),
-    ("s", [1.0, 1.0], [0, 0, 1, 0]),
-    ("rad", [1.0, 1.0], [0, 0, 0, 1]),
-    ("N", [1.0, 1.0], [1, 1, -2, 0]),
-    ("Pa", [1.0, 1.0], [-1, 1, -2, 0]),
-    ("J", [1.0, 1.0], [2, 1, -2, 0]),
-    ("W", [1.0, 1.0], [2, 1, -3, 0]),
-    ("Hz", [1.0, 1.0], [0, 0, -1, 0]),
-    ("bar", [1e5, 1.0], [-1, 1, -2, 0]),
-    ("1", [1.0, 1.0], [0, 0, 0, 0]),
-    ("%", [1.0, 100.0], [0, 0, 0, 0]),
-    ("deg", [std::f64::consts::PI, 180.0], [0, 0, 0, 1]),
-    ("°", [std::f64::consts::PI, 180.0], [0, 0, 0, 1]),
-    ("rev", [2.0 * std::f64::consts::PI, 1.0], [0, 0, 0, 1]),
-    ("rpm", [std::f64::consts::PI, 30.0], [0, 0, -1, 1]),
-    ("min", [60.0, 1.0], [0, 0, 1, 0]),
-    ("h", [3600.0, 1.0], [0, 0, 1, 0]),
-    ("t", [1e3, 1.0], [0, 1, 0, 0]),
-    ("in", [254.0, 1e4], [1, 0, 0, 0]),
-    ("ft", [3048.0, 1e4], [1, 0, 0, 0]),
-    ("lb", [0.453_592_37, 1.0], [0, 1, 0, 0]),
-    ("lbf", [4.448_221_615_260_5, 1.0], [1, 1, -2, 0]),
-    ("psi", [6_894.757_293_168_361, 1.0], [-1, 1, -2, 0]),
+/// Symbols, factors to the SI unit, and exponents of length, mass, time, angle and cycles.
+const UNITS: &[(&str, [f64; 2], [i16; 5])] = &[
+    ("m", [1.0, 1.0], [1, 0, 0, 0, 0]),
+    ("g", [1.0, 1e3], [0, 1, 0, 0, 0]),
+    ("s", [1.0, 1.0], [0, 0, 1, 0, 0]),
+    ("rad", [1.0, 1.0], [0, 0, 0, 1, 0]),
+    ("N", [1.0, 1.0], [1, 1, -2, 0, 0]),
+    ("Pa", [1.0, 1.0], [-1, 1, -2, 0, 0]),
+    ("J", [1.0, 1.0], [2, 1, -2, 0, 0]),
+    ("W", [1.0, 1.0], [2, 1, -3, 0, 0]),
+    ("Hz", [1.0, 1.0], [0, 0, -1, 0, 1]),
+    ("bar", [1e5, 1.0], [-1, 1, -2, 0, 0]),
+    ("1", [1.0, 1.0], [0, 0, 0, 0, 0]),
+    ("%", [1.0, 100.0], [0, 0, 0, 0, 0]),
+    ("deg", [std::f64::consts::PI, 180.0], [0, 0, 0, 1, 0]),
+    ("°", [std::f64::consts::PI, 180.0], [0, 0, 0, 1, 0]),
+    ("rev", [2.0 * std::f64::consts::PI, 1.0], [0, 0, 0, 1, 0]),
+    ("rpm", [std::f64::consts::PI, 30.0], [0, 0, -1, 1, 0]),
+    ("min", [60.0, 1.0], [0, 0, 1, 0, 0]),
+    ("h", [3600.0, 1.0], [0, 0, 1, 0, 0]),
+    ("t", [1e3, 1.0], [0, 1, 0, 0, 0]),
+    ("in", [254.0, 1e4], [1, 0, 0, 0, 0]),
+    ("ft", [3048.0, 1e4], [1, 0, 0, 0, 0]),
+    ("lb", [0.453_592_37, 1.0], [0, 1, 0, 0, 0]),
+    ("lbf", [4.448_221_615_260_5, 1.0], [1, 1, -2, 0, 0]),
+    ("psi", [6_894.757_293_168_361, 1.0], [-1, 1, -2, 0, 0]),
 ];
 
 /// Number of units at the start of [`UNITS`] that take prefixes.

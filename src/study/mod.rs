@@ -60,6 +60,7 @@ pub use rows::{Row, RowHeader, Rows, StoredRows};
 pub use sequence::{PointSequence, SOBOL_DIMENSIONS, SequenceKind};
 pub use sweep::undominated;
 
+use self::model::two_sides;
 use crate::model_file::{Diagnostic, Read, Word, settings};
 use crate::report::table::Table;
 use crate::storage::fnv1a;
@@ -130,6 +131,12 @@ impl Study {
     /// The title.
     pub fn title(&self) -> &str {
         &self.title
+    }
+
+    /// The study with another title.
+    #[must_use]
+    pub fn titled(self, title: &str) -> Self {
+        Self { title: title.to_owned(), ..self }
     }
 
     /// The phases.
@@ -247,12 +254,22 @@ impl StudyFile {
         if self.quantities.is_empty() {
             return Ok(evaluator.usual());
         }
-        let find = |word: &Word| {
+        let mut wanted: Vec<Quantity> = vec![];
+        for word in &self.quantities {
             let all = evaluator.quantities();
-            let known = all.iter().map(|q| q.name.as_str());
-            all.iter().find(|q| q.name == word.text).cloned().ok_or_else(|| self.unknown(word, "quantity", known))
-        };
-        self.quantities.iter().map(find).collect()
+            // A name of a constraint with limits on both sides means both.
+            let sides = two_sides(&word.text);
+            let is_named = |q: &&Quantity| q.name == word.text;
+            let named: Vec<&Quantity> = match all.iter().any(|q| is_named(&q)) {
+                true => all.iter().filter(is_named).collect(),
+                false => all.iter().filter(|q| sides.contains(&q.name)).collect(),
+            };
+            if named.is_empty() {
+                return Err(self.unknown(word, "quantity", all.iter().map(|q| q.name.as_str())));
+            }
+            wanted.extend(named.into_iter().cloned());
+        }
+        Ok(wanted)
     }
 
     /// The model as a function of what varies.

@@ -3,6 +3,7 @@
 use super::error::StudyError;
 use crate::model_file::{self, Model, with_constant_as_variable, with_setting};
 use crate::problem::{AnalyzedDesign, Problem, ResponseAt, Responses, RowId, Sensitivities, SignedQuantity};
+use crate::report::number::{DIGITS, with_unit};
 use crate::report::outcome;
 use crate::{Error, Result};
 use nalgebra::DMatrix;
@@ -99,6 +100,19 @@ impl VariedNumber {
         Ok(new(unit, constant.value, [f64::NEG_INFINITY, f64::INFINITY], true))
     }
 
+    /// The sentence about values outside the bounds, if there are some.
+    pub(super) fn outside(&self, values: impl Iterator<Item = f64>) -> Option<String> {
+        let [lower, upper] = self.bounds;
+        let count = values.filter(|value| *value < lower || *value > upper).count();
+        let [lower, upper] = self.bounds.map(|bound| with_unit(bound, &self.unit, DIGITS));
+        (count > 0).then(|| {
+            format!(
+                "In {count} runs {} is outside its bounds in the model, {lower} and {upper}, which were moved there: no optimization of the model ends there.",
+                self.name
+            )
+        })
+    }
+
     /// The settings that give it another value. A bound that excludes the value is moved to it.
     fn settings(&self, value: f64) -> Vec<(String, f64)> {
         if self.is_constant {
@@ -125,6 +139,8 @@ enum Measure {
     Constraint(usize),
     /// Its margin.
     Margin(usize),
+    /// The margin of an equation: minus the distance of its value.
+    Distance(usize),
     /// Largest violation of all constraints in percent.
     Violation,
     /// An output without time.
@@ -149,6 +165,11 @@ impl Quantity {
     /// True if it has derivatives: all but the largest violation.
     pub fn is_differentiable(&self) -> bool {
         self.measure != Measure::Violation
+    }
+
+    /// True for the margin of an equation, which is negative on both sides.
+    pub fn is_of_equation(&self) -> bool {
+        matches!(self.measure, Measure::Distance(_))
     }
 }
 
@@ -218,14 +239,14 @@ impl Evaluator {
             |m: &Measure| matches!(m, Measure::Value(_) | Measure::Minimum(_) | Measure::Maximum(_) | Measure::End(_));
         let is_problem = self.all.iter().any(|q| q.measure == Measure::Objective);
         let is_usual = |q: &&Quantity| {
-            if is_problem { !is_output(&q.measure) && !matches!(q.measure, Measure::Margin(_)) } else { true }
+            if is_problem { !is_output(&q.measure) && !is_margin(q) } else { true }
         };
         self.all.iter().filter(is_usual).cloned().collect()
     }
 
-    /// The margins of all constraints: limit states, positive where the constraint is satisfied.
+    /// The margins of all constraints, positive where a limit is met; those of inequalities are limit states.
     pub fn margins(&self) -> Vec<Quantity> {
-        self.all.iter().filter(|q| matches!(q.measure, Measure::Margin(_))).cloned().collect()
+        self.all.iter().filter(|q| is_margin(q)).cloned().collect()
     }
 
     /// All quantities.
@@ -287,6 +308,10 @@ impl Evaluator {
     }
 }
 
+fn is_margin(quantity: &Quantity) -> bool {
+    matches!(quantity.measure, Measure::Margin(_) | Measure::Distance(_))
+}
+
 /// The model with constants as design variables; `None` if it cannot be read so.
 fn promoted(source: &ModelSource, varied: &[VariedNumber]) -> Option<Model> {
     let mut constants = varied.iter().filter(|number| number.is_constant);
@@ -333,7 +358,8 @@ fn of_problem(problem: &Problem) -> Vec<Quantity> {
         all.push(quantity("violation_pct".to_owned(), "%", Measure::Violation));
     }
     let margin = |(i, &j): (usize, &usize)| {
-        quantity(format!("{}.margin", name(j)), outcome::unit(problem, j), Measure::Margin(i))
+        let measure = if problem.constraints[j].is_equality() { Measure::Distance(i) } else { Measure::Margin(i) };
+        quantity(format!("{}.margin", name(j)), outcome::unit(problem, j), measure)
     };
     all.extend(stated.iter().enumerate().map(margin));
     all.extend(outputs(problem.responses.iter().map(|r| (r.name.as_str(), r.unit.as_str(), r.grid.is_some()))));
@@ -352,6 +378,12 @@ pub fn constraint_name(problem: &Problem, j: usize) -> String {
         (_, true) => format!("{name} lower"),
         (_, false) => format!("{name} upper"),
     }
+}
+
+/// The names of both sides of a constraint, or of their margins, for the name without its side.
+pub fn two_sides(name: &str) -> [String; 2] {
+    let (name, suffix) = name.strip_suffix(".margin").map_or((name, ""), |name| (name, ".margin"));
+    ["lower", "upper"].map(|side| format!("{name} {side}{suffix}"))
 }
 
 /// First of the largest values.
@@ -381,7 +413,7 @@ fn of_analyzed(problem: &Problem, analyzed: &AnalyzedDesign, wanted: &[Quantity]
     let value = |q: &Quantity| match &q.measure {
         Measure::Objective => outcome::objective(problem, design, evaluation),
         Measure::Constraint(i) => constraints[*i].value,
-        Measure::Margin(i) => constraints[*i].margin,
+        Measure::Margin(i) | Measure::Distance(i) => constraints[*i].margin,
         Measure::Violation => {
             let worst = |j: usize| evaluation.worst_of(j).map(|(_, g)| evaluation.violation(j, g));
             100.0 * outcome::stated_constraints(problem).filter_map(worst).fold(-1.0, f64::max)
@@ -419,7 +451,7 @@ fn exact(problem: &Problem, design: &[f64], indices: &[usize], wanted: &[Quantit
             Measure::Constraint(i) => {
                 total(&problem.constraints[constraints[*i].row.constraint].quantity, 1.0, constraints[*i].row.point)
             }
-            Measure::Margin(i) => {
+            Measure::Margin(i) | Measure::Distance(i) => {
                 let c = &constraints[*i];
                 let constraint = &problem.constraints[c.row.constraint];
                 let sign = if constraint.is_equality() { (c.value - c.limit).signum() } else { constraint.sign() };

@@ -209,9 +209,10 @@ impl MultiStart {
     fn optima(&self, groups: &[&[&Row]]) -> Result<Table> {
         let phase = &self.phases[0];
         let (objective, design) = (self.objective(), self.objective() + WORK);
-        let names = phase.columns[design..].iter().map(|c| c.name.clone());
-        let head = ["runs".to_owned(), "first_run".to_owned(), phase.columns[objective].name.clone()];
-        let mut table = Table::new("Optima", head.into_iter().chain(names));
+        let columns = || std::iter::once(&phase.columns[objective]).chain(&phase.columns[design..]);
+        let head = || ["runs".to_owned(), "first_run".to_owned()].into_iter();
+        let mut table = Table::new("Optima", head().chain(columns().map(|c| c.name.clone())))
+            .headed(head().chain(columns().map(Column::heading)))?;
         for group in groups.iter().take(OPTIMA) {
             let row = group[0];
             let values = (design..phase.columns.len()).map(|k| Cell::Number(row.value(k)));

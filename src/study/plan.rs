@@ -24,6 +24,11 @@ impl Column {
         Self { name: name.into(), unit: unit.into(), words: vec![] }
     }
 
+    /// The name with the unit, for tables.
+    pub fn heading(&self) -> String {
+        if self.unit.is_empty() { self.name.clone() } else { format!("{} [{}]", self.name, self.unit) }
+    }
+
     /// A column of words, stored as their numbers.
     pub fn of_words(name: impl Into<String>, words: Vec<String>) -> Self {
         Self { name: name.into(), unit: String::new(), words }
@@ -65,7 +70,10 @@ impl Phase {
     pub fn table<'r>(&self, title: &str, rows: impl Iterator<Item = &'r Row>) -> Result<Table> {
         let name = |c: &Column| c.name.clone();
         let names = ["run".to_owned()].into_iter().chain(self.columns.iter().map(name));
-        let mut table = Table::new(title, names.chain(["status".to_owned(), "failure".to_owned()]));
+        let ends = ["status".to_owned(), "failure".to_owned()];
+        let headings = ["run".to_owned()].into_iter().chain(self.columns.iter().map(Column::heading));
+        let headings = headings.chain(ends.clone());
+        let mut table = Table::new(title, names.chain(ends)).headed(headings)?;
         for row in rows {
             let cell = |(column, value): (&Column, &Option<f64>)| match (value, column.words.as_slice()) {
                 (None, _) => Cell::Empty,

@@ -3,14 +3,16 @@
 use crate::{Error, Result};
 use nalgebra::DMatrix;
 use nlp::{Gradients, Program, Sqp, SubproblemSolver, Values};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 /// The point of a limit state g = 0 nearest to the origin, in standard normal variables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DesignPoint {
-    /// Reliability index β: distance of the point from the origin, negative if the origin fails.
+    /// Reliability index β: distance of the point from the origin, negative if the origin fails. Infinite if g has one sign within 8 standard
+    /// deviations of every variable, so that the probability of failure is 0 or 1 up to 1e-15.
     pub beta: f64,
-    /// The point u*.
+    /// The point u*; empty if β is infinite.
     pub u: Vec<f64>,
     /// Evaluations of g and its gradient.
     pub evaluations: usize,
@@ -18,6 +20,10 @@ pub struct DesignPoint {
 
 /// Largest |u| of a variable: beyond it, its probability is smaller than the smallest number.
 const LARGEST: f64 = 38.0;
+/// Largest |u| of the point of a limit that is farther away.
+const FARTHEST: f64 = 1e5;
+/// Distance in standard deviations beyond which the probability is zero up to rounding.
+const CERTAIN: f64 = 8.0;
 
 /// Finds the point of g(u) = 0 that is nearest to the origin of standard normal variables u: min ½|u|² subject to g(u) = 0, by sequential
 /// quadratic programming.
@@ -25,8 +31,10 @@ const LARGEST: f64 = 38.0;
 /// `limit_state` returns g and its gradient; g > 0 is safe. The probability of failure is Φ(−β) to first order, and exactly so if g is linear.
 /// The first step is that of Rackwitz and Fiessler; the later ones use the curvature of g, too, so that the iteration does not cycle.
 ///
+/// If that finds no point, the least |g| is sought: a sign of g that does not change within the reach of the variables gives an infinite index.
+///
 /// # Errors
-/// Those of `limit_state`; [`Error::Analysis`] if no point of the limit state is found.
+/// Those of `limit_state` near the origin; [`Error::Analysis`] if the limit state is reached, but its nearest point is not found.
 ///
 /// # Sources
 /// R. Rackwitz and B. Fiessler, *Comput. Struct.* 9 (1978) 489–494; P.-L. Liu and A. Der Kiureghian, *Struct. Saf.* 9 (1991) 161–177,
@@ -35,41 +43,139 @@ pub fn first_order_reliability(
     n: usize,
     limit_state: impl Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync,
 ) -> Result<DesignPoint> {
-    let origin = vec![0.0; n];
-    let (at_origin, slope) = limit_state(&origin)?;
-    // The change of g over one standard deviation.
-    let scale = slope.iter().map(|d| d * d).sum::<f64>().sqrt();
-    let failed = |why: String| Error::analysis("reliability index", why, "start from another mean, or use the sample");
-    if !(scale > 0.0 && scale.is_finite()) {
-        return Err(failed("the limit state does not depend on the variables at their means".to_owned()));
-    }
-    let nearest = NearestPoint {
-        limit_state,
-        scale,
-        lower: vec![-LARGEST; n],
-        upper: vec![LARGEST; n],
-        last: Mutex::new(Evaluated { u: origin.clone(), g: at_origin, gradient: slope, count: 1 }),
+    let count = AtomicUsize::new(0);
+    let limit_state = |u: &[f64]| {
+        count.fetch_add(1, Ordering::Relaxed);
+        limit_state(u)
     };
-    let solution = Sqp::default().solve(&nearest, &origin)?;
-    if !solution.status.was_successful() {
-        return Err(failed(format!("the search for the most probable failure ended as {}", solution.status)));
+    let origin = Evaluated::at(&limit_state, vec![0.0; n])?;
+    let at_origin = origin.g;
+    let start = if origin.steepness() > 0.0 { Some(origin) } else { sloping(&limit_state, n) };
+    let done = |u: Vec<f64>| {
+        let size = u.iter().map(|v| v * v).sum::<f64>().sqrt();
+        DesignPoint { beta: size.copysign(at_origin), u, evaluations: count.load(Ordering::Relaxed) }
+    };
+    let beyond = || DesignPoint {
+        beta: f64::INFINITY.copysign(at_origin),
+        u: vec![],
+        evaluations: count.load(Ordering::Relaxed),
+    };
+    let Some(start) = start else { return Ok(beyond()) };
+    let first = nearest(&limit_state, &start, LARGEST);
+    if let Ok(Ok(u)) = first {
+        return Ok(done(u));
     }
-    let size = solution.x.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let evaluations = nearest.last.lock().unwrap_or_else(PoisonError::into_inner).count;
-    Ok(DesignPoint { beta: size.copysign(at_origin), u: solution.x, evaluations })
+    // The limit may be out of reach. Far from the mean a model may have no analysis.
+    for reach in [LARGEST, CERTAIN] {
+        match crossing(&limit_state, &start, at_origin, reach) {
+            Ok(Some(None)) => {
+                let far = nearest(&limit_state, &start, FARTHEST);
+                return Ok(far.ok().and_then(std::result::Result::ok).map_or_else(beyond, done));
+            }
+            Ok(Some(Some(there))) => {
+                if let Ok(Ok(u)) = nearest(&limit_state, &there, LARGEST) {
+                    return Ok(done(u));
+                }
+                break;
+            }
+            Ok(None) | Err(_) => {}
+        }
+    }
+    let why = format!(
+        "the search for the most probable failure ended as {}",
+        first?.map_or_else(|end| end, |_| String::new())
+    );
+    Err(Error::analysis("reliability index", why, "start from another mean, or use the sample"))
 }
 
-/// A value of g, with the number of evaluations so far.
+/// The first point at one standard deviation along an axis at which g has a slope; `None` if there is none.
+fn sloping(limit_state: &(impl Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync), n: usize) -> Option<Evaluated> {
+    let sides = (0..n).flat_map(|k| [(k, 1.0), (k, -1.0)]);
+    let mut points = sides.filter_map(|(k, side)| {
+        let u = (0..n).map(|i| if i == k { side } else { 0.0 }).collect();
+        Evaluated::at(limit_state, u).ok()
+    });
+    points.find(|point| point.steepness() > 0.0)
+}
+
+/// The point of g = 0 nearest to the origin with |u| up to `reach`, sought from a point; otherwise the status of the search in words.
+fn nearest(
+    limit_state: &(impl Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync),
+    start: &Evaluated,
+    reach: f64,
+) -> Result<std::result::Result<Vec<f64>, String>> {
+    let problem = Search::new(limit_state, start, reach, Aim::Nearest);
+    let solution = Sqp::default().solve(&problem, &start.u)?;
+    Ok(if solution.status.was_successful() { Ok(solution.x) } else { Err(solution.status.to_string()) })
+}
+
+/// A point of g = 0 with |u| up to `reach`: `Some(None)` if g has the sign of the origin at its least size, `None` if that is not found.
+fn crossing(
+    limit_state: &(impl Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync),
+    start: &Evaluated,
+    at_origin: f64,
+    reach: f64,
+) -> Result<Option<Option<Evaluated>>> {
+    let sign = 1f64.copysign(at_origin);
+    let problem = Search::new(limit_state, start, reach, Aim::Least(sign));
+    let least = Sqp::default().solve(&problem, &start.u)?;
+    let corner = start.gradient.iter().map(|d| if *d == 0.0 { 0.0 } else { -reach * (sign * d).signum() }).collect();
+    let ends = [Evaluated::at(limit_state, least.x)?, Evaluated::at(limit_state, corner)?];
+    let Some(beyond) = ends.into_iter().find(|end| sign * end.g <= 0.0) else {
+        return Ok(least.status.was_successful().then_some(None));
+    };
+    // Bisection between the origin and a point beyond the limit.
+    let (mut low, mut high, mut found) = (0.0, 1.0, beyond);
+    let direction = found.u.clone();
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        let point = Evaluated::at(limit_state, direction.iter().map(|u| middle * u).collect())?;
+        if sign * point.g > 0.0 {
+            low = middle;
+        } else {
+            (high, found) = (middle, point);
+        }
+    }
+    Ok((found.steepness() > 0.0).then_some(Some(found)))
+}
+
+/// Number of bisections between the origin and a point beyond the limit.
+const BISECTIONS: usize = 20;
+
+/// A value of g with its gradient.
+#[derive(Clone)]
 struct Evaluated {
     u: Vec<f64>,
     g: f64,
     gradient: Vec<f64>,
-    count: usize,
 }
 
-/// min ½|u|² subject to g(u) = 0.
-struct NearestPoint<G> {
-    limit_state: G,
+impl Evaluated {
+    fn at(limit_state: &impl Fn(&[f64]) -> Result<(f64, Vec<f64>)>, u: Vec<f64>) -> Result<Self> {
+        let (g, gradient) = limit_state(&u)?;
+        Ok(Self { u, g, gradient })
+    }
+
+    /// The change of g over one standard deviation; zero if it is not a number.
+    fn steepness(&self) -> f64 {
+        let size = self.gradient.iter().map(|d| d * d).sum::<f64>().sqrt();
+        if size.is_finite() { size } else { 0.0 }
+    }
+}
+
+/// What is sought.
+#[derive(Clone, Copy, PartialEq)]
+enum Aim {
+    /// min ½|u|² subject to g(u) = 0.
+    Nearest,
+    /// min ± g(u).
+    Least(f64),
+}
+
+/// A search over standard normal variables.
+struct Search<'g, G> {
+    limit_state: &'g G,
+    aim: Aim,
     scale: f64,
     lower: Vec<f64>,
     upper: Vec<f64>,
@@ -77,24 +183,35 @@ struct NearestPoint<G> {
     last: Mutex<Evaluated>,
 }
 
-impl<G: Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync> NearestPoint<G> {
+impl<'g, G: Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync> Search<'g, G> {
+    fn new(limit_state: &'g G, start: &Evaluated, reach: f64, aim: Aim) -> Self {
+        let n = start.u.len();
+        Self {
+            limit_state,
+            aim,
+            scale: start.steepness(),
+            lower: vec![-reach; n],
+            upper: vec![reach; n],
+            last: Mutex::new(start.clone()),
+        }
+    }
+
     fn at(&self, u: &[f64]) -> Result<(f64, Vec<f64>)> {
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if last.u != u {
-            let (g, gradient) = (self.limit_state)(u)?;
-            *last = Evaluated { u: u.to_vec(), g, gradient, count: last.count + 1 };
+            *last = Evaluated::at(self.limit_state, u.to_vec())?;
         }
         Ok((last.g / self.scale, last.gradient.iter().map(|d| d / self.scale).collect()))
     }
 }
 
-impl<G: Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync> Program for NearestPoint<G> {
+impl<G: Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync> Program for Search<'_, G> {
     fn variables(&self) -> usize {
         self.lower.len()
     }
 
     fn rows(&self) -> usize {
-        1
+        usize::from(self.aim == Aim::Nearest)
     }
 
     fn lower(&self) -> &[f64] {
@@ -111,15 +228,24 @@ impl<G: Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync> Program for NearestPoint<G
 
     fn values(&self, u: &[f64]) -> Result<Values> {
         let (g, _) = self.at(u)?;
-        Ok(Values { objective: 0.5 * u.iter().map(|v| v * v).sum::<f64>(), rows: vec![g] })
+        Ok(match self.aim {
+            Aim::Nearest => Values { objective: 0.5 * u.iter().map(|v| v * v).sum::<f64>(), rows: vec![g] },
+            Aim::Least(sign) => Values { objective: sign * g, rows: vec![] },
+        })
     }
 
     fn gradients(&self, u: &[f64]) -> Result<Gradients> {
         let (_, gradient) = self.at(u)?;
-        Ok(Gradients {
-            values: self.values(u)?,
-            objective: u.to_vec(),
-            rows: DMatrix::from_row_slice(1, u.len(), &gradient),
+        let values = self.values(u)?;
+        Ok(match self.aim {
+            Aim::Nearest => {
+                Gradients { values, objective: u.to_vec(), rows: DMatrix::from_row_slice(1, u.len(), &gradient) }
+            }
+            Aim::Least(sign) => Gradients {
+                values,
+                objective: gradient.iter().map(|d| sign * d).collect(),
+                rows: DMatrix::zeros(0, u.len()),
+            },
         })
     }
 }
@@ -168,9 +294,39 @@ mod tests {
         assert!((found.beta - least).abs() < 1e-7, "{found:?}, {least}");
     }
 
+    /// g = c − aᵀu with the limit far away: Φ(−β) underflows, but β is known.
     #[test]
-    fn a_constant_limit_state_is_an_error() {
-        let flat = first_order_reliability(2, |_| Ok((1.0, vec![0.0, 0.0])));
-        assert!(flat.unwrap_err().to_string().contains("does not depend"));
+    fn a_limit_far_away_has_its_index() {
+        for c in [186.0, -500.0, 2000.0] {
+            let found = beta(2, |u| (c - 0.6 * u[0] - 0.8 * u[1], vec![-0.6, -0.8]));
+            assert!((found.beta - c).abs() < 1e-7 * c.abs(), "{found:?}");
+        }
+    }
+
+    /// Of uniform variables x = 2 Φ(u) − 1 the sum is at most 2; nothing depends on the variables of a constant.
+    #[test]
+    fn a_limit_out_of_reach_has_an_infinite_index() {
+        use super::super::normal_probability as phi;
+        let density = |u: f64| (-0.5 * u * u).exp() / std::f64::consts::TAU.sqrt();
+        for (limit, expected) in [(3.0, f64::INFINITY), (-3.0, f64::NEG_INFINITY)] {
+            let found = beta(2, |u| {
+                let x = [0, 1].map(|k| 2.0 * phi(u[k]) - 1.0);
+                (limit - x[0] - x[1], [0, 1].map(|k| -2.0 * density(u[k])).to_vec())
+            });
+            assert_eq!((found.beta, found.u.len()), (expected, 0), "{found:?}");
+            assert_eq!(phi(-found.beta), if limit > 0.0 { 0.0 } else { 1.0 });
+        }
+        // A curve that comes near to the limit, and leaves it again.
+        let found = beta(1, |u| {
+            (
+                1.0 - (-(u[0] - 3.0) * (u[0] - 3.0)).exp() * 0.9,
+                vec![1.8 * (u[0] - 3.0) * (-(u[0] - 3.0) * (u[0] - 3.0)).exp()],
+            )
+        });
+        assert_eq!(found.beta, f64::INFINITY, "{found:?}");
+        assert_eq!(beta(2, |_| (1.0, vec![0.0, 0.0])).beta, f64::INFINITY);
+        assert_eq!(beta(2, |_| (-1.0, vec![0.0, 0.0])).beta, f64::NEG_INFINITY);
+        // g = 4 − u² has no slope at the mean.
+        assert!((beta(1, |u| (4.0 - u[0] * u[0], vec![-2.0 * u[0]])).beta - 2.0).abs() < 1e-7);
     }
 }

@@ -109,8 +109,11 @@ impl Plan for Analyses {
             Points::Sequence(..) => figures::over_sample(phase, rows, inputs)?,
         };
         let done = rows.of(0).filter(|row| !row.has_failed()).count();
+        let mut sentences = vec![format!("{done} of {} analyses have results.", phase.runs)];
+        let varied = self.evaluator.varied().iter().enumerate();
+        sentences.extend(varied.filter_map(|(k, number)| number.outside(rows.of(0).map(|row| row.value(k)))));
         Ok(Conclusion {
-            sentences: vec![format!("{done} of {} analyses have results.", phase.runs)],
+            sentences,
             tables: vec![("summary".to_owned(), summary)],
             figures: figure
                 .into_iter()

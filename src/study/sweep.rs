@@ -6,7 +6,7 @@
 use super::error::StudyError;
 use super::figures;
 use super::file::{RUNS, StudyFile, StudyKind, Vary};
-use super::model::{ModelSource, constraint_name, names};
+use super::model::{ModelSource, VariedNumber, constraint_name, names};
 use super::optimum::{Optimum, WORK, optimize, with_start};
 use super::plan::{Column, Conclusion, Phase, Plan, RunResult, bisection};
 use super::rows::{Row, Rows};
@@ -63,6 +63,8 @@ pub struct Sweep {
     /// Numbers of the stated constraints, whose values are columns.
     stated: Vec<usize>,
     is_maximum: bool,
+    /// The design variable that is swept, if it is one.
+    swept: Option<VariedNumber>,
     phases: Vec<Phase>,
 }
 
@@ -104,6 +106,11 @@ impl Sweep {
             variables: model.variables().len(),
             stated,
             is_maximum: outcome::goal(&problem) == "maximized",
+            swept: file
+                .vary
+                .first()
+                .filter(|_| !is_front)
+                .and_then(|vary| VariedNumber::of(&model, &vary.name.text).ok()),
             phases: vec![phase],
         })
     }
@@ -281,6 +288,7 @@ impl Plan for Sweep {
         let optima: Vec<&Row> = rows.of(0).filter(|row| self.is_optimum(row)).collect();
         let mut sentences =
             vec![format!("{} of {} optimizations converged to a feasible design.", optima.len(), phase.runs)];
+        sentences.extend(self.swept.iter().filter_map(|number| number.outside(rows.of(0).map(|row| row.value(0)))));
         if optima.is_empty() {
             return Ok(Conclusion { sentences, ..Conclusion::default() });
         }
@@ -326,8 +334,10 @@ impl Sweep {
         let shown: Vec<usize> =
             limited.chain([self.objective()]).chain(self.design()..self.design() + self.variables).collect();
         let slopes: Vec<usize> = (0..self.settings.len()).map(|s| self.derivatives(s)).collect();
-        let names = shown.iter().chain(&slopes).map(|&k| phase.columns[k].name.clone());
-        let mut table = Table::new("Pareto front", std::iter::once("run".to_owned()).chain(names));
+        let columns = || shown.iter().chain(&slopes).map(|&k| &phase.columns[k]);
+        let names = columns().map(|column| column.name.clone());
+        let headings = std::iter::once("run".to_owned()).chain(columns().map(Column::heading));
+        let mut table = Table::new("Pareto front", std::iter::once("run".to_owned()).chain(names)).headed(headings)?;
         let front: Vec<&Row> =
             optima.iter().zip(&is_front).filter(|(_, is_front)| **is_front).map(|(row, _)| *row).collect();
         for row in &front {

@@ -28,6 +28,13 @@ const ASIDE: f64 = 0.1;
 /// Step of central differences of a quantity without derivatives, in standard deviations.
 const STEP: f64 = 1e-3;
 
+/// Error of the mean derivative over a step, relative to the change of the derivative, from which that is not even; of a parabola it is zero.
+const UNEVEN: f64 = 0.1;
+/// Change over a step relative to the value that may be rounding.
+const ROUNDING: f64 = 1e-9;
+/// Share of the standard deviation below which second derivatives do not matter.
+const NEGLIGIBLE: f64 = 1e-3;
+
 const DERIVATIVES: usize = 0;
 const WORST: usize = 1;
 const LIMITS: usize = 2;
@@ -39,6 +46,8 @@ pub struct Tolerances {
     evaluator: Evaluator,
     wanted: Vec<Quantity>,
     margins: Vec<Quantity>,
+    /// Those of inequalities.
+    limits: Vec<Quantity>,
     sampled: Vec<Quantity>,
     points: PointSequence,
     phases: Vec<Phase>,
@@ -54,6 +63,7 @@ impl Tolerances {
         let mut wanted = file.wanted(&evaluator)?;
         wanted.retain(Quantity::is_differentiable);
         let margins = evaluator.margins();
+        let inequalities: Vec<Quantity> = margins.iter().filter(|q| !q.is_of_equation()).cloned().collect();
         let distributions = file.distributions(&evaluator)?;
         let d = distributions.len();
         let sampled: Vec<Quantity> =
@@ -72,7 +82,7 @@ impl Tolerances {
         ];
         let limits = [
             vec![
-                words(&margins, "constraint"),
+                words(&inequalities, "constraint"),
                 Column::new("beta", ""),
                 Column::new("probability", ""),
                 Column::new("evaluations", ""),
@@ -82,11 +92,11 @@ impl Tolerances {
         let phases = vec![
             Phase::independent("derivatives", first, 1 + 2 * d),
             Phase::independent("worst-case", worst.concat(), 2 * wanted.len()),
-            Phase::independent("limits", limits.concat(), margins.len()),
+            Phase::independent("limits", limits.concat(), inequalities.len()),
             Phase::independent("samples", columns(&evaluator, &sampled), file.count),
         ];
         let points = PointSequence::new(file.sequence, d, file.count, file.seed)?;
-        Ok(Self { distributions, evaluator, wanted, margins, sampled, points, phases })
+        Ok(Self { distributions, evaluator, wanted, margins, limits: inequalities, sampled, points, phases })
     }
 
     fn means(&self) -> Vec<f64> {
@@ -135,7 +145,7 @@ impl Tolerances {
 
     /// The reliability index of a constraint.
     fn limit(&self, run: usize) -> Result<RunResult> {
-        let margin = std::slice::from_ref(&self.margins[run]);
+        let margin = std::slice::from_ref(&self.limits[run]);
         let x = |u: &[f64]| -> Vec<f64> {
             self.distributions.iter().zip(u).map(|(d, u)| d.of_standard_normal(*u)).collect()
         };
@@ -147,6 +157,7 @@ impl Tolerances {
         let head = vec![run as f64];
         match first_order_reliability(self.distributions.len(), limit_state) {
             Ok(point) => {
+                // An infinite index has no point, and no number.
                 let results = [point.beta, normal_probability(-point.beta), point.evaluations as f64];
                 Ok(RunResult::done(head.into_iter().chain(results).chain(x(&point.u)).collect()))
             }
@@ -181,8 +192,32 @@ impl Tolerances {
         let row = rows.get(DERIVATIVES, 0).filter(|row| !row.has_failed())?;
         let (value, g) = (row.value(self.distributions.len() + q), self.gradient(row, q));
         let linear = [value, first_order_variance(&g, &self.distributions).sqrt()];
-        let second = self.hessian(rows, q).map(|h| second_order_moments(value, &g, &h, &self.distributions));
+        let hessian = self.hessian(rows, q).filter(|_| self.uneven(rows, q).is_none());
+        let second = hessian.map(|h| second_order_moments(value, &g, &h, &self.distributions));
         Some([linear, second.unwrap_or([f64::NAN; 2])])
+    }
+
+    /// The variable along which the derivative of a quantity does not change evenly near the mean, as where an extreme moves to another time point: on
+    /// one side the value is not that of the mean derivative. Differences of derivatives are no second derivatives there.
+    fn uneven(&self, rows: &Rows, q: usize) -> Option<usize> {
+        let d = self.distributions.len();
+        let row = |run: usize| rows.get(DERIVATIVES, run).filter(|row| !row.has_failed());
+        let at = |row: &Row, k: usize| [row.value(d + q), self.gradient(row, q)[k]];
+        let mean = row(0)?;
+        let linear = first_order_variance(&self.gradient(mean, q), &self.distributions).sqrt();
+        (0..d).find(|&k| {
+            let (Some(low), Some(high)) = (row(1 + 2 * k), row(2 + 2 * k)) else { return false };
+            let deviation = self.distributions[k].deviation();
+            let step = ASIDE * deviation;
+            let [here, low, high] = [mean, low, high].map(|row| at(row, k));
+            let is_uneven = |[from, to]: [[f64; 2]; 2]| {
+                let bent = step * (to[1] - from[1]).abs();
+                let error = (to[0] - from[0] - 0.5 * step * (from[1] + to[1])).abs();
+                error > UNEVEN * bent && bent > ROUNDING * here[0].abs()
+            };
+            let second = (high[1] - low[1]).abs() / (2.0 * step) * deviation * deviation;
+            second > NEGLIGIBLE * linear && (is_uneven([low, here]) || is_uneven([here, high]))
+        })
     }
 }
 
@@ -258,6 +293,27 @@ impl Plan for Tolerances {
                 &[("first order", shares)],
             ));
         }
+        for (q, quantity) in self.wanted.iter().enumerate() {
+            if let Some(k) = self.uneven(rows, q) {
+                sentences.push(format!(
+                    "{} has no second-order values: its derivative with respect to {} does not change evenly within {ASIDE} standard deviations of the mean, as \
+                     where an extreme moves to another time point.",
+                    quantity.name, names[k]
+                ));
+            }
+        }
+        for margin in self.margins.iter().filter(|margin| margin.is_of_equation()) {
+            let name = margin.name.strip_suffix(".margin").unwrap_or(&margin.name);
+            sentences.push(format!("{name} is an equation, which has no reliability index: scattered values miss it."));
+        }
+        for row in rows.of(LIMITS).filter(|row| !row.has_failed() && !row.value(1).is_finite()) {
+            let margin = &self.limits[row.run].name;
+            let name = margin.strip_suffix(".margin").unwrap_or(margin);
+            let how = if row.value(2) > 0.5 { "is violated" } else { "is met" };
+            sentences.push(format!(
+                "{name} {how} for all values within 8 standard deviations of the means, as far as the search found."
+            ));
+        }
         let mut figures: Vec<(String, String, Figure)> = vec![];
         if let Some(figure) = stacked("Shares of the variances", panels, names.len()) {
             figures.push(("shares".to_owned(), "Which variable makes the results scatter.".to_owned(), figure));
@@ -322,8 +378,9 @@ impl Tolerances {
     fn reliability(&self, rows: &Rows) -> Result<Table> {
         let columns = ["constraint", "beta", "probability", "sample_probability", "standard_error"];
         let mut table = Table::new("Probability that a constraint is violated", columns);
-        for (k, margin) in self.margins.iter().enumerate() {
-            let form = rows.get(LIMITS, k).filter(|row| !row.has_failed());
+        for margin in &self.margins {
+            let number = self.limits.iter().position(|limit| limit == margin);
+            let form = number.and_then(|k| rows.get(LIMITS, k)).filter(|row| !row.has_failed());
             let of_form = |column: usize| form.map_or(f64::NAN, |row| row.value(column));
             let column = self.sampled.iter().position(|q| q == margin).unwrap_or(0);
             let values = self.values(rows, column);

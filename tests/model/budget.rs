@@ -114,3 +114,21 @@ fn every_command_that_analyses_has_a_budget() {
     assert!(shown.contains("values of responses") && shown.contains("budget of 10 kB"), "{shown}");
     assert!(!place.0.join("p").exists());
 }
+
+/// A study of analyses needs the memory of analyses, one with derivatives that of some derivatives, one of optimizations that of optimizations.
+#[test]
+fn a_study_needs_the_memory_of_its_runs() {
+    let place = TempFolder::new("study-memory");
+    std::fs::write(place.0.join("m.toml"), chain(40, 200, "automatic")).unwrap();
+    let study = |kind: &str| format!("version = 1\nmodel = \"m.toml\"\nkind = \"{kind}\"\ncount = 2\n[vary.a0]\n");
+    let mut found = vec![];
+    for kind in ["sample", "tolerance", "multi-start"] {
+        let spread = if kind == "tolerance" { "deviation = 0.1\n" } else { "" };
+        std::fs::write(place.0.join("s.toml"), study(kind) + spread).unwrap();
+        found.push(estimate(&place, &["study", "s.toml", "--out", "o"]));
+    }
+    let analysis = estimate(&place, &["analyze", "m.toml"]);
+    let optimization = estimate(&place, &["optimize", "m.toml"]);
+    assert_eq!((found[0], found[2]), (analysis, optimization));
+    assert!(found[0] <= found[1] && found[1] < found[2] / 10, "{found:?}");
+}

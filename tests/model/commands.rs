@@ -66,6 +66,81 @@ fn json_lines_are_json_and_quiet_is_quiet() {
     assert_eq!(place.read("a/cycles.csv"), place.read("b/cycles.csv"));
 }
 
+/// Every command with `--json` prints lines of JSON and nothing else, and at least one.
+#[test]
+fn every_command_with_json_prints_json() {
+    let place = TempFolder::new("all-json");
+    place.example("impact-absorber");
+    place.example("two-bar-truss");
+    let study = "version = 1\nmodel = 'two-bar-truss.toml'\nkind = 'sample'\ncount = 2\n[vary.area]\n";
+    std::fs::write(place.0.join("s.toml"), study).unwrap();
+    for arguments in [
+        "analyze impact-absorber",
+        "sensitivities impact-absorber",
+        "sensitivities two-bar-truss --out here",
+        "check two-bar-truss",
+        "optimize two-bar-truss -o a",
+        "optimize two-bar-truss -o b --method mma",
+        "resume a",
+        "report a --slice 0 --page-only",
+        "runs .",
+        "runs a b",
+        "study s --part 1/2 -o p",
+        "study s --part 2/2 -o q",
+        "study merge p q -o s",
+        "compare two-bar-truss.toml --methods slp",
+        "compare cantilever --methods slp",
+        "compare --suite adversarial --methods slp",
+        "reproduce svanberg-1987",
+    ] {
+        let mut all: Vec<&str> = arguments.split(' ').collect();
+        all.push("--json");
+        let output = linkwright(&all, &place.0);
+        let shown = text(&output.stdout);
+        assert!(!shown.trim().is_empty(), "{arguments} prints nothing: {}", text(&output.stderr));
+        for line in shown.lines() {
+            serde_json::from_str::<serde_json::Value>(line).unwrap_or_else(|e| panic!("{arguments}: {e}: {line}"));
+        }
+    }
+}
+
+/// The lines of JSON have the numbers of the text.
+#[test]
+fn sensitivities_as_json_are_those_of_the_text() {
+    let place = TempFolder::new("sensitivities-json");
+    place.example("impact-absorber");
+    let shown = place.run(&["sensitivities", "impact-absorber", "--digits", "17"], 0);
+    let line = text(&linkwright(&["sensitivities", "impact-absorber", "--json"], &place.0).stdout);
+    let record: serde_json::Value = serde_json::from_str(&line).unwrap();
+    assert_eq!((&record["event"], &record["version"]), (&"sensitivities".into(), &1.into()));
+    let gradients: Vec<&serde_json::Value> =
+        std::iter::once(&record["objective"]).chain(record["constraints"].as_array().unwrap()).collect();
+    let variables: Vec<&str> =
+        gradients[0]["derivatives"].as_array().unwrap().iter().map(|d| d["variable"].as_str().unwrap()).collect();
+    assert_eq!(variables, ["k", "c"]);
+    assert!(gradients.len() > 1 && gradients[1]["limit"].is_number() && gradients[1]["time"].is_number());
+    for gradient in gradients {
+        let name = gradient["name"].as_str().unwrap();
+        for derivative in gradient["derivatives"].as_array().unwrap() {
+            let value = derivative["value"].as_f64().unwrap();
+            let is_shown = |word: &str| word.replace('−', "-").parse::<f64>().is_ok_and(|shown| shown == value);
+            let mut lines = shown.lines().filter(|line| line.contains(name));
+            assert!(lines.any(|line| line.split_whitespace().any(is_shown)), "{name}: {value} in {shown}");
+        }
+    }
+}
+
+#[test]
+fn a_new_model_has_a_name() {
+    let place = TempFolder::new("dots-new");
+    for name in [".", "..", "", ".toml"] {
+        assert!(place.run(&["new", "--", name], 1).contains("name"), "{name}");
+    }
+    assert!(place.run(&["new", "--", "-x"], 0).contains("linkwright optimize ./-x.toml"));
+    assert_eq!(std::fs::read_dir(&place.0).unwrap().count(), 1);
+    place.run(&["check", "./-x.toml"], 0);
+}
+
 #[test]
 fn mistakes_end_with_one_and_limits_with_three() {
     let place = TempFolder::new("codes");

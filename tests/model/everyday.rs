@@ -327,3 +327,91 @@ fn values_with_commas_digits_and_rounding_errors() {
     let shown = place.run(&["check", "m.toml", "--at", "a=0.123456789", "--all", "--digits", "7"], 0);
     assert!(shown.contains("1.234568e-1"), "{shown}");
 }
+
+/// Settings that allow no further cycle do not change the end of a run.
+#[test]
+fn a_converged_run_stays_converged_if_nothing_is_done() {
+    let place = TempFolder::new("stays");
+    place.example("two-bar-truss");
+    place.run(&["optimize", "two-bar-truss", "-q"], 0);
+    let before = summary(&place, "out/two-bar-truss");
+    assert!(before["cycles"].as_u64().unwrap() > 2);
+    assert!(place.run(&["resume", "two-bar-truss", "--max-cycles", "2"], 0).contains("Converged"));
+    let after = summary(&place, "out/two-bar-truss");
+    assert_eq!((&after["status"], &after["cycles"]), (&before["status"], &before["cycles"]));
+    assert!(place.run(&["resume", "two-bar-truss"], 0).contains("Converged"));
+}
+
+/// Messages about arguments name them: values with units, names that are given twice, lines of the changed text.
+#[test]
+fn messages_about_arguments_name_them() {
+    let place = TempFolder::new("arguments");
+    let model = "version = 2\n[design.w]\nstart = '60 mm'\nlower = '20 mm'\nupper = '120 mm'\n[[output]]\nname = 'f'\nvalue = '2*w'\n\
+                 [objective]\nminimize = 'f'\n";
+    std::fs::write(place.0.join("m.toml"), model).unwrap();
+    std::fs::write(place.0.join("s.toml"), "version = 1\nmodel = 'm.toml'\nkind = 'sample'\ncount = 2\n[vary.w]\n")
+        .unwrap();
+    for (arguments, message) in [
+        (vec!["analyze", "m", "--at", "w=0.07"], "w = 0.07 mm is outside its bounds, 20 mm and 120 mm"),
+        (vec!["analyze", "m", "--at", "w=70,w=80"], "`w` is given twice"),
+        (vec!["optimize", "m", "--start", "w=70", "--start", "w=80"], "`w` is given twice"),
+        (
+            vec!["analyze", "m", "--set", "design.w.start=70", "--set", "design.w.start=80"],
+            "`design.w.start` is given twice",
+        ),
+        (vec!["optimize", "m", "--max-cycles", "0"], "with method.max_cycles = 0, from the command line"),
+        (vec!["study", "m.toml"], "m.toml is a model file, and a study is needed"),
+        (vec!["analyze", "s.toml"], "s.toml is a study, and a model file is needed; `linkwright study s.toml`"),
+        (vec!["optimize", "s"], "s.toml is a study"),
+    ] {
+        let shown = place.run(&arguments, 1);
+        assert!(shown.contains(message), "{arguments:?}: {shown}");
+    }
+}
+
+/// What differs is what may not be edited, and a start that the bounds exclude is named after it.
+#[test]
+fn forbidden_changes_are_told_without_the_allowed_ones() {
+    let place = TempFolder::new("forbidden");
+    let model = "version = 2\n[constants]\nF = 2\n[design.w]\nstart = '60 mm'\nlower = '20 mm'\nupper = '120 mm'\n[[output]]\nname = 'f'\n\
+                 value = 'F*w'\n[objective]\nminimize = 'f'\n";
+    std::fs::write(place.0.join("m.toml"), model).unwrap();
+    place.run(&["optimize", "m", "-q", "-o", "run"], 0);
+    place.run(&["resume", "run", "-q", "--set", "design.w.upper=\"30 mm\""], 0);
+    let shown = place.run(&["resume", "run", "--set", "constants.F=3"], 1);
+    assert!(shown.contains("constants.F: 2 → 3") && shown.contains("run/model.toml:"), "{shown}");
+    let edited = model.replace("F = 2", "F = 3").replace("20 mm", "2 cm");
+    std::fs::write(place.0.join("run/model.toml"), edited).unwrap();
+    let shown = place.run(&["resume", "run"], 1);
+    assert!(shown.contains("What differs: constants.F") && !shown.contains("lower"), "{shown}");
+}
+
+/// A model without a title has the name of its file, wherever it is and whatever copy is read.
+#[test]
+fn a_model_without_a_title_has_the_name_of_its_file() {
+    let place = TempFolder::new("untitled");
+    std::fs::create_dir(place.0.join("models")).unwrap();
+    let model = "version = 2\n[design.w]\nstart = 1\nlower = 0\nupper = 2\n[[output]]\nname = 'f'\nvalue = 'ln(w - 5)'\n[objective]\nminimize = 'f'\n";
+    std::fs::write(place.0.join("models/bad.toml"), model).unwrap();
+    std::fs::write(
+        place.0.join("s.toml"),
+        "version = 1\nmodel = 'models/bad.toml'\nkind = 'sample'\ncount = 4\n[vary.w]\n",
+    )
+    .unwrap();
+    for part in ["1/2", "2/2"] {
+        place.run(&["study", "s", "-q", "--part", part], 1);
+    }
+    place.run(&["study", "merge", "out/s-part-1-of-2", "out/s-part-2-of-2", "-q"], 1);
+    let listed = place.run(&["runs", "--json"], 0);
+    let all: Vec<serde_json::Value> = listed.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(all.len(), 3);
+    for entry in all {
+        assert_eq!((&entry["model"], &entry["kind"]), (&"bad.toml".into(), &"study".into()));
+        let is_whole = !entry["folder"].as_str().unwrap().contains("part");
+        assert!(!is_whole || entry["status"] == "Failed", "{entry}");
+    }
+    let path = place.0.join("models/bad.toml");
+    let read = ::linkwright::model_file::read(path.to_str().unwrap(), model).unwrap();
+    assert_eq!(read.title(), "bad.toml");
+    assert_eq!(read.copied_from("a/b/c.toml").title(), "c.toml");
+}

@@ -263,6 +263,92 @@ fn a_run_whose_state_was_deleted_does_not_keep_the_old_history() {
     );
 }
 
+/// Results whose run.json or study.json is lost are somebody's work: without --force nothing replaces them.
+#[test]
+fn results_without_the_file_of_their_folder_are_not_replaced() {
+    let place = truss("lost");
+    let study = "version = 1\nmodel = 'two-bar-truss.toml'\nkind = 'sample'\ncount = 3\n[vary.area]\n";
+    std::fs::write(place.0.join("s.toml"), study).unwrap();
+    std::fs::write(place.0.join("other.toml"), study.replace("count = 3", "count = 2")).unwrap();
+    place.run(&["optimize", TRUSS, "-q", "--out", "out/run"], 0);
+    place.run(&["study", "s", "-q", "--out", "out/study"], 0);
+    std::fs::remove_file(place.0.join("out/run/run.json")).unwrap();
+    std::fs::remove_file(place.0.join("out/study/study.json")).unwrap();
+    let before = files(&place.0.join("out"));
+    for (command, name) in [
+        (vec!["optimize", TRUSS, "--out", "out/run"], "run.json"),
+        (vec!["optimize", TRUSS, "--out", "out/study"], "study.json"),
+        (vec!["study", "other", "--out", "out/study"], "study.json"),
+        (vec!["study", "other", "--out", "out/run"], "run.json"),
+        (vec!["analyze", TRUSS, "--out", "out/run"], "run.json"),
+        (vec!["analyze", TRUSS, "--out", "out/study"], "study.json"),
+        (vec!["resume", "out/run"], "run.json"),
+        (vec!["report", "out/run"], "run.json"),
+    ] {
+        let shown = place.run(&command, 1);
+        assert!(shown.contains(name) && shown.contains("restore"), "{command:?}: {shown}");
+        assert_eq!(files(&place.0.join("out")), before, "{command:?}");
+    }
+    let listed = place.run(&["runs"], 0);
+    assert_eq!(listed.matches("Damaged").count(), 2, "{listed}");
+    place.run(&["optimize", TRUSS, "-q", "--out", "out/run", "--force"], 0);
+    place.run(&["study", "other", "-q", "--out", "out/study", "--force"], 0);
+    assert!(!place.run(&["runs"], 0).contains("Damaged"));
+    // Tables of other commands do not go into the folder of a study either.
+    assert!(place.run(&["analyze", TRUSS, "--out", "out/study"], 1).contains("has a study in it"));
+}
+
+/// A run that is replaced is there until the new one has begun.
+#[test]
+fn a_run_is_kept_if_the_new_one_cannot_begin() {
+    let place = truss("kept");
+    place.run(&["optimize", TRUSS, "-q", "--out", "run"], 0);
+    let bad = place
+        .read(TRUSS)
+        .replace("[objective]", "[[output]]\nname = \"root\"\nvalue = \"sqrt(area - 100)\"\n[objective]");
+    assert_ne!(bad, place.read(TRUSS));
+    std::fs::write(place.0.join("bad.toml"), bad).unwrap();
+    let before = files(&place.0.join("run"));
+    let shown = place.run(&["optimize", "bad.toml", "--out", "run", "--force"], 1);
+    assert!(shown.contains("the earlier run in run is kept"), "{shown}");
+    assert_eq!(files(&place.0.join("run")), before);
+    // Nor is anything removed if a folder has the name of a file of the run.
+    std::fs::create_dir(place.0.join("run/answers.jsonl")).unwrap();
+    for command in [vec!["optimize", TRUSS, "--out", "run", "--force"], vec!["resume", "run"]] {
+        let shown = place.run(&command, 1);
+        assert!(shown.contains("answers.jsonl is a folder"), "{shown}");
+        assert_eq!(files(&place.0.join("run")), before);
+    }
+    let study = "version = 1\nmodel = 'two-bar-truss.toml'\nkind = 'sample'\ncount = 3\n[vary.area]\n";
+    std::fs::write(place.0.join("s.toml"), study).unwrap();
+    place.run(&["study", "s", "-q", "--out", "study"], 0);
+    std::fs::create_dir(place.0.join("study/front.csv")).unwrap();
+    let before = files(&place.0.join("study"));
+    assert!(place.run(&["study", "s", "--out", "study", "--force"], 1).contains("front.csv is a folder"));
+    assert_eq!(files(&place.0.join("study")), before);
+}
+
+/// The list has the files that were written, so that a file of the user which has the name of another one is never removed.
+#[test]
+fn the_list_has_only_files_that_were_written() {
+    let place = truss("listed");
+    let study = "version = 1\nmodel = 'two-bar-truss.toml'\nkind = 'sample'\ncount = 3\n[vary.area]\n";
+    std::fs::write(place.0.join("s.toml"), study).unwrap();
+    place.run(&["optimize", TRUSS, "-q", "--out", "run"], 0);
+    place.run(&["study", "s", "-q", "--out", "study"], 0);
+    for (folder, own) in [("run", "answers.jsonl"), ("study", "front.csv")] {
+        let list: serde_json::Value = serde_json::from_str(&place.read(&format!("{folder}/files.json"))).unwrap();
+        for name in list["files"].as_array().unwrap() {
+            assert!(place.0.join(folder).join(name.as_str().unwrap()).exists(), "{folder}: {name}");
+        }
+        std::fs::write(place.0.join(folder).join(own), VICTIM).unwrap();
+        let command: &[&str] = if folder == "run" { &["optimize", TRUSS] } else { &["study", "s"] };
+        let shown = place.run(&[command, &["--out", folder, "--force"]].concat(), 1);
+        assert!(shown.contains(&format!("{own} exists")), "{shown}");
+        assert_eq!(place.read(&format!("{folder}/{own}")), VICTIM);
+    }
+}
+
 #[test]
 fn a_state_that_does_not_fit_is_named_and_rejected() {
     let place = truss("state");

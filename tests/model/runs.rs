@@ -158,3 +158,77 @@ fn runs_in_the_folders_of_runs_are_listed() {
     folders.sort_unstable();
     assert_eq!(folders, ["out/a", "out/a/again", "out/a/more/deep"]);
 }
+
+/// Starts, bounds, method and title say where and how a problem is solved; units are compared with units, and studies with no run.
+#[test]
+fn runs_of_one_problem_from_two_starts_are_compared_as_such() {
+    let place = TempFolder::new("two-starts");
+    place.example("two-bar-truss");
+    place.run(&["optimize", "two-bar-truss", "-q", "-o", "a"], 0);
+    place.run(&["optimize", "two-bar-truss", "-q", "-o", "b", "--start", "area=3", "--method", "mma"], 0);
+    place.run(&["optimize", "two-bar-truss", "-q", "-o", "c", "--set", "objective.unit=\"lb\""], 0);
+    let shown = place.run(&["runs", "a", "b"], 0);
+    assert!(!shown.contains("different problems") && shown.contains("design.area.start"), "{shown}");
+    let compared: serde_json::Value = serde_json::from_str(&place.run(&["runs", "a", "b", "--json"], 0)).unwrap();
+    assert_eq!(compared["one_problem"], true);
+    let summary: serde_json::Value = serde_json::from_str(&place.read("a/summary.json")).unwrap();
+    let of = |compared: &serde_json::Value, name: &str| -> Vec<serde_json::Value> {
+        let all = compared["quantities"].as_array().unwrap();
+        all.iter().filter(|quantity| quantity["name"] == name).cloned().collect()
+    };
+    assert_eq!(of(&compared, "objective")[0]["unit"], summary["objective"]["unit"]);
+    let other: serde_json::Value = serde_json::from_str(&place.run(&["runs", "a", "c", "--json"], 0)).unwrap();
+    assert_eq!(other["one_problem"], false);
+    assert_eq!(of(&other, "objective").len(), 2, "values in different units are not subtracted");
+    let study = "version = 1\nmodel = 'two-bar-truss.toml'\nkind = 'sample'\ncount = 2\n[vary.area]\n";
+    std::fs::write(place.0.join("s.toml"), study).unwrap();
+    place.run(&["study", "s", "-q", "-o", "s"], 0);
+    for pair in [["a", "s"], ["s", "s"]] {
+        let shown = place.run(&["runs", pair[0], pair[1]], 1);
+        assert!(shown.contains("s has a study in it") && shown.contains("s/report.html"), "{shown}");
+    }
+}
+
+/// At an optimum in the interior all derivatives are zero; without constraints there is no violation.
+#[test]
+fn a_problem_without_constraints_has_no_violation_and_a_small_residual() {
+    let place = TempFolder::new("interior");
+    let text = "version = 2\n[design.x]\nstart = 5\nlower = 0\nupper = 10\n[[output]]\nname = 'f'\nvalue = '(x-2)^2 + 0.1*x^3'\n\
+                [objective]\nminimize = 'f'\n";
+    std::fs::write(place.0.join("m.toml"), text).unwrap();
+    let inactive = format!("{text}[[constraint]]\nname = 'far'\nvalue = 'x'\nat_most = 9\n");
+    std::fs::write(place.0.join("inactive.toml"), inactive).unwrap();
+    for name in ["m", "inactive"] {
+        place.run(&["compare", &format!("{name}.toml"), "--methods", "bfgs,sqp-filter,gcmma", "-q", "-o", "c"], 0);
+        let table = place.read(&format!("c/{name}.csv"));
+        let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let head = lines.next().unwrap();
+        let column = |name: &str| head.iter().position(|column| *column == name).unwrap();
+        for row in lines.filter(|row| row[column("end")] == "Converged") {
+            let residual: f64 = row[column("kkt_residual")].parse().unwrap();
+            assert!(residual < 1e-3, "{name} {row:?}");
+            assert_eq!(row[column("violation_pct")].is_empty(), name == "m", "{row:?}");
+        }
+    }
+    place.run(&["optimize", "m.toml", "-q", "-o", "out/m"], 0);
+    let summary: serde_json::Value = serde_json::from_str(&place.read("out/m/summary.json")).unwrap();
+    assert!(summary["violation_pct"].is_null(), "{summary}");
+    let listed: serde_json::Value = serde_json::from_str(&place.run(&["runs", "--json"], 0)).unwrap();
+    assert!(listed["result"]["violation_pct"].is_null());
+    assert!(!place.run(&["runs"], 0).contains("-100"));
+    assert!(!place.run(&["runs", "out/m", "out/m"], 0).contains("-100"));
+}
+
+/// Options of suites are not ignored elsewhere.
+#[test]
+fn options_of_suites_are_refused_elsewhere() {
+    let place = TempFolder::new("suite-options");
+    place.example("two-bar-truss");
+    for what in ["two-bar-truss.toml", "cantilever"] {
+        for option in [["--transform", "objective=1e6"], ["--peers", "nofile"]] {
+            let output = linkwright(&["compare", what, option[0], option[1]], &place.0);
+            assert!(!output.status.success(), "{what} {option:?}");
+            assert!(text(&output.stderr).contains("suite"), "{what} {option:?}");
+        }
+    }
+}

@@ -369,3 +369,97 @@ fn a_part_whose_runs_all_fail_is_an_error() {
     assert!(place.run(&parts, 1).contains("all 4 runs failed"));
     assert_eq!(place.read("one/rows.jsonl").lines().count(), 3);
 }
+
+/// A limit far away has its index, one out of reach the probability 0 or 1, and an equation no index: none is a failed run.
+#[test]
+fn limits_far_away_and_equations_have_answers() {
+    let place = TempFolder::new("far-limits");
+    let constraint = |name: &str, limit: &str| format!("[[constraint]]\nname = '{name}'\nvalue = 'f'\n{limit}\n");
+    let model = [
+        "version = 2\n[design.x]\nstart = 0\nlower = -1000\nupper = 1000\n[design.y]\nstart = 0\nlower = -1000\nupper = 1000\n\
+         [[output]]\nname = 'f'\nvalue = 'x+y'\n[objective]\nminimize = 'f'\n",
+        &constraint("near", "at_most = 1"),
+        &constraint("far", "at_most = 186"),
+        &constraint("equation", "equals = -1"),
+    ]
+    .concat();
+    std::fs::write(place.0.join("m.toml"), model).unwrap();
+    let table = |study: &str| -> (serde_json::Value, String) {
+        std::fs::write(
+            place.0.join("s.toml"),
+            format!("version = 1\nmodel = 'm.toml'\nkind = 'tolerance'\ncount = 100\n{study}"),
+        )
+        .unwrap();
+        let shown = place.run(&["study", "s", "-o", "s", "--force"], 0);
+        assert!(!shown.contains("runs failed"), "{shown}");
+        (serde_json::from_str(&place.read("s/summary.json")).unwrap(), shown)
+    };
+    let (normal, shown) = table("[vary.x]\ndeviation = 1\n");
+    let rows = normal["tables"]["reliability"].as_array().unwrap();
+    let beta = |k: usize| rows[k]["beta"].as_f64().unwrap();
+    assert!((beta(0) - 1.0).abs() < 1e-8 && (beta(1) - 186.0).abs() < 1e-5, "{rows:?}");
+    assert_eq!((&rows[2]["constraint"], &rows[2]["beta"]), (&"equation".into(), &serde_json::Value::Null));
+    assert!(rows[2]["probability"].is_null() && rows[2]["sample_probability"] == 1.0);
+    assert!(shown.contains("equation is an equation"), "{shown}");
+    let (uniform, shown) = table("[vary.x]\nplus_minus = 0.5\n[vary.y]\nplus_minus = 0.3\n");
+    let rows = uniform["tables"]["reliability"].as_array().unwrap();
+    assert!(rows[0]["beta"].is_null() && rows[0]["probability"] == 0.0, "{rows:?}");
+    assert!(rows[1]["beta"].is_null() && rows[1]["probability"] == 0.0, "{rows:?}");
+    assert!(shown.contains("near is met for all values"), "{shown}");
+    let (uniform, _) = table("[vary.x]\nplus_minus = 0.5\nmean = 9\n");
+    assert_eq!(uniform["tables"]["reliability"][0]["probability"], 1.0);
+}
+
+/// An extreme that moves to another time point near the mean has no second derivatives there.
+#[test]
+fn a_kink_near_the_mean_has_no_second_order_values() {
+    let place = TempFolder::new("kink");
+    let model = "version = 2\n[design.x]\nstart = 1.0\nlower = 0\nupper = 3\n[time]\nto = 1\npoints = 2\n\
+                 [[output]]\nname = 'f'\nvalue = 'time*(x - 1.001)*4 + x^2'\n\
+                 [[output]]\nname = 'g'\nvalue = '(1 + time)*x^2'\n[objective]\nminimize = 'max(f)'\n\
+                 [[constraint]]\nname = 'smooth'\nvalue = 'max(g)'\nat_most = 90\n";
+    std::fs::write(place.0.join("m.toml"), model).unwrap();
+    let study = "version = 1\nmodel = 'm.toml'\nkind = 'tolerance'\ncount = 50\nquantities = ['f.max', 'g.max']\n[vary.x]\ndeviation = 0.1\n";
+    std::fs::write(place.0.join("s.toml"), study).unwrap();
+    let shown = place.run(&["study", "s", "-o", "s"], 0);
+    assert!(shown.contains("f.max has no second-order values") && !shown.contains("g.max has no"), "{shown}");
+    let summary: serde_json::Value = serde_json::from_str(&place.read("s/summary.json")).unwrap();
+    let rows = summary["tables"]["moments"].as_array().unwrap();
+    assert!(rows[0]["second_order_mean"].is_null() && rows[0]["linear_deviation"].is_number());
+    assert!((rows[1]["second_order_mean"].as_f64().unwrap() - 2.0 * 1.01).abs() < 1e-9);
+}
+
+/// A grid that leaves the bounds says so; a constraint with both limits is known by its name; tables have the units of their columns.
+#[test]
+fn grids_have_bounds_sides_and_units() {
+    let place = TempFolder::new("grid-bounds");
+    let model = "version = 2\n[design.w]\nstart = '30 mm'\nlower = '20 mm'\nupper = '60 mm'\n[[output]]\nname = 'f'\nvalue = '2*w'\n\
+                 [objective]\nminimize = 'f'\n[[constraint]]\nname = 'height'\nvalue = 'w'\nat_least = '25 mm'\nat_most = '50 mm'\n";
+    std::fs::write(place.0.join("m.toml"), model).unwrap();
+    let study = |kind: &str, keys: &str, vary: &str| {
+        std::fs::write(
+            place.0.join("s.toml"),
+            format!("version = 1\nmodel = 'm.toml'\nkind = '{kind}'\n{keys}[vary.w]\n{vary}"),
+        )
+        .unwrap();
+    };
+    for kind in ["grid", "sweep"] {
+        study(kind, "", "from = -30\nto = 40\npoints = 8\n");
+        let shown = place.run(&["study", "s", "-o", kind], 0);
+        assert!(shown.contains("In 5 runs w is outside its bounds in the model, 20 mm and 60 mm"), "{shown}");
+        study(kind, "", "from = 30\nto = 40\npoints = 3\n");
+        assert!(!place.run(&["study", "s", "-o", &format!("{kind}-inside")], 0).contains("outside"));
+    }
+    study("grid", "quantities = ['height', 'height.margin']\n", "from = 30\nto = 40\npoints = 3\n");
+    let output = linkwright(&["study", "s", "-o", "sides", "--json"], &place.0);
+    let lines: Vec<serde_json::Value> =
+        text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let columns =
+        serde_json::json!(["w", "height upper", "height lower", "height upper.margin", "height lower.margin"]);
+    assert_eq!(lines[0]["columns"], columns, "{}", text(&output.stderr));
+    assert_eq!(lines[3]["columns"]["runs"][0], serde_json::json!({ "name": "w", "unit": "mm" }));
+    study("multi-start", "count = 2\n", "");
+    assert!(place.run(&["study", "s", "-o", "starts"], 0).contains("w [mm]"));
+    assert!(place.read("sweep/report.html").contains("w [mm]"));
+    assert!(place.read("sweep/optima.csv").starts_with("run,w,"));
+}

@@ -262,8 +262,72 @@ fn revolutions_per_second_are_no_angular_velocity() {
     let of = |text: &str| Unit::parse(text).unwrap().dimension;
     assert!(!of("Hz").is_written_like(of("rad/s")) && of("rpm").is_written_like(of("rad/s")));
     assert!(of("N*m").is_written_like(of("N*m/rad")) && of("Hz").is_like(of("rad/s")));
+    assert!(!of("Hz").fits(of("rad/s")) && !of("rpm").fits(of("Hz")) && !of("Hz*s").fits(of("rad")));
+    // Of 1/s nothing is known: √(stiffness/mass) is an angular velocity, speed/pitch a frequency.
+    assert!(of("1/s").fits(of("rad/s")) && of("1/s").fits(of("Hz")) && of("rad*Hz").fits(of("rpm")));
+    assert_eq!([of("Hz"), of("1/s"), of("Hz*s")].map(|d| d.si_unit()), ["Hz", "1/s", ""]);
     assert_eq!(of("kN").to_string(), "a force");
     assert_eq!(of("N/m").to_string(), "a value in kg/s²");
+}
+
+/// A frequency is no angular velocity, whatever way it goes: through constants, variables, expressions, sums, units of outputs and limits.
+#[test]
+fn a_frequency_is_not_taken_for_an_angular_velocity() {
+    let text = in_units();
+    let put = |names: &str, from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1).replacen("[constants]", &format!("[constants]\n{names}"), 1)
+    };
+    let motor = "\"load*sin(60 rpm*time)\"";
+    let friction = |speed: &str| {
+        format!(
+            "\"0 N*m\"\n[[force]]\nname = \"rub\"\nkind = \"friction\"\nb = \"arm.theta\"\ncoulomb_force = 1\nspeed = \"{speed}\""
+        )
+    };
+    let output = |value: &str, unit: &str| {
+        format!("[[output]]\nname = \"turns\"\nvalue = \"{value}\"\nshown_in = \"{unit}\"\n[objective]")
+    };
+    let limit = |value: &str, limit: &str| {
+        format!("[[constraint]]\nname = \"turns\"\nvalue = \"{value}\"\nat_most = \"{limit}\"\n[objective]")
+    };
+    let turning = "[[output]]\nname = \"turning\"\nvalue = \"arm.omega\"\n[objective]";
+    let refused = [
+        put("f = \"5 Hz\"", motor, &friction("f")),
+        put("f = \"5 Hz\"\ng = \"2*f - f\"", motor, &friction("f + 1 Hz")),
+        put("f = \"5 Hz\"", motor, "\"load*sin(f*time)\""),
+        put("f = \"5 Hz\"", motor, "\"load*sin(60 rpm*time) + 0*(f + 60 rpm)\""),
+        put("f = \"5 Hz\"", motor, "\"load*max(f, 60 rpm)*0\""),
+        put("", "[objective]", &output("arm.omega", "Hz")),
+        put("w = \"300 rpm\"", "[objective]", &output("w", "Hz")),
+        put("f = \"5 Hz\"", "[objective]", &output("f", "rpm")),
+        put("f = \"5 Hz\"", "[objective]", &output("f", "deg/s")),
+        put("f = \"5 Hz\"", "[objective]", &output("f*time", "deg")),
+        put("", "[objective]", &limit("max(turning)", "5 Hz")).replacen("[objective]", turning, 1),
+        put("w = \"300 rpm\"", "[objective]", &limit("max(w, w)", "5 Hz")),
+    ];
+    for text in refused {
+        let report = read("m.toml", &text).map(drop).expect_err(&text).to_string();
+        assert!(report.contains("cycles") || report.contains("frequency"), "{report}");
+        assert!(report.contains("2*pi"), "{report}");
+    }
+    let accepted = [
+        put("f = \"5 Hz\"", motor, &friction("2*pi*f")),
+        put("f = \"5 Hz\"", motor, &friction("6.28 rad*f")),
+        put("f = \"5 Hz\"", motor, "\"load*sin(2*pi*f*time)\""),
+        put("f = \"5 Hz\"", motor, "\"load*exp(-f*time)\""),
+        put("w = \"300 rpm\"", motor, &friction("w")),
+        put("w = \"30 deg/s\"", motor, &friction("w + 2 rad/s")),
+        put("k = \"9 N/m\"\nw0 = \"1 kg\"", motor, &friction("sqrt(k/w0)")),
+        put("", "[objective]", &output("arm.omega", "rpm")),
+        put("", "[objective]", &output("arm.omega", "rev/s")),
+        put("", "[objective]", &output("arm.omega/(2*pi)", "Hz")),
+        put("", "[objective]", &output("arm.omega/(360 deg)", "Hz")),
+        put("f = \"5 Hz\"", "[objective]", &output("f", "kHz")),
+        put("f = \"5 Hz\"", "[objective]", &limit("max(f, f)", "9 Hz")),
+    ];
+    for text in accepted {
+        read("m.toml", &text).map(drop).unwrap_or_else(|report| panic!("{report}"));
+    }
 }
 
 /// The unit that an output of the model in SI shows with these lines, and the note.
@@ -282,7 +346,7 @@ fn a_false_label_is_told_and_not_shown() {
         ("arm.theta", "deg", "rad", Some("deg")),
         ("arm.y", "mm", "m", Some("mm")),
         ("arm.omega", "rpm", "rad/s", Some("rpm")),
-        ("arm.omega", "Hz", "rad/s", Some("Hz")),
+        ("arm.omega", "Hz", "rad/s", None),
         ("spring.tension", "kN", "N", Some("kN")),
         ("spring.tension", "N·m", "N", None),
         ("arm.y/arm.x", "%", "", Some("%")),

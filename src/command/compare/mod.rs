@@ -11,12 +11,12 @@ use super::model::{Settings, is_file, located};
 use super::output::{Digits, results, say};
 use clap::Args;
 use linkwright::cases::suite::Suite;
-use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, catalogue, compare, find};
+use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, catalogue, compare, find, kkt_residual};
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 use linkwright::report::benchmark::{distances, profile, summary, table};
 use linkwright::report::table::{Cell, Table};
-use linkwright::sao::{Method, PostOptimal, Preset, State, preset, presets};
+use linkwright::sao::{Method, Preset, State, preset, presets};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -92,6 +92,11 @@ impl Compare {
         if self.list {
             return list();
         }
+        if self.suite.is_none() {
+            for (option, is_given) in [("--transform", !self.transform.is_empty()), ("--peers", self.peers.is_some())] {
+                anyhow::ensure!(!is_given, "`{option}` is for the problems of a suite: give --suite, or leave it out");
+            }
+        }
         let methods = self.methods()?;
         let out = self.out.clone().unwrap_or_else(|| results().join("compare"));
         if let Some(suite) = self.suite {
@@ -129,7 +134,7 @@ impl Compare {
         self.budget.check(&problem, model.method())?;
         methods.iter().try_for_each(|preset| self.budget.check(&problem, &(preset.method)()))?;
         let rows = file_runs(&model, &problem, methods);
-        let table = file_table(&model, &rows)?;
+        let table = file_table(&model, &problem, &rows)?;
         self.show(&table)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         OutputFolder::create(out)?.write(&format!("{name}.csv"), table.csv().as_bytes())?;
@@ -232,7 +237,7 @@ fn file_runs(model: &Model, problem: &Problem, presets: &[&'static Preset]) -> V
 
 fn file_run(method: &'static str, settings: &Method, problem: &Problem) -> FileRun {
     let end = settings.solve(problem, |_| ()).map(|state| {
-        let kkt = PostOptimal::new(problem, &state).map_or(f64::NAN, |post| post.kkt(problem));
+        let kkt = kkt_residual(problem, &state).unwrap_or(f64::NAN);
         FinalState { state, kkt }
     });
     FileRun { method, end: end.map_err(|error| error.to_string()) }
@@ -258,7 +263,7 @@ impl FileRun {
 
 /// One row for each method, successful runs with the least work first. `above_best` is (F − F*) / |F*| with the least
 /// objective F* of all successful runs.
-fn file_table(model: &Model, rows: &[FileRun]) -> linkwright::Result<Table> {
+fn file_table(model: &Model, problem: &Problem, rows: &[FileRun]) -> linkwright::Result<Table> {
     let columns = [
         "method",
         "end",
@@ -290,7 +295,7 @@ fn file_table(model: &Model, rows: &[FileRun]) -> linkwright::Result<Table> {
             state.counters.sensitivity_analyses.into(),
             number(objective),
             number((objective - best) / best.abs()),
-            number(state.evaluation.max_violation_pct()),
+            if problem.constraints.is_empty() { Cell::Empty } else { number(state.evaluation.max_violation_pct()) },
             number(*kkt),
         ])?;
     }

@@ -397,6 +397,11 @@ impl WarmStart {
         Ok((Self::Analyses(store), Problem { analysis: Box::new(analysis), ..problem }))
     }
 
+    /// Returns `true` if it has answers of another program.
+    pub fn has_answers(&self) -> bool {
+        matches!(self, Self::Answers(..))
+    }
+
     /// Gives a run that begins the known answers of its program. Returns what was taken, in words.
     pub fn begin(&self, directory: &Directory) -> anyhow::Result<Option<String>> {
         let Self::Answers(database, key) = self else { return Ok(None) };

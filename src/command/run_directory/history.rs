@@ -11,6 +11,7 @@
 //! and hash. When a run continues, lines of cycles after that part are removed; these cycles are computed again, with the same bits.
 
 use super::records::{Edit, Prefix, RunRecord, Summary, Versions, cycle_line};
+use crate::command::output::argument;
 use anyhow::{Context, bail};
 use linkwright::sao::{Cycle, State};
 use linkwright::storage::{Appender, Directory, Fnv1a};
@@ -221,7 +222,7 @@ pub fn explained<T>(place: &Path, done: std::io::Result<T>) -> anyhow::Result<T>
         format!(
             "cannot write {}; earlier cycles are kept: free disk space, or make the folder writable, then `linkwright resume {}`",
             place.display(),
-            folder.display()
+            argument(&folder.display().to_string())
         )
     })
 }

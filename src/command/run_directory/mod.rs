@@ -21,7 +21,7 @@ pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, SUMMARY, Summary
 use super::budget::Sizes;
 use super::folder::{MANIFEST, OutputFolder, RUN, STUDY};
 use super::model::{located, parsed, with_program};
-use super::output::complain;
+use super::output::{argument, complain};
 use super::tables;
 use anyhow::{Context, bail};
 use history::{HISTORY, History, HistoryFile, explained};
@@ -50,7 +50,9 @@ const NOTE_LIMIT: u64 = 64 << 10;
 /// Largest size of a state that is read without its problem.
 #[cfg(feature = "database")]
 const STATE_LIMIT: u64 = 1 << 30;
-/// Files that a run writes. The state comes first, since a history without its state cannot be continued.
+/// Files that every run writes, from its start on.
+const FIRST: [&str; 6] = [STATE, HISTORY, CYCLES, SUMMARY, MODEL, RUN];
+/// Files that a run may write. The state comes first, since a history without its state cannot be continued.
 const FILES: [&str; 14] = [
     STATE,
     PREVIOUS,
@@ -101,24 +103,23 @@ pub struct LastState {
 }
 
 impl RunDirectory {
-    /// Begins a run in a folder. The claim comes first, then the look: a folder in which a process runs, one with a run, and one
-    /// with other people's files are rejected. With `force`, the files of an earlier run are removed, and other files stay.
-    pub fn create(directory: Directory, model: &Model, text: &str, file: &Path, force: bool) -> anyhow::Result<Self> {
+    /// Claims a folder for a new run. The claim comes first, then the look: a folder in which a process runs, one with a run, and one
+    /// with other people's files are rejected. With `force`, an earlier run is replaced when the new one begins, and other files stay.
+    pub fn reserve(directory: Directory, force: bool) -> anyhow::Result<Reserved> {
         let claim = Claim::of(&directory)?;
-        let folder = match look(&directory, force) {
-            Ok(folder) => folder,
+        match look(&directory, force) {
+            Ok(folder) => Ok(Reserved { folder, claim }),
             Err(error) => {
                 claim.withdraw(&directory);
-                return Err(error);
+                Err(error)
             }
-        };
-        let record = RunRecord::new(model, text, file)?;
-        let mut created = Self { folder, record, active: Some(Active::new(claim)) };
-        created.folder.own(&FILES)?;
-        created.replace(MODEL, text.as_bytes())?;
-        created.write_record()?;
-        created.open_history(History::default())?;
-        Ok(created)
+        }
+    }
+
+    /// Begins a run in a folder that is [reserved](Self::reserve) for it.
+    #[cfg(test)]
+    pub fn create(directory: Directory, model: &Model, text: &str, file: &Path, force: bool) -> anyhow::Result<Self> {
+        Self::reserve(directory, force)?.begin(model, text, file)
     }
 
     /// Opens the folder of an existing run to read it, with its model and the text of the model.
@@ -128,10 +129,11 @@ impl RunDirectory {
 
     /// Locks the folder of an existing run against other processes, then opens it.
     pub fn claim(directory: Directory) -> anyhow::Result<(Self, Model, String)> {
-        anyhow::ensure!(directory.entry(RUN)?.is_some(), "{} has no run in it", directory.path().display());
+        RunRecord::read(&directory)?;
         let claim = Claim::of(&directory)?;
         remove_temporary(&directory)?;
         let (mut opened, model, text) = Self::read(directory)?;
+        opened.folder.check_free(&FILES)?;
         opened.active = Some(Active::new(claim));
         Ok((opened, model, text))
     }
@@ -148,12 +150,16 @@ impl RunDirectory {
         let model = with_program(model.copied_from(&record.file), Path::new(&record.file));
         if fingerprint(&model) != record.fingerprint {
             let file = folder.place(MODEL);
-            let different: Vec<String> = changes(&record.model, &text)?.iter().map(ToString::to_string).collect();
+            let all = changes(&record.model, &text)?;
+            let forbidden: Vec<&Change> = all.iter().filter(|change| !change.may_be_edited()).collect();
+            let shown = if forbidden.is_empty() { all.iter().collect() } else { forbidden };
+            let different: Vec<String> = shown.iter().map(ToString::to_string).collect();
             bail!(
                 "{} has another problem than the run; title, bounds and [method] may be edited. What differs: {}. \
-                 `linkwright optimize {0}` begins a new run",
+                 `linkwright optimize {}` begins a new run",
                 file.display(),
-                different.join("; ")
+                different.join("; "),
+                argument(&file.display().to_string())
             );
         }
         if let Some(program) = located(&model, model.program_analysis())? {
@@ -215,8 +221,9 @@ impl RunDirectory {
                 let path = self.folder.directory().path().display();
                 let remedy = match previous() {
                     Ok(Some(older)) => format!(
-                        "the state before it, after {} trial steps, is intact: `linkwright resume {path} --previous` continues from it",
-                        older.state.history.len() - 1
+                        "the state before it, after {} trial steps, is intact: `linkwright resume {} --previous` continues from it",
+                        older.state.history.len() - 1,
+                        argument(&path.to_string())
                     ),
                     _ => format!(
                         "no older state is intact; restore the folder, or start anew with `linkwright optimize FILE --force --out {path}`"
@@ -291,9 +298,15 @@ impl RunDirectory {
     }
 
     /// Lets the program of a model, if it has one, find the answers of this run in the folder and add all further ones.
-    pub fn keep_answers(&self, model: &Model) -> anyhow::Result<()> {
+    pub fn keep_answers(&mut self, model: &Model) -> anyhow::Result<()> {
         let Some(program) = located(model, model.program_analysis())? else { return Ok(()) };
+        self.own_answers()?;
         Ok(program.keep_answers_in(self.folder.directory(), ANSWERS)?)
+    }
+
+    /// Adds the file of answers to the files of the run.
+    pub fn own_answers(&mut self) -> anyhow::Result<()> {
+        self.folder.own(&[ANSWERS])
     }
 
     /// Appends the cycles that are not in the files yet, and writes the state and the summary. Returns the summary.
@@ -315,6 +328,7 @@ impl RunDirectory {
             return Ok(());
         }
         if active.stored.is_some_and(|stored| stored != state.history.len()) {
+            self.folder.own(&[PREVIOUS])?;
             let renamed = self.folder.directory().rename(STATE, PREVIOUS);
             explained(&self.folder.place(PREVIOUS), renamed)?;
         }
@@ -398,13 +412,16 @@ impl RunDirectory {
     pub fn finish(&mut self, problem: &Problem, state: &State, summary: &Summary) -> anyhow::Result<()> {
         let responses = tables::responses(problem, &state.responses)?;
         let constraints = tables::constraints(problem, &state.design, &state.evaluation)?;
+        self.folder.own(&[RESPONSES, CONSTRAINTS])?;
         self.replace(RESPONSES, responses.csv().as_bytes())?;
         self.replace(CONSTRAINTS, constraints.csv().as_bytes())?;
         #[cfg(feature = "parquet")]
         for (name, table) in
             [("cycles", tables::cycles(problem, state, 0)?), ("responses", responses), ("constraints", constraints)]
         {
-            self.replace(&format!("{name}.parquet"), &table.parquet()?)?;
+            let file = format!("{name}.parquet");
+            self.folder.own(&[&file])?;
+            self.replace(&file, &table.parquet()?)?;
         }
         self.replace(SUMMARY, serde_json::to_string_pretty(summary)?.as_bytes())?;
         let history = self.active.as_mut().and_then(|active| active.history.as_mut());
@@ -431,6 +448,43 @@ impl RunDirectory {
     /// Replaces a file that can be computed again; the system flushes it to disk later.
     fn replace_unflushed(&self, name: &str, content: &[u8]) -> anyhow::Result<()> {
         explained(&self.folder.place(name), self.folder.directory().replace(name, content, false))
+    }
+}
+
+/// A claimed folder in which a run is to begin. Nothing in it has been changed yet.
+pub struct Reserved {
+    folder: OutputFolder,
+    claim: Claim,
+}
+
+impl Reserved {
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        self.folder.directory().path()
+    }
+
+    /// Returns `true` if the run replaces an earlier one.
+    pub fn has_run(&self) -> anyhow::Result<bool> {
+        let directory = self.folder.directory();
+        Ok(directory.entry(RUN)?.is_some() || self.folder.lost_results()?.is_some())
+    }
+
+    /// Removes the files of an earlier run, and begins the new one.
+    pub fn begin(mut self, model: &Model, text: &str, file: &Path) -> anyhow::Result<RunDirectory> {
+        let record = RunRecord::new(model, text, file)?;
+        let old: Vec<&str> = FILES.into_iter().filter(|name| *name != RUN && *name != MODEL).collect();
+        self.folder.remove(&old)?;
+        self.folder.own(&FIRST)?;
+        let mut created = RunDirectory { folder: self.folder, record, active: Some(Active::new(self.claim)) };
+        created.replace(MODEL, text.as_bytes())?;
+        created.write_record()?;
+        created.open_history(History::default())?;
+        Ok(created)
+    }
+
+    /// Gives the folder back as it was.
+    pub fn withdraw(self) {
+        self.claim.withdraw(self.folder.directory());
     }
 }
 
@@ -463,7 +517,7 @@ fn remove_temporary(directory: &Directory) -> anyhow::Result<()> {
     explained(&directory.path().join(MANIFEST), directory.remove_temporary(&names))
 }
 
-/// Looks into a claimed folder in which a run is to begin. Removes the files of an earlier run if `force`.
+/// Looks into a claimed folder in which a run is to begin, without a change in it.
 fn look(directory: &Directory, force: bool) -> anyhow::Result<OutputFolder> {
     let shown = directory.path().display();
     remove_temporary(directory)?;
@@ -475,8 +529,14 @@ fn look(directory: &Directory, force: bool) -> anyhow::Result<OutputFolder> {
     let mut folder = OutputFolder::of(directory.clone())?;
     if has_run && !force {
         let remedy = "give another folder, or start anew in this one with --force";
-        let why = format!("{shown} has a run in it; continue it with `linkwright resume {shown}`, {remedy}");
+        let why = format!(
+            "{shown} has a run in it; continue it with `linkwright resume {}`, {remedy}",
+            argument(&shown.to_string())
+        );
         return Err(Occupied(why).into());
+    }
+    if let Some(lost) = folder.lost_results()?.filter(|_| !force) {
+        return Err(Occupied(format!("{lost}, give another folder, or replace the run with --force")).into());
     }
     if has_run && !folder.has_list() {
         RunRecord::read(directory)?;
@@ -488,11 +548,7 @@ fn look(directory: &Directory, force: bool) -> anyhow::Result<OutputFolder> {
             "{shown} is not empty and has no run in it; give another folder, or write next to the files in it with --force"
         );
     }
-    folder.own(&FILES)?;
-    FILES
-        .iter()
-        .filter(|name| **name != RUN && **name != MODEL)
-        .try_for_each(|name| explained(&folder.place(name), directory.remove(name)))?;
+    folder.check_free(&FILES)?;
     Ok(folder)
 }
 

@@ -1,6 +1,6 @@
 //! Records of the JSON files: `run.json`, `summary.json` and the lines of `history.jsonl`.
 
-use crate::command::folder::RUN;
+use crate::command::folder::{OutputFolder, RUN};
 use crate::command::output::{argument, now};
 use anyhow::{Context, bail};
 use linkwright::model_file::{Model, settings};
@@ -88,6 +88,17 @@ pub struct Change {
     pub after: Option<String>,
 }
 
+impl Change {
+    /// Returns `true` for title, method, and bounds of a design variable: a run goes on with other values of these.
+    pub fn may_be_edited(&self) -> bool {
+        let is_bound = |key: &str| matches!(key.rsplit_once('.'), Some((_, "lower" | "upper")));
+        self.key == "title"
+            || self.key == "method"
+            || self.key.starts_with("method.")
+            || self.key.strip_prefix("design.").is_some_and(is_bound)
+    }
+}
+
 impl std::fmt::Display for Change {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match (&self.before, &self.after) {
@@ -122,7 +133,10 @@ impl RunRecord {
     pub fn read(folder: &Directory) -> anyhow::Result<Self> {
         let (shown, name) = (folder.path().display(), folder.path().join(RUN));
         let text = folder.read(RUN, RUN_LIMIT).with_context(|| format!("cannot read {}", name.display()))?;
-        let text = text.with_context(|| format!("{shown} has no run in it"))?;
+        let Some(text) = text else {
+            let lost = OutputFolder::of(folder.clone())?.lost_results()?;
+            bail!(lost.unwrap_or_else(|| format!("{shown} has no run in it")));
+        };
         let run: Self = serde_json::from_slice(&text).with_context(|| format!("{} is not readable", name.display()))?;
         if run.versions.version != VERSION {
             let got = run.versions.version;
@@ -194,7 +208,9 @@ pub struct Summary {
     /// Name of the design variable that bounds a peak and is minimized, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     peak_bound: Option<String>,
-    pub violation_pct: f64,
+    /// Largest violation of the constraints; `None` without constraints.
+    #[serde(default)]
+    violation_pct: Option<f64>,
     pub design: Vec<NamedValue>,
     /// Design variables at a bound, in words.
     #[serde(default)]
@@ -250,7 +266,13 @@ pub struct Nearest {
     pub time: Option<f64>,
     #[serde(default)]
     pub time_unit: String,
+    /// Margin below which it is a rounding error, which texts of a few digits do not show.
+    #[serde(skip)]
+    rounding: f64,
 }
+
+/// Digits of a text in which rounding errors of a margin would show as differences of value and limit, too.
+const MANY_DIGITS: usize = 11;
 
 impl Nearest {
     /// A constraint of a problem.
@@ -258,10 +280,9 @@ impl Nearest {
         let (relation, status) = (c.relation().to_owned(), c.status().to_owned());
         let grid = problem.constraints[c.row.constraint].quantity.grid().filter(|_| c.time.is_some());
         let time_unit = grid.map(|grid| problem.grids[grid].unit.clone()).unwrap_or_default();
-        // Rounding errors are no margin.
-        let margin = if c.margin.abs() < 1e-6 * c.tolerance { 0.0 } else { c.margin };
-        let ConstraintValue { name, unit, limit, value, time, .. } = c;
-        Self { name, unit, relation, limit, value, margin, status, time, time_unit }
+        let rounding = 1e-6 * c.tolerance;
+        let ConstraintValue { name, unit, limit, value, margin, time, .. } = c;
+        Self { name, unit, relation, limit, value, margin, status, time, time_unit, rounding }
     }
 }
 
@@ -305,7 +326,7 @@ impl Summary {
             subproblem_iterations: state.counters.subproblem_iterations,
             objective,
             peak_bound: problem.objective.peak().map(|peak| problem.variables[peak.variable].name.clone()),
-            violation_pct: state.evaluation.max_violation_pct(),
+            violation_pct: (!problem.constraints.is_empty()).then(|| state.evaluation.max_violation_pct()),
             design: problem.variables.iter().zip(&state.design).map(named).collect(),
             at_bounds: at_bounds.collect(),
             constraints: constraints.into_iter().map(|c| Nearest::new(problem, c)).collect(),
@@ -313,6 +334,11 @@ impl Summary {
             warnings: state.responses.warnings.clone(),
             edits: edits.to_vec(),
         }
+    }
+
+    /// Largest violation of the constraints in percent; `None` without constraints, for which earlier versions wrote a number.
+    pub fn violation_pct(&self) -> Option<f64> {
+        self.violation_pct.filter(|_| !self.constraints.is_empty() || self.peak_bound.is_some())
     }
 
     /// Reads `summary.json` of a folder; `None` before the first analysis.
@@ -355,11 +381,14 @@ impl Summary {
             .filter(|(named, _)| Some(&named.name) != self.peak_bound.as_ref())
             .map(|(named, b)| format!(" --start {}", argument(&format!("{}={b}", named.name))));
         one_line(&format!(
-            "Note: the best design is that of {what} {}: {} {}, largest violation {} %. Start there with{}",
+            "Note: the best design is that of {what} {}: {} {}{}. Start there with{}",
             best.cycle,
             self.objective.name,
             with_unit(best.objective, &self.objective.unit, digits),
-            readable(best.violation_pct.max(0.0), digits),
+            match self.violation_pct() {
+                Some(_) => format!(", largest violation {} %", readable(best.violation_pct.max(0.0), digits)),
+                None => String::new(),
+            },
             start.collect::<String>()
         ))
     }
@@ -368,7 +397,8 @@ impl Summary {
 impl Nearest {
     /// The constraint as a line for the terminal: value, limit, unit, margin and status.
     pub fn text(&self, digits: usize) -> String {
-        let Self { name, unit, relation, limit, value, margin, status, time, time_unit } = self;
+        let Self { name, unit, relation, limit, value, margin, status, time, time_unit, rounding } = self;
+        let margin = if margin.abs() < *rounding && digits < MANY_DIGITS { &0.0 } else { margin };
         let at = time.map_or_else(String::new, |t| format!(" at {}", with_unit(t, time_unit, digits)));
         let [value, limit, margin] = [*value, *limit, *margin].map(|v| readable(v, digits));
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };

@@ -2,6 +2,7 @@
 
 use crate::command::run_directory::{Change, NamedValue, Nearest, Summary, changes};
 use crate::command::run_entry::RunEntry;
+use anyhow::bail;
 use linkwright::report::table::{Cell, Table};
 use serde::Serialize;
 use std::path::Path;
@@ -10,7 +11,7 @@ use std::path::Path;
 #[derive(Serialize)]
 pub struct RunComparison {
     version: u32,
-    /// `true` if both solve the same problem: their models differ at most in bounds, method and title.
+    /// `true` if both solve the same problem: their models differ at most in starts, bounds, method and title.
     one_problem: bool,
     /// Settings in which the models differ.
     settings: Vec<Change>,
@@ -29,14 +30,25 @@ struct ComparedNumber {
 }
 
 impl RunComparison {
-    /// Compares the runs in two folders. Fails if one of them has no readable run.
+    /// Compares the runs in two folders. Fails if one of them has no readable run, or has a study.
     pub fn new(a: &Path, b: &Path) -> anyhow::Result<Self> {
         let runs = [RunEntry::read(a)?, RunEntry::read(b)?];
+        if let Some(study) = runs.iter().find(|run| run.kind == "study") {
+            bail!(
+                "{} has a study in it, and two runs are compared; its results are in {0}/summary.json and {0}/report.html",
+                study.folder
+            );
+        }
         let results = [&runs[0], &runs[1]].map(|run| run.result.as_ref());
+        let settings = changes(&runs[0].text, &runs[1].text)?;
+        // A start is where a run begins, and no part of the problem.
+        let is_start = |key: &str| matches!(key.rsplit_once('.'), Some((_, "start")));
+        let is_problem =
+            |change: &Change| !change.may_be_edited() && !change.key.strip_prefix("design.").is_some_and(is_start);
         Ok(Self {
             version: 1,
-            one_problem: runs[0].fingerprint == runs[1].fingerprint,
-            settings: changes(&runs[0].text, &runs[1].text)?,
+            one_problem: runs[0].fingerprint == runs[1].fingerprint || !settings.iter().any(is_problem),
+            settings,
             quantities: quantities(results),
             runs,
         })
@@ -104,19 +116,20 @@ impl RunComparison {
 
 /// Work, objective, violation, design variables and constraints: those of the first run, then those that only the second has.
 fn quantities(results: [Option<&Summary>; 2]) -> Vec<ComparedNumber> {
-    let of = |name: &str, unit: &str, value: fn(&Summary) -> f64| ComparedNumber {
+    let of = |name: &str, unit: &str, value: fn(&Summary) -> Option<f64>| ComparedNumber {
         name: name.to_owned(),
         unit: unit.to_owned(),
-        values: results.map(|r| r.map(value)),
+        values: results.map(|r| r.and_then(value)),
     };
     let mut all = vec![
-        of("cycles", "", |r| r.cycles as f64),
-        of("analyses", "", |r| r.analyses as f64),
-        of("sensitivity analyses", "", |r| r.sensitivity_analyses as f64),
-        of("subproblem iterations", "", |r| r.subproblem_iterations as f64),
-        of("objective", "", |r| r.objective.value),
-        of("largest violation", "%", |r| r.violation_pct),
+        of("cycles", "", |r| Some(r.cycles as f64)),
+        of("analyses", "", |r| Some(r.analyses as f64)),
+        of("sensitivity analyses", "", |r| Some(r.sensitivity_analyses as f64)),
+        of("subproblem iterations", "", |r| Some(r.subproblem_iterations as f64)),
     ];
+    let objective = |r: &Summary| vec![NamedValue { name: "objective".to_owned(), ..r.objective.clone() }];
+    all.extend(paired(&results.map(|r| r.map_or(vec![], objective))));
+    all.push(of("largest violation", "%", Summary::violation_pct));
     let designs = results.map(|r| r.map_or(vec![], |r| r.design.clone()));
     all.extend(paired(&designs));
     let constraint = |r: &Summary| -> Vec<NamedValue> {
@@ -131,13 +144,15 @@ fn quantities(results: [Option<&Summary>; 2]) -> Vec<ComparedNumber> {
     all
 }
 
+/// Values of one name in one unit are compared; those in different units have rows of their own.
 fn paired([a, b]: &[Vec<NamedValue>; 2]) -> Vec<ComparedNumber> {
-    let only_b = b.iter().filter(|n| !a.iter().any(|m| m.name == n.name));
-    let find = |among: &[NamedValue], name: &str| among.iter().find(|n| n.name == name).map(|n| n.value);
+    let is_same = |one: &NamedValue, other: &NamedValue| one.name == other.name && one.unit == other.unit;
+    let only_b = b.iter().filter(|n| !a.iter().any(|m| is_same(m, n)));
+    let find = |among: &[NamedValue], wanted: &NamedValue| among.iter().find(|n| is_same(n, wanted)).map(|n| n.value);
     let quantity = |n: &NamedValue| ComparedNumber {
         name: n.name.clone(),
         unit: n.unit.clone(),
-        values: [find(a, &n.name), find(b, &n.name)],
+        values: [find(a, n), find(b, n)],
     };
     a.iter().chain(only_b).map(quantity).collect()
 }

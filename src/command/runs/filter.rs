@@ -3,6 +3,7 @@
 //! The expression is evaluated by SQLite in a table in memory, which has nothing but the list. It may read this table and call
 //! functions of numbers and texts; everything else is rejected before it is evaluated.
 
+use crate::command::run_directory::Summary;
 use crate::command::run_entry::RunEntry;
 use anyhow::{anyhow, bail};
 use rusqlite::config::DbConfig;
@@ -125,7 +126,7 @@ fn values(run: &RunEntry, names: &[String]) -> Vec<Value> {
         whole(result.map(|r| r.analyses)),
         whole(result.map(|r| r.sensitivity_analyses)),
         number(result.map(|r| r.objective.value)),
-        number(result.map(|r| r.violation_pct)),
+        number(result.and_then(Summary::violation_pct)),
         whole(study.map(|s| s.runs)),
         whole(study.map(|s| s.done)),
         whole(study.map(|s| s.failed)),

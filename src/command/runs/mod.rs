@@ -178,7 +178,7 @@ fn listing(title: &str, runs: &[RunEntry]) -> linkwright::Result<Table> {
             number(|r| r.analyses.into()),
             number(|r| r.sensitivity_analyses.into()),
             number(|r| r.objective.value.into()),
-            number(|r| r.violation_pct.into()),
+            number(|r| r.violation_pct().map_or(Cell::Empty, Cell::from)),
         ];
         row.extend(has_notes.then(|| text(&run.note.as_deref().unwrap_or_default().replace('\n', " "))));
         table.push(row)?;

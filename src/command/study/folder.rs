@@ -190,10 +190,12 @@ impl StudyFolder {
             ))
             .into());
         }
-        folder.own(&own.iter().map(String::as_str).collect::<Vec<_>>())?;
-        for name in &own {
-            explained(&folder.place(name), directory.remove(name))?;
+        if let Some(lost) = folder.lost_results()?.filter(|_| !force) {
+            return Err(Occupied(format!("{lost}, give another folder with --out, or replace it with --force")).into());
         }
+        folder.check_free(&own)?;
+        folder.remove(&own)?;
+        folder.own(&[&FILES[..], &[STUDY, ROWS]].concat())?;
         for (name, text) in FILES.into_iter().zip([&study.file().text, &study.source().text]) {
             explained(&folder.place(name), directory.replace(name, text.as_bytes(), true))?;
         }

@@ -8,8 +8,8 @@ pub use folder::{StudyProgress, StudyRecord};
 use super::budget::Budget;
 use super::folder::{create, in_results};
 use super::interruption::{INTERRUPTED, at_interruption};
-use super::model::{Settings, located, model_file, program_folder};
-use super::output::{ClosedOutput, Digits, brief, complain, results, say};
+use super::model::{Settings, is_model, located, model_file, program_folder};
+use super::output::{ClosedOutput, Digits, argument, brief, complain, results, say};
 use super::progress::Show;
 use super::run_directory::Occupied;
 use anyhow::{Context, anyhow, bail};
@@ -17,7 +17,7 @@ use clap::{Args, Subcommand};
 use folder::{PAGE, SUMMARY, StudyFolder, copies, read_rows};
 use linkwright::report::table::one_line;
 use linkwright::storage::{Directory, read_file};
-use linkwright::study::{self as studies, ModelSource, Part, Row, Rows, StudyFile};
+use linkwright::study::{self as studies, Column, ModelSource, Part, Phase, Row, Rows, StudyFile};
 use serde_json::json;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -136,11 +136,17 @@ impl Study {
 fn read_study(file: &Path, settings: &Settings, budget: &Budget) -> anyhow::Result<studies::Study> {
     let bytes = read_file(file, LIMIT).with_context(|| format!("cannot read the study {}", file.display()))?;
     let text = String::from_utf8(bytes).with_context(|| format!("the study {} is not UTF-8", file.display()))?;
+    if is_model(&text) {
+        bail!(
+            "{} is a model file, and a study is needed: a file of its own with `model`, `kind` and tables [vary.NAME]",
+            file.display()
+        );
+    }
     let read = StudyFile::read(&file.display().to_string(), &text)?;
     let model = file.parent().unwrap_or(Path::new("")).join(&read.model);
     let (read_model, text) = settings.load(&model)?;
     if read_model.is_problem() {
-        budget.check(&located(&read_model, read_model.problem())?, read_model.method())?;
+        budget.check_runs(read.kind, &located(&read_model, read_model.problem())?, read_model.method())?;
     } else {
         budget.check_simulation(&read_model)?;
     }
@@ -157,6 +163,8 @@ fn of_folder(folder: &Directory) -> anyhow::Result<(StudyRecord, studies::Study)
     let file = StudyFile::read(&record.file, &text)?;
     let name = folder.path().join("model.toml").display().to_string();
     let study = studies::Study::new(file, &ModelSource { name, text: model, programs: None })?;
+    // The title may be the name of the model file, which the copy does not have.
+    let study = study.titled(&record.title);
     Ok((record, study))
 }
 
@@ -318,7 +326,10 @@ impl Shown {
             let show = self.show();
             show.note(&format!("{} runs are done, {failed} of them failed.", rows.len()))?;
             if part == Part::WHOLE {
-                show.note(&format!("{missing} runs are missing; `linkwright study FILE --out {shown}` does them"))?;
+                show.note(&format!(
+                    "{missing} runs are missing; `linkwright study FILE --out {}` does them",
+                    argument(&shown)
+                ))?;
             } else {
                 show.note(&format!(
                     "Part {}/{} is complete; `linkwright study merge DIR…` joins the parts",
@@ -349,6 +360,7 @@ impl Shown {
             "runs": rows.len(),
             "failed": failed,
             "conclusions": conclusion.sentences,
+            "columns": study.phases().iter().map(columns).collect::<serde_json::Map<_, _>>(),
             "tables": tables,
         });
         folder.write(SUMMARY, serde_json::to_string_pretty(&summary)?.as_bytes())?;
@@ -366,11 +378,21 @@ impl Shown {
                 for sentence in &conclusion.sentences {
                     say(&one_line(sentence))?;
                 }
-                say(&format!("Results are in {shown}; open {shown}/{PAGE}"))?;
+                say(&format!("Results are in {shown}; open {}", argument(&format!("{shown}/{PAGE}"))))?;
             }
         }
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// The columns of the rows of a phase, with their units, by the name of the phase.
+fn columns(phase: &Phase) -> (String, serde_json::Value) {
+    let column = |column: &Column| match column.words.is_empty() {
+        true => json!({ "name": column.name, "unit": column.unit }),
+        // The values are numbers of words.
+        false => json!({ "name": column.name, "unit": column.unit, "words": column.words }),
+    };
+    (phase.name.to_owned(), phase.columns.iter().map(column).collect())
 }
 
 /// The count of runs on the terminal.
@@ -401,7 +423,9 @@ impl Progress {
             Show::JsonLines => {
                 let mut line = serde_json::to_value(row)?;
                 line["event"] = "row".into();
-                line["phase"] = study.phases()[row.phase].name.into();
+                let phase = &study.phases()[row.phase];
+                line["phase"] = phase.name.into();
+                line["columns"] = phase.columns.iter().map(|column| column.name.as_str()).collect();
                 say(&line.to_string())
             }
             Show::Table if self.is_terminal => {

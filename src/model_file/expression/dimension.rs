@@ -31,7 +31,7 @@ impl Names {
         let literal = tree.unit();
         let fits = |unit: &Unit| match literal {
             Some(_) => found.dimension.is_written_like(unit.dimension),
-            None => found.dimension.is_like(unit.dimension),
+            None => found.dimension.fits(unit.dimension),
         };
         if units.iter().any(fits) {
             return Ok(());
@@ -44,13 +44,10 @@ impl Names {
         let error = Diagnostic::new(tree.span.clone(), message)
             .label(format!("expected {}", wanted.trim_start_matches("a value in ")));
         let usual: Vec<&str> = units.iter().flat_map(|unit| Unit::symbols(unit.dimension)).collect();
-        let is_frequency = literal
-            .is_some_and(|unit| !units.iter().any(|u| unit.dimension.is_written_like(u.dimension)))
-            && units.iter().any(|unit| unit.dimension.is_like(found.dimension));
+        // Alike up to cycles and angles, but not the same.
+        let like = units.iter().find(|unit| unit.dimension.is_like(found.dimension));
         Err(match usual[..] {
-            _ if is_frequency => {
-                error.help("1 Hz is 2*pi rad/s: write 60 rpm or 2*pi rad/s for one revolution per second")
-            }
+            _ if like.is_some() => error.help(CYCLES),
             _ if uses_time(tree)
                 && units.iter().any(|unit| unit.dimension.times(Dimension::TIME, 1.0) == Some(found.dimension)) =>
             {
@@ -61,6 +58,10 @@ impl Names {
         })
     }
 }
+
+/// What to do if a frequency stands for an angular velocity, or the other way round.
+pub const CYCLES: &str = "1 Hz is 2*pi rad/s: write 60 rpm or 2*pi rad/s for one revolution per second; of a frequency f, 2*pi*f is the angular \
+                          velocity";
 
 /// Returns whether an expression uses the time.
 fn uses_time(tree: &Tree) -> bool {
@@ -155,7 +156,7 @@ impl Inference<'_> {
     }
 
     fn of_call(&mut self, function: MathFunction, arguments: &[Tree]) -> Inferred {
-        use MathFunction::{Abs, Atan2, Hypot, Max, Min, Pow, Sqrt};
+        use MathFunction::{Abs, Atan2, Cos, Hypot, Max, Min, Pow, Sin, Sqrt, Tan};
         let found = arguments.iter().map(|argument| self.of(argument)).collect::<Result<Vec<_>, _>>()?;
         let number = Known::loose(Dimension::NUMBER);
         match (function, &found[..]) {
@@ -164,6 +165,10 @@ impl Inference<'_> {
             (Pow, [x, _]) => Ok(power(*x, &arguments[1])),
             (Atan2, [x, y]) => same(*x, *y, &arguments[1]).map(|_| number),
             (Min | Max | Hypot, [x, y]) => same(*x, *y, &arguments[1]),
+            (Sin | Cos | Tan, [Some(Known { dimension, is_firm: true })]) if dimension.counts_cycles() => {
+                let message = format!("`{}` takes an angle, and this is {dimension}", function.name());
+                Err(Diagnostic::new(arguments[0].span.clone(), message).help("multiply it by 2*pi"))
+            }
             _ => {
                 let wrong = |(_, found): &(&Tree, &Option<Known>)| {
                     found.is_some_and(|known| known.is_firm && !known.dimension.is_number())
@@ -182,7 +187,8 @@ fn same(left: Option<Known>, right: Option<Known>, at: &Tree) -> Inferred {
     match (left, right) {
         (Some(left), Some(right)) if left.contradicts(right) => {
             let message = format!("{} and {} cannot be added or compared", left.dimension, right.dimension);
-            Err(Diagnostic::new(at.span.clone(), message).label(format!("this is {}", right.dimension)))
+            let error = Diagnostic::new(at.span.clone(), message).label(format!("this is {}", right.dimension));
+            Err(if left.dimension.is_like(right.dimension) { error.help(CYCLES) } else { error })
         }
         (Some(left), _) if left.is_firm => Ok(Some(left)),
         (left, right) => Ok(right.filter(|right| right.is_firm).or(left.filter(|_| right.is_some()))),

@@ -30,7 +30,6 @@ impl Known {
     /// Returns `true` if two quantities can be neither added nor compared.
     pub fn contradicts(self, other: Self) -> bool {
         let is_plain = |known: Self| !known.is_firm && known.dimension.is_number();
-        (self.is_firm || other.is_firm)
-            && !(is_plain(self) || is_plain(other) || self.dimension.is_like(other.dimension))
+        (self.is_firm || other.is_firm) && !(is_plain(self) || is_plain(other) || self.dimension.fits(other.dimension))
     }
 }

@@ -100,7 +100,7 @@ fn shown(grid: TimeGrid, section: &Section<'_>, names: &Names) -> Read<TimeGrid>
         });
     };
     match (Unit::parse(&word.text), known) {
-        (Some(unit), Some(dimension)) if !unit.dimension.is_like(dimension) => {
+        (Some(unit), Some(dimension)) if !unit.dimension.fits(dimension) => {
             let message = format!("`unit` is {}, and the points are {dimension}", unit.dimension);
             let error = crate::model_file::Diagnostic::new(word.span, message);
             Err(error.help("leave `unit` out, or give one of the same kind"))

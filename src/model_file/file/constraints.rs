@@ -4,7 +4,7 @@ use super::axis::on_axis;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
 use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
-use crate::model_file::expression::{Scope, Tree};
+use crate::model_file::expression::{CYCLES, Scope, Tree};
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{Constraint, Selection, TimeGrid};
@@ -114,7 +114,8 @@ fn unit(section: &Section<'_>, tree: &Tree, known: &QuantityContext<'_>) -> Read
             && own.contradicts(dimension)
         {
             let message = format!("`{key}` is {}, and the value is {}", own.dimension, dimension.dimension);
-            return Err(Diagnostic::new(limit.span, message).label(format!("expected {}", dimension.dimension)));
+            let error = Diagnostic::new(limit.span, message).label(format!("expected {}", dimension.dimension));
+            return Err(if own.dimension.is_like(dimension.dimension) { error.help(CYCLES) } else { error });
         }
         first = first.or(limit.unit().cloned());
     }

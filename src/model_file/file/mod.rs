@@ -341,7 +341,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         }
     };
     let title = section.text("title")?;
-    let title = if title.is_empty() { file.to_owned() } else { title };
+    let title = if title.is_empty() { file_name(file) } else { title };
     source.log.check()?;
     let (objective, method) = (objective.expect("no error was logged"), method.expect("no error was logged"));
     Ok(Model {
@@ -385,6 +385,11 @@ fn check_times(section: &Section<'_>, outputs: &[OutputSpec], grid: Option<&Time
     }
 }
 
+/// The name of a file without its folder.
+fn file_name(file: &str) -> String {
+    std::path::Path::new(file).file_name().map_or_else(|| file.to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
 impl Model {
     /// The title, or the name of the file.
     pub fn title(&self) -> &str {
@@ -394,8 +399,8 @@ impl Model {
     /// The model as a copy of the file with this name, which is its title if it has none of its own.
     #[must_use]
     pub fn copied_from(self, file: &str) -> Self {
-        let is_named = file.is_empty() || self.title != self.source.file;
-        Self { title: if is_named { self.title } else { file.to_owned() }, ..self }
+        let is_named = file.is_empty() || self.title != file_name(&self.source.file);
+        Self { title: if is_named { self.title } else { file_name(file) }, ..self }
     }
 
     /// The constants.

@@ -71,13 +71,19 @@ pub fn shown_in(section: &Section<'_>) -> Read<Option<Unit>> {
 
 /// The formula in a unit, whose dimension it must have if its own is known.
 pub fn converted(tree: Tree, known: Option<Known>, unit: &Unit) -> Read<Tree> {
-    match known
-        .filter(|known| !(unit.dimension.is_like(known.dimension) || !known.is_firm && known.dimension.is_number()))
+    match known.filter(|known| !(unit.dimension.fits(known.dimension) || !known.is_firm && known.dimension.is_number()))
     {
         None => Ok(tree.per(unit)),
         Some(known) => {
             let message = format!("this is {}, and cannot be shown in {}", known.dimension, unit.text);
-            Err(Diagnostic::new(tree.span, message))
+            let error = Diagnostic::new(tree.span, message);
+            Err(match unit.dimension.is_like(known.dimension) {
+                true if unit.dimension.counts_cycles() => {
+                    error.help("write shown_in = \"rpm\" or \"rev/s\", or divide by 2*pi, which gives the frequency")
+                }
+                true => error.help("multiply it by 2*pi, which gives the angular velocity"),
+                false => error,
+            })
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::analyses::modal::modes;
 use crate::analyses::statics::{Statics, find_equilibrium};
-use crate::derivatives::forward::initial_conditions::{InitialDerivatives, equilibrium};
+use crate::derivatives::forward::initial_conditions::{InitialDerivatives, ProjectedPart, equilibrium};
 use crate::derivatives::seeding::{build_chunks, set_values};
 use crate::elements::element::ElementWorkspace;
 use crate::events::unilateral::refuse_friction;

@@ -1,7 +1,7 @@
 //! Runs of methods on a problem with known optima.
 
 use super::{CatalogueEntry, Optimum};
-use crate::problem::Problem;
+use crate::problem::{Problem, Sensitivities};
 use crate::sao::{Method, PostOptimal, Preset, State, Status, Stop};
 use error::Result;
 use rayon::prelude::*;
@@ -82,7 +82,7 @@ pub struct Attempt {
     pub objective: f64,
     /// Largest violation at the end, as a fraction; negative if no constraint is active.
     pub violation: f64,
-    /// Largest KKT residual at the end, independent of the method; see [`PostOptimal::kkt`].
+    /// Largest KKT residual at the end, independent of the method; see [`kkt_residual`].
     pub residual: f64,
     /// (F − F*) / |F*| for the nearest known optimum.
     pub excess: Option<f64>,
@@ -149,7 +149,7 @@ fn refused([problem, method]: [&'static str; 2], why: String) -> Attempt {
 fn conclude(optima: &'static [Optimum], names: [&'static str; 2], problem: &Problem, state: &State) -> Attempt {
     let objective = state.evaluation.objective;
     let violation = state.evaluation.max_violation_pct() / 100.0;
-    let residual = PostOptimal::new(problem, state).map_or(f64::INFINITY, |post| post.kkt(problem));
+    let residual = kkt_residual(problem, state).unwrap_or(f64::INFINITY);
     let known = nearest(optima, objective);
     let conclusion = match (state.status, known) {
         (Status::Converged, Some(optimum)) if is_at(optimum, objective, violation) => Conclusion::Reached(optimum),
@@ -176,6 +176,33 @@ fn conclude(optima: &'static [Optimum], names: [&'static str; 2], problem: &Prob
         excess: known.map(|o| o.excess(objective)),
         approach: designs.iter().map(|d| [d.work.total() as f64, apart(d)]).collect(),
     }
+}
+
+/// Largest residual of the Karush–Kuhn–Tucker conditions at the last design of a run, computed independently of the method: the largest first-order
+/// change of the objective over the scale of a variable, relative to the objective or, if that is larger, to its change during the run; or relative
+/// to the largest derivative of the objective there, if that makes it smaller.
+///
+/// The derivatives at the last design alone are no measure: they are zero at an optimum in the interior.
+///
+/// # Errors
+/// Those of an analysis and a sensitivity analysis.
+pub fn kkt_residual(problem: &Problem, state: &State) -> Result<f64> {
+    let relative = PostOptimal::new(problem, state)?.kkt(problem);
+    let objective = state.evaluation.objective;
+    let change = state.history.first().map_or(0.0, |cycle| (cycle.objective - objective).abs());
+    let unit = objective.abs().max(change);
+    let absolute = relative * steepest(problem, &state.design)?;
+    Ok(if absolute > 0.0 { relative.min(absolute / unit) } else { absolute })
+}
+
+/// Largest derivative of the objective at a design, in scaled variables.
+fn steepest(problem: &Problem, design: &[f64]) -> Result<f64> {
+    let responses = problem.analyze(design)?;
+    let at = problem.responses_of(&problem.objective.quantity, 0);
+    let sensitivities = Sensitivities { rows: problem.sensitivities(design, &responses, &at)?, at };
+    let slopes = problem.total_derivative(problem.objective.signed(), 0, design, &responses, &sensitivities);
+    let scaled = slopes.iter().zip(problem.scales()).map(|(slope, scale)| (slope * scale).abs());
+    Ok(scaled.fold(0.0, f64::max))
 }
 
 /// The known optimum whose objective is nearest to `objective`.

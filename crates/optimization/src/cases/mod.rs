@@ -32,7 +32,7 @@ pub mod two_spheres;
 #[cfg(feature = "mechanics")]
 pub mod vehicle_suspension;
 
-pub use benchmark::{AnalysisCounts, Attempt, Conclusion, attempt, attempt_with, compare};
+pub use benchmark::{AnalysisCounts, Attempt, Conclusion, attempt, attempt_with, compare, kkt_residual};
 pub use catalogue::catalogue;
 pub use entry::{CatalogueEntry, Solution, Suite};
 pub use optimum::{Optimum, Provenance};

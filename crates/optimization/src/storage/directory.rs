@@ -146,12 +146,29 @@ impl Directory {
         if flushed { self.flush() } else { Ok(()) }
     }
 
-    /// Creates a file. An existing one, and a link of that name, are rejected with `AlreadyExists`.
+    /// Creates a file, which is complete or absent after an error or a kill. An existing one, and a link of that name, are rejected with
+    /// `AlreadyExists`.
     ///
     /// # Errors
     /// Those of the file system.
     pub fn create_new(&self, name: &str, content: &[u8]) -> io::Result<()> {
-        self.write_new(name, content, false)
+        check_name(name)?;
+        if self.entry(name)?.is_some() {
+            return Err(io::ErrorKind::AlreadyExists.into());
+        }
+        let part = temporary_name(name);
+        let named = self.write_new(&part, content, false).and_then(|()| {
+            self.before(Operation::Rename, name)?;
+            match system::link(&self.handle, &part, name) {
+                Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
+                    // A file system without second names.
+                    self.rename(&part, name)
+                }
+                linked => linked,
+            }
+        });
+        drop(self.remove(&part));
+        named
     }
 
     fn write_new(&self, name: &str, content: &[u8], flushed: bool) -> io::Result<()> {
@@ -449,6 +466,7 @@ mod tests {
         folder.replace("a", b"first", false).unwrap();
         let failing = folder.clone().watched(watch);
         assert_eq!(failing.replace("a", b"second", true).unwrap_err().kind(), io::ErrorKind::StorageFull);
+        assert_eq!(failing.create_new("b", b"new").unwrap_err().kind(), io::ErrorKind::StorageFull);
         assert_eq!(
             (folder.names().unwrap(), folder.read("a", 9).unwrap().unwrap()),
             (vec!["a".to_owned()], b"first".to_vec())

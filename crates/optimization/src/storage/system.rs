@@ -84,6 +84,11 @@ pub fn rename(folder: &Handle, from: &str, to: &str) -> io::Result<()> {
     Ok(rustix::fs::renameat(folder, from, folder, to)?)
 }
 
+/// Gives a file a second name, which must not exist.
+pub fn link(folder: &Handle, from: &str, to: &str) -> io::Result<()> {
+    Ok(rustix::fs::linkat(folder, from, folder, to, AtFlags::empty())?)
+}
+
 pub fn remove(folder: &Handle, name: &str) -> io::Result<()> {
     Ok(rustix::fs::unlinkat(folder, name, AtFlags::empty())?)
 }

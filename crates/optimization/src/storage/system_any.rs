@@ -69,6 +69,11 @@ pub fn rename(folder: &Handle, from: &str, to: &str) -> io::Result<()> {
     std::fs::rename(folder.join(from), folder.join(to))
 }
 
+/// Gives a file a second name, which must not exist.
+pub fn link(folder: &Handle, from: &str, to: &str) -> io::Result<()> {
+    std::fs::hard_link(folder.join(from), folder.join(to))
+}
+
 pub fn remove(folder: &Handle, name: &str) -> io::Result<()> {
     std::fs::remove_file(folder.join(name))
 }

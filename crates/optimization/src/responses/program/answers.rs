@@ -80,7 +80,7 @@ impl Answers {
         file.map_or(Ok(0), |file| self.read(&mut BufReader::new(file), &head, declared, &place))
     }
 
-    /// As [`read_from`](Self::read_from), and appends all further answers to the file. A file of another program or of other requests
+    /// As [`read_from`](Self::read_from), and appends answers that the file lacks and all further ones. A file of another program or of other requests
     /// is replaced; an incomplete last line, which a kill may leave, is removed.
     ///
     /// # Errors
@@ -92,6 +92,7 @@ impl Answers {
         command: &[String],
         declared: &Declared,
     ) -> Result<()> {
+        let known = std::mem::take(self);
         let length = self.read_from(directory, name, command, declared)?;
         let open = || {
             let mut file = directory.appender(name)?;
@@ -106,6 +107,10 @@ impl Answers {
         let place = place(directory, name);
         let file = open().map_err(|why| unwritable(&place, &why))?;
         self.file = Some((file, place));
+        for key in known.order.iter().filter(|key| !self.by_design.contains_key(*key)).cloned().collect::<Vec<_>>() {
+            let design: Vec<f64> = key.iter().map(|bits| f64::from_bits(*bits)).collect();
+            self.add(declared, &design, &known.by_design[&key])?;
+        }
         Ok(())
     }
 
