@@ -178,13 +178,19 @@ fn every_operation_of_a_report_fails_once() {
         let log = log.lock().unwrap().clone();
         (ended, log)
     };
+    let remove = || {
+        std::fs::remove_dir_all(place.0.join("figures")).unwrap();
+        std::fs::remove_file(place.0.join("report.html")).unwrap();
+    };
+    write(Fault::None).0.unwrap();
+    // The list of files has these files already.
+    remove();
     let (ended, log) = write(Fault::None);
     ended.unwrap();
     let (page, figures) = (place.files("."), place.files("figures"));
     for number in 0..log.len() {
         for fault in [Fault::Once(number), Fault::From(number)] {
-            std::fs::remove_dir_all(place.0.join("figures")).unwrap();
-            std::fs::remove_file(place.0.join("report.html")).unwrap();
+            remove();
             let (ended, _) = write(fault);
             assert!(ended.is_err() || matches!(fault, Fault::Once(_)), "{fault:?}: {:?}", log[number]);
             for (name, bytes) in place.files("figures") {

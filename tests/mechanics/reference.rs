@@ -104,9 +104,9 @@ fn a_cantilever_rolls_up_to_a_circle() {
         assert!((series[3][k] - moment * load).abs() < 1e-5 * moment, "moment {k}");
     }
     assert!(series[0][8].abs() < 1e-8 && series[1][8].abs() < 1e-8, "{} {}", series[0][8], series[1][8]);
-    // At half the moment the exact tip is at (0, 2L/π); the error is of order h⁴.
+    // At half the moment the exact tip is at (0, 2L/π); the polygon of ten chords has an error of order h².
     let chord = 2.0 / std::f64::consts::PI;
-    assert!((series[1][4] / chord - 1.0).abs() < 1e-4, "{} {chord}", series[1][4]);
+    assert!((series[1][4] / chord - 1.0).abs() < 1e-2, "{} {chord}", series[1][4]);
 }
 
 /// The impact absorber of Table I as a mechanism: responses and sensitivities of the closed form on its time grid.

@@ -29,7 +29,12 @@ const COMMON: &[Key] = &[
     optional("velocity_to", Accepts::Pair, "initial velocity [vx, vy] of the last end; linear between the ends")
         .of("m/s"),
     optional("spin", Accepts::Expression, "initial angular velocity of all nodes, rad/s; without it, it follows from joints").of("rad/s"),
-    default("shear", Accepts::Choice(&["flexible", "rigid", "plain"]), "flexible", "shear stiffness of the elements"),
+    default(
+        "shear",
+        Accepts::Choice(&["flexible", "rigid", "plain", "cubic"]),
+        "flexible",
+        "shear stiffness of the elements; `cubic` for a beam under a tension above 12 EI/ℓ² with the length ℓ of an element",
+    ),
     optional("load_x", Accepts::Motion, "distributed load along x of the plane per unloaded length, N/m").of("N/m"),
     optional("load_y", Accepts::Motion, "distributed load along y of the plane per unloaded length, N/m").of("N/m"),
     EACH,
@@ -158,7 +163,8 @@ fn beam(
     if elements == 0 {
         return Err(section.error_at("elements", "a beam needs at least one element"));
     }
-    let shears = [("flexible", Shear::Flexible), ("rigid", Shear::Rigid), ("plain", Shear::Plain)];
+    let shears =
+        [("flexible", Shear::Flexible), ("rigid", Shear::Rigid), ("plain", Shear::Plain), ("cubic", Shear::Cubic)];
     let own_inertia = !material.is_empty() && section.has("inertia");
     let moves = ["velocity_from", "velocity_to"].iter().any(|key| section.has(key));
     let velocity = |key: &str| section.vector(key, names, &Scope::DESIGN);

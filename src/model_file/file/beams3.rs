@@ -24,7 +24,12 @@ const COMMON: &[Key] = &[
     optional("start", Accepts::Name, "body or node to which the first end is fixed"),
     optional("end", Accepts::Name, "body or node to which the last end is fixed"),
     default("elements", Accepts::Count, "6", "number of equal elements"),
-    default("shear", Accepts::Choice(&["flexible", "rigid", "plain"]), "flexible", "shear stiffness of the elements"),
+    default(
+        "shear",
+        Accepts::Choice(&["flexible", "rigid", "plain", "cubic"]),
+        "flexible",
+        "shear stiffness of the elements; `cubic` for a beam under a tension above 12 EI/ℓ² with the length ℓ of an element",
+    ),
     required("young", Accepts::Expression, "Young's modulus in N/m²").of("N/m²"),
     default("poisson", Accepts::Expression, "0.3", "Poisson's ratio"),
     required("density", Accepts::Expression, "density, kg/m³").of("kg/m³"),
@@ -93,7 +98,8 @@ fn beam(shape: &[Key], section: &Section<'_>, names: &Names, parts: &Parts) -> R
     if elements == 0 {
         return Err(section.error_at("elements", "a beam needs at least one element"));
     }
-    let shears = [("flexible", Shear::Flexible), ("rigid", Shear::Rigid), ("plain", Shear::Plain)];
+    let shears =
+        [("flexible", Shear::Flexible), ("rigid", Shear::Rigid), ("plain", Shear::Plain), ("cubic", Shear::Cubic)];
     let up = section.has("up").then(|| section.vector("up", names, &Scope::DESIGN)).transpose()?;
     Ok(BeamSpec3 {
         name: section.text("name")?,

@@ -5,8 +5,7 @@ use autodiff::Scalar;
 /// Choice of the shear stiffness GA* of a beam element.
 ///
 /// # Sources
-/// MacNeal, *Comput. Struct.* 8 (1978) 175–183, for the residual bending flexibility. With it the axis between the nodes is a
-/// cubic, whose length the axial strain takes into account, see [`Beam`](super::Beam).
+/// MacNeal, *Comput. Struct.* 8 (1978) 175–183, for the residual bending flexibility.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shear {
     /// 1/GA* = 1/GA_s + ℓ²/(12 EI): exact bending of the element, and shear flexibility.
@@ -15,6 +14,10 @@ pub enum Shear {
     Rigid,
     /// GA* = GA_s: the plain one-point element, too stiff in bending by order ℓ².
     Plain,
+    /// GA* of [`Flexible`](Self::Flexible), and the axis between the nodes is the cubic of that bending flexibility, whose length the axial
+    /// strain takes into account, see [`Beam`](super::Beam). For beams under tension: elements of the other kinds with residual bending
+    /// flexibility are unstable where the normal force exceeds 12 EI/ℓ².
+    Cubic,
 }
 
 impl Shear {
@@ -22,7 +25,7 @@ impl Shear {
     pub(crate) fn stiffness<S: Scalar>(self, length: S, shear: S, bending: S) -> S {
         let bending_flexibility = length * length / (bending * 12.0);
         match self {
-            Self::Flexible => (shear.recip() + bending_flexibility).recip(),
+            Self::Flexible | Self::Cubic => (shear.recip() + bending_flexibility).recip(),
             Self::Rigid => bending_flexibility.recip(),
             Self::Plain => shear,
         }
@@ -30,7 +33,7 @@ impl Shear {
 
     /// 1 if the axis between the nodes is a cubic, 0 if it is straight.
     pub(crate) fn cubic<S: Scalar>(self) -> S {
-        S::from(if self == Self::Plain { 0.0 } else { 1.0 })
+        S::from(if self == Self::Cubic { 1.0 } else { 0.0 })
     }
 }
 

@@ -109,6 +109,8 @@ pub(super) struct StopTest<'a> {
     pub optimality: Optimality,
     /// True if no other step can be made.
     pub is_last: bool,
+    /// True if the subproblem was solved to its accuracy.
+    pub is_solved: bool,
     /// Largest change of the objective by a row, |λᵢ| Σ |∂cᵢ/∂bⱼ| ℓⱼ, with its slopes at the last designs.
     pub largest_multiplier: f64,
     /// Objectives of the last [`LONGER`] + 1 accepted designs without excursions, and of the current one, which is the last.
@@ -162,7 +164,7 @@ impl StopTest<'_> {
         let range = self.settled_range.min(objective);
         let by_values = (COMPARABLE * objective * range).sqrt();
         let by_range = (AT_LAST[0] * range).max(AT_LAST[1] * self.longer_range().min(self.settled_range));
-        if self.is_last { by_range.max(by_values).max(OF_SLOPES * self.recent_change) } else { 0.0 }
+        if self.is_last && self.is_solved { by_range.max(by_values).max(OF_SLOPES * self.recent_change) } else { 0.0 }
     }
 
     /// A change of the objective that does not matter at all.

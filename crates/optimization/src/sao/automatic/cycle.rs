@@ -226,6 +226,7 @@ impl Situation<'_> {
             predicted: self.state.evaluation.objective - proposal.predicted.objective,
             at_limit: proposal.at_limit.contains(&true),
             is_last: stalled.is_some(),
+            is_solved: proposal.solution.status == nlp::Status::Solved,
             largest_multiplier: self.largest_multiplier(&optimality.multipliers),
             optimality,
             objectives: &objectives,
