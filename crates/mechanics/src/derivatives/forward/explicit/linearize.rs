@@ -196,34 +196,6 @@ impl Linearizer {
         }
     }
 
-    /// Adds the derivatives of M v with respect to positions and parameters, where v are the accelerations of `state`.
-    pub fn momenta(
-        &self,
-        mechanism: &Mechanism<f64>,
-        state: &State<f64>,
-        workspaces: &mut ElementWorkspaces,
-        out: &mut Entries,
-    ) {
-        let mut rest = state.clone();
-        rest.a.fill(0.0);
-        let elements = mechanism.elements.iter().zip(&self.elements);
-        let massive = elements.filter(|(instance, _)| instance.num_constraints == 0 && instance.num_reactions == 0);
-        for (instance, element) in massive {
-            let is_fixed =
-                |v: &&DifferentiatedVariable| matches!(v.kind, VariableKind::Position | VariableKind::Parameter);
-            let variables: Vec<_> = element.variables.iter().filter(is_fixed).copied().collect();
-            for chunk in variables.chunks(WIDTH) {
-                // The forces at rest are the same in both states.
-                let [mut moving, mut resting] = [(); 2].map(|()| self.entries());
-                element.dynamics(instance, chunk, state, &mut workspaces.wide, &mut moving);
-                element.dynamics(instance, chunk, &rest, &mut workspaces.wide, &mut resting);
-                let all = |entries: Entries| entries.states.into_iter().chain(entries.parameters);
-                all(moving).for_each(|e| out.push(e.row as usize, e.source as usize, e.value));
-                all(resting).for_each(|e| out.push(e.row as usize, e.source as usize, -e.value));
-            }
-        }
-    }
-
     /// Adds the derivatives of the rows of the constraint `instance`.
     fn constraint(
         &self,
