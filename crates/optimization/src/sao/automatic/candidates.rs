@@ -52,9 +52,6 @@ pub struct AcceptedPoint {
     pub numbers: Vec<Number>,
     /// For each constraint the largest |∂ĝ/∂b| of its retained rows, for each variable.
     pub slopes: Vec<Vec<f64>>,
-    /// ∂F/∂b.
-    #[serde(default)]
-    pub objective_slope: Vec<f64>,
     /// True if the run was displaced to this design, without regard to its objective.
     #[serde(default)]
     pub is_displaced: bool,
@@ -64,10 +61,9 @@ impl AcceptedPoint {
     /// A design with its responses and evaluation, whose retained rows are differentiated.
     pub(in crate::sao) fn new(problem: &Problem, at: (&[f64], &Responses, &Evaluation), data: &CycleData) -> Self {
         let (design, responses, evaluation) = at;
-        let here = Linearized::new(problem, at, data);
-        let slopes = here.slopes(problem.constraints.len());
+        let slopes = Linearized::new(problem, at, data).slopes(problem.constraints.len());
         let numbers = collect(problem, design, (responses, evaluation), data);
-        Self { design: design.to_vec(), numbers, slopes, objective_slope: here.slope, is_displaced: false }
+        Self { design: design.to_vec(), numbers, slopes, is_displaced: false }
     }
 }
 

@@ -16,11 +16,9 @@ const PREDICTED: [f64; 2] = [1e-6, 1e-13];
 /// Largest first-order decrease R, relative to F: in general, and where the step is zero.
 const RESIDUAL: [f64; 2] = [1e-4, 3e-4];
 /// Largest residual where no other step can be made: relative to the smaller one of the objective and its range since it was far
-/// larger, and relative to that range; rounding errors of the objective, to which values of it can be compared, and of slopes at the
-/// last designs.
+/// larger, and relative to that range; rounding errors of the objective, to which values of it can be compared.
 const AT_LAST: [f64; 2] = [1e-6, 1e-12];
 const COMPARABLE: f64 = 1e-13;
-const OF_SLOPES: f64 = 1e-13;
 /// Largest Σ |λᵢ cᵢ|, relative to F.
 const COMPLEMENTARITY: f64 = 1e-5;
 /// Number of accepted designs over which the recent range of the objective is taken.
@@ -109,8 +107,6 @@ pub(super) struct StopTest<'a> {
     pub optimality: Optimality,
     /// True if no other step can be made.
     pub is_last: bool,
-    /// True if the subproblem was solved to its accuracy.
-    pub is_solved: bool,
     /// Largest change of the objective by a row, |λᵢ| Σ |∂cᵢ/∂bⱼ| ℓⱼ, with its slopes at the last designs.
     pub largest_multiplier: f64,
     /// Objectives of the last [`LONGER`] + 1 accepted designs without excursions, and of the current one, which is the last.
@@ -119,8 +115,6 @@ pub(super) struct StopTest<'a> {
     pub objective_range: f64,
     /// That since the last step that made the objective smaller by many orders.
     pub settled_range: f64,
-    /// The largest Σ |∂ⱼF| ℓⱼ at the last designs, without the start.
-    pub recent_change: f64,
     /// Largest change of the objective by a rejected step from the current design.
     pub rejected_change: f64,
     /// Change of the objective that does not matter.
@@ -134,7 +128,7 @@ impl StopTest<'_> {
     pub fn objective_unit(&self) -> f64 {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let change = self.longer_range().sqrt() * self.objective_range.sqrt();
-        let rounding = if self.is_last { ROUNDING[1] * self.objective_range } else { 0.0 };
+        let rounding = if self.is_last { ROUNDING[1] * self.settled_range } else { 0.0 };
         let least = LEAST * change.max(self.optimality.largest_change).min(objective);
         self.range(RECENT).min(objective).max(least).max(rounding)
     }
@@ -158,13 +152,13 @@ impl StopTest<'_> {
     }
 
     /// The residual up to which the run has converged if no other step can be made: a decrease that values of the objective do not
-    /// show, 0 ≈ R² / (4 Δ) with the range Δ of the objective, or rounding errors of the slopes.
+    /// show, about R² / (4 Δ) with the range Δ of the objective.
     fn at_last(&self) -> f64 {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let range = self.settled_range.min(objective);
         let by_values = (COMPARABLE * objective * range).sqrt();
         let by_range = (AT_LAST[0] * range).max(AT_LAST[1] * self.longer_range().min(self.settled_range));
-        if self.is_last && self.is_solved { by_range.max(by_values).max(OF_SLOPES * self.recent_change) } else { 0.0 }
+        if self.is_last { by_range.max(by_values) } else { 0.0 }
     }
 
     /// A change of the objective that does not matter at all.

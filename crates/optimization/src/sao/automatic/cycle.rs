@@ -226,13 +226,11 @@ impl Situation<'_> {
             predicted: self.state.evaluation.objective - proposal.predicted.objective,
             at_limit: proposal.at_limit.contains(&true),
             is_last: stalled.is_some(),
-            is_solved: proposal.solution.status == nlp::Status::Solved,
             largest_multiplier: self.largest_multiplier(&optimality.multipliers),
             optimality,
             objectives: &objectives,
             objective_range: self.units.objective_range,
             settled_range: self.state.trace().settled.width(),
-            recent_change: self.recent_change(),
             rejected_change: self.rejected_change(),
             tolerance: self.memory.tolerance,
         };

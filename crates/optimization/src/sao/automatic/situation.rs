@@ -101,12 +101,6 @@ impl<'a> Situation<'a> {
         rejected.map(change).filter(|change| change.is_finite()).fold(0.0, f64::max)
     }
 
-    /// The largest Σ |∂ⱼF| ℓⱼ at the last stored designs.
-    pub(super) fn recent_change(&self) -> f64 {
-        let change = |point: &AcceptedPoint| largest_change(&point.objective_slope, &self.units.lengths);
-        self.last_points(RECENT).map(change).fold(0.0, f64::max)
-    }
-
     /// The last stored designs, the newest first, without the first one and those to which the run was displaced.
     pub(super) fn last_points(&self, count: usize) -> impl Iterator<Item = &AcceptedPoint> {
         self.memory.points.iter().skip(1).rev().filter(|point| !point.is_displaced).take(count)
