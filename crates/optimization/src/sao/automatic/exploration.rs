@@ -317,8 +317,6 @@ impl Situation<'_> {
     /// round if one is accepted for the first time.
     pub(super) fn explorations_after(&self, purpose: Purpose, is_accepted: bool) -> usize {
         match purpose {
-            // From a better design, the round begins anew.
-            Purpose::Curvature if is_accepted => self.memory.explorations - self.memory.explorations % ROUND,
             Purpose::Curvature => self.memory.explorations + 1,
             Purpose::Flat if is_accepted && self.memory.explorations < ROUND => ROUND,
             Purpose::Flat if self.is_backwards() || is_accepted => 2 * ROUND,
