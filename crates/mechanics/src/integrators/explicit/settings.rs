@@ -6,6 +6,7 @@ use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::tableau::{DOPRI5, Tableau};
 use crate::integrators::settings::check_times;
 use crate::{Error, Result};
+use std::sync::Arc;
 
 /// Tolerances of the local error of component i: absoluteᵢ + relativeᵢ |yᵢ|.
 ///
@@ -118,6 +119,8 @@ pub struct Explicit {
     pub coordinates: Coordinates,
     /// End of the motion in s, which adaptive steps end at; by default the last output time.
     pub end: Option<f64>,
+    /// Times in s, increasing, at which long adaptive steps are inspected; by default the output times.
+    pub inspected: Option<Arc<[f64]>>,
 }
 
 impl Explicit {
@@ -131,6 +134,7 @@ impl Explicit {
             assembly: Assembly::default(),
             coordinates: Coordinates::Automatic,
             end: None,
+            inspected: None,
         }
     }
 
@@ -148,6 +152,12 @@ impl Explicit {
     /// with the same events.
     pub fn with_end(self, end: f64) -> Self {
         Self { end: Some(end), ..self }
+    }
+
+    /// Replaces the times (s, increasing) at which long adaptive steps are inspected. The steps are then those of a motion with outputs at
+    /// these times, whatever output times are wanted.
+    pub fn with_inspected_times(self, times: &[f64]) -> Self {
+        Self { inspected: Some(times.into()), ..self }
     }
 
     /// End of the motion in s, at the last of the output `times` (s) or after it.

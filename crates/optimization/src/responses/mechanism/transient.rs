@@ -96,8 +96,8 @@ impl<M: ParametricMechanism> Transient<M> {
             Integration::Implicit(settings) => settings.check(times)?,
             Integration::Explicit(settings) => {
                 settings.check(times)?;
-                // Derivatives up to an earlier time are those of the steps of the whole motion.
-                settings.end = Some(settings.end_after(times));
+                // Derivatives at some of the times are those of the steps of the whole motion.
+                *settings = settings.clone().with_end(settings.end_after(times)).with_inspected_times(times);
             }
         }
         Ok(Self {
