@@ -78,7 +78,7 @@ fn few_analyses_where_the_approximation_fits() {
     let (problem, optimum) = (two_spheres::problem().unwrap(), two_spheres::optimum());
     assert_work(&problem, &optimum, DiagonalQuadratic { curvature: CurvatureRule::Exact }, false, (3, 1));
     let (problem, optimum) = (quadratic_forms::first_problem(20).unwrap(), quadratic_forms::FIRST_20);
-    assert_work(&problem, &optimum, exact(), false, (6, 5));
+    assert_work(&problem, &optimum, exact(), false, (3, 2));
     let (problem, optimum) = (quadratic_forms::second_problem(20).unwrap(), quadratic_forms::SECOND_20);
     assert_work(&problem, &optimum, exact(), false, (3, 2));
 }

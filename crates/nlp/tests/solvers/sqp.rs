@@ -239,6 +239,21 @@ fn an_infeasible_program_is_relaxed() {
     assert!((s.x[0] - 1.0).abs() < 1e-3 && (s.x[1] - 1.0).abs() < 1e-3);
 }
 
+model!(OutsideEllipses, 0, |x| {
+    let outside = |a: f64, b: f64| -(x[0] - x[1]).powi(2) * a - (x[0] + x[1] * 0.5).powi(2) * b + 1.0;
+    (x[0].powi(2) + x[1].powi(2) * 3.0, vec![outside(1.0, 2.0), outside(2.0, 1.0)])
+});
+
+/// At the origin the slopes of the violated rows vanish, and beside it a full step leads far away.
+#[test]
+fn a_stationary_violation_is_left_along_negative_curvature() {
+    for start in [[0.0, 0.0], [1e-15, -2e-15], [-3e-17, 1e-16]] {
+        let s = Sqp::default().solve(&Smooth::free(OutsideEllipses, 2), &start).unwrap();
+        assert_eq!(s.status, Status::Solved, "{start:?}: {s:#?}");
+        assert!(s.kkt.largest() < 1e-10 && s.rows.iter().all(|g| *g < 1e-9), "{start:?}: {s:#?}");
+    }
+}
+
 model!(Downhill, 0, |x| (-x[0] + x[1].powi(2), vec![x[1].powi(2) - 1.0]));
 
 #[test]

@@ -3,6 +3,7 @@
 use super::curvature;
 use super::least_squares;
 use super::merit::{Evaluator, MeritFunction};
+use super::negative_curvature;
 use super::quadratic_subproblem::{self as subproblem, FullStep};
 use super::state::{Curvature, Sqp, SqpState};
 use crate::Status;
@@ -52,7 +53,7 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
         state.violation = largest_violation(program, &state.rows, |_| 1.0);
         let qp = subproblem::linearized(program, &state);
         let Some(full) = subproblem::full_step(&qp, &self.conic, &state, initial_penalty(program, &state))? else {
-            return Ok(logged(without_progress(program, state, exact, self.accepted())));
+            return Ok(logged(without_progress(program, state, exact, self.accepted())?));
         };
         state.relaxed = full.remaining_violation > 0.0;
         store_multipliers(&mut state, &full);
@@ -68,7 +69,7 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
         let found = merit.search(&state.x, &full.to.x, &mut evaluator, corrected);
         state.evaluations = evaluator.count;
         let Some(accepted) = found else {
-            return Ok(logged(without_progress(program, state, exact, self.accepted())));
+            return Ok(logged(without_progress(program, state, exact, self.accepted())?));
         };
         state.step_length = accepted.step_length;
         if !exact {
@@ -79,7 +80,7 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
             state.status = Some(Status::Unbounded);
         } else if state.stagnant_steps >= STAGNANT_STEPS {
             state.stagnant_steps = 0;
-            state = without_progress(program, state, exact, self.accepted());
+            state = without_progress(program, state, exact, self.accepted())?;
         }
         Ok(logged(state))
     }
@@ -171,21 +172,32 @@ fn update_hessian(program: &dyn Program, state: &mut SqpState, x: &[f64], g: &Gr
     curvature::damped_bfgs(&mut state.hessian, &d, &y);
 }
 
-/// Handles an iteration without an acceptable step: resets the Hessian, or gives an exact one more curvature; stops if that was
-/// done before.
-fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool, accepted: f64) -> SqpState {
+/// Handles an iteration without an acceptable step: resets the Hessian, or gives an exact one more curvature and leaves a stationary
+/// violation along negative curvature; stops if none of these helps.
+fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool, accepted: f64) -> Result<SqpState> {
     let was_reset = if exact { state.has_uniform_floor } else { state.hessian_is_initial };
-    if exact && !was_reset && state.kkt.largest() > accepted {
-        state.has_uniform_floor = true;
-        return state;
-    }
-    if was_reset || state.kkt.largest() <= accepted {
+    if state.kkt.largest() <= accepted {
         state.status = Some(Status::Stalled);
-        return state;
+    } else if exact && !was_reset {
+        state.has_uniform_floor = true;
+    } else if !was_reset {
+        state.hessian = curvature::initial(&scales(program, &state), objective_unit(program, &state));
+        state.hessian_is_initial = true;
+    } else if !exact || !leaves_stationary_violation(program, &mut state)? {
+        state.status = Some(Status::Stalled);
     }
-    state.hessian = curvature::initial(&scales(program, &state), objective_unit(program, &state));
-    state.hessian_is_initial = true;
-    state
+    Ok(state)
+}
+
+/// Moves the state along negative curvature of the violation; false if there is none.
+fn leaves_stationary_violation(program: &dyn Program, state: &mut SqpState) -> Result<bool> {
+    let mut evaluator = Evaluator { program, count: state.evaluations };
+    let found = negative_curvature::step(&mut evaluator, state, &scales(program, state))?;
+    state.evaluations = evaluator.count;
+    let Some(accepted) = found else { return Ok(false) };
+    state.step_length = accepted.step_length;
+    state.move_to(accepted.x, accepted.gradients);
+    Ok(true)
 }
 
 /// True for a decrease of the objective that counts as unbounded, without more violation.

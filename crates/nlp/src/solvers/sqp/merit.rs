@@ -34,12 +34,12 @@ pub(super) struct Evaluator<'a> {
 }
 
 impl Evaluator<'_> {
-    fn values(&mut self, x: &[f64]) -> Result<Values> {
+    pub fn values(&mut self, x: &[f64]) -> Result<Values> {
         self.count.values += 1;
         self.program.values(x)
     }
 
-    fn gradients(&mut self, x: &[f64]) -> Result<Gradients> {
+    pub fn gradients(&mut self, x: &[f64]) -> Result<Gradients> {
         self.count.gradients += 1;
         self.program.gradients(x)
     }
@@ -97,7 +97,7 @@ impl MeritFunction<'_> {
         if merit > self.here + ARMIJO * step_length * self.slope + self.noise {
             return None;
         }
-        let gradients = evaluator.gradients(&x).ok().filter(finite)?;
+        let gradients = evaluator.gradients(&x).ok().filter(is_finite)?;
         Some(AcceptedPoint { x, gradients, step_length })
     }
 
@@ -111,14 +111,14 @@ impl MeritFunction<'_> {
     }
 }
 
-fn between(x: &[f64], full: &[f64], step_length: f64) -> Vec<f64> {
+pub(super) fn between(x: &[f64], full: &[f64], step_length: f64) -> Vec<f64> {
     if step_length == 1.0 {
         return full.to_vec();
     }
     x.iter().zip(full).map(|(x, y)| x + step_length * (y - x)).collect()
 }
 
-fn finite(g: &Gradients) -> bool {
+pub(super) fn is_finite(g: &Gradients) -> bool {
     let all = |v: &[f64]| v.iter().all(|v| v.is_finite());
     all(&[g.values.objective]) && all(&g.values.rows) && all(&g.objective) && all(g.rows.as_slice())
 }

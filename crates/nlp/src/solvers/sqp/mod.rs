@@ -7,12 +7,14 @@
 //! | `least_squares` | multipliers from the gradients at a point alone |
 //! | `quadratic_subproblem` | the quadratic program of an iteration, relaxed if it has no feasible point |
 //! | `merit` | the merit function and the line search |
+//! | `negative_curvature` | steps from points where the violation is stationary to first order |
 //! | `iteration` | one iteration, as an argmin `Solver` |
 
 mod curvature;
 mod iteration;
 mod least_squares;
 mod merit;
+mod negative_curvature;
 mod quadratic_subproblem;
 mod state;
 
