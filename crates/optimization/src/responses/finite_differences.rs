@@ -36,6 +36,8 @@ pub struct Differences<A> {
 
 /// Part of its typical size below which a design variable is a rounding error, and its own size is no measure of a step.
 const ROUNDING: f64 = 1e-9;
+/// Part of the largest start below which another one stands for zero.
+const NEGLIGIBLE: f64 = 1e-15;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum DifferenceFormula {
@@ -145,12 +147,19 @@ impl<A: Analysis> Differences<A> {
         Self { sizes, ..self }
     }
 
-    /// Sets typical sizes of the design variables, their starts, and bounds that no analysed design leaves. A variable with two equal bounds
-    /// is varied all the same: its derivative has no meaning otherwise.
+    /// Sets typical sizes of the design variables, their starts, and bounds that no analysed design leaves. A start below 1e-15 of the
+    /// largest one stands for zero, and a variable that starts at zero has the size 1, at most that of its range. A variable with two equal
+    /// bounds is varied all the same: its derivative has no meaning otherwise.
     #[must_use]
     pub fn with_variables(self, variables: &[DesignVariable]) -> Self {
+        let largest = variables.iter().fold(0.0, |a: f64, v| a.max(v.start.abs()));
+        let size = |v: &DesignVariable| {
+            let range = v.upper - v.lower;
+            let of_zero = if range > 0.0 { range.min(1.0) } else { 1.0 };
+            if v.start.abs() <= NEGLIGIBLE * largest { of_zero } else { v.start }
+        };
         let bounds = variables.iter().map(|v| [v.lower, v.upper]).collect();
-        Self { bounds, ..self.with_typical_sizes(variables.iter().map(|v| v.start).collect()) }
+        Self { bounds, ..self.with_typical_sizes(variables.iter().map(size).collect()) }
     }
 
     /// The step of a variable of the length `h`, or shorter, that stays inside the bounds.
@@ -333,6 +342,17 @@ mod tests {
             let derivative = derivative(d);
             assert!((derivative - 1.0).abs() < 1e-9, "{derivative}");
         }
+    }
+
+    #[test]
+    fn a_start_that_stands_for_zero_is_no_measure_of_a_step() {
+        let grid = TimeGrid::uniform(1.0, 2.0, 2).unwrap();
+        let variables = [2.0, 1e-18].map(|start| DesignVariable::new("b", "", start).within(0.0, f64::INFINITY));
+        let d = Differences::noise_aware(Analytic::new(Cubic, &[Some(&grid)])).with_variables(&variables);
+        let b = [2.0, 1e-18];
+        let wanted = [ResponseAt { response: 0, point: 1 }];
+        let derivative = d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap()[(0, 1)];
+        assert!((derivative - 1.0).abs() < 1e-9, "{derivative}");
     }
 
     #[test]
