@@ -188,7 +188,8 @@ fn bounds_far_away_are_no_lengths() {
 
 #[test]
 fn an_objective_is_not_zero_beside_that_of_a_start_far_away() {
-    for (name, start) in [("hs49", "start=1e4"), ("quartic", "start=1e4"), ("hs57", "start=-1e2")] {
+    for (name, start) in [("hs49", "start=1e4"), ("quartic", "start=1e4"), ("hs57", "start=-1e2"), ("hs1", "start=1e6")]
+    {
         let (entry, transformation) = (find(name).unwrap(), Transformation::parse(start).unwrap());
         let problem = transformation.build(entry).unwrap();
         let end = solve(&problem);

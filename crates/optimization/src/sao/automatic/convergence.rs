@@ -37,7 +37,7 @@ const LONGER: usize = OBJECTIVES - 1;
 /// Objective, relative to its range, that is a rounding error: in general, and where the step is zero.
 const VANISHED: [f64; 2] = [1e-18, 1e-15];
 /// Objective, relative to its first-order change over the lengths, that is as good as zero.
-const STEEP: f64 = 1e-9;
+const STEEP: f64 = 1e-11;
 /// Predicted decrease, relative to the objective, from which on another step is made whatever the objective has been.
 const FAR: f64 = 10.0;
 /// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.

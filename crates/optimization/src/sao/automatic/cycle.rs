@@ -86,7 +86,8 @@ impl Automatic {
         let here = Linearized::new(problem, (&at.design, &at.responses, &at.evaluation), &data);
         // Another method may have left a variable that started at zero beside it.
         let start = state.history.first().map_or(&state.design, |start| &start.design);
-        let (start_lengths, guessed) = start_lengths(problem, start, state.evaluation.objective, &here);
+        let (start_lengths, guessed) =
+            start_lengths(problem, start, state.evaluation.objective, (&here, *start == state.design));
         let (widths, points) = (start_lengths.clone(), std::mem::take(&mut state.points));
         let mut memory = AutomaticState { widths, start_lengths, guessed, points, ..Default::default() };
         self.store(problem, state, &data, &mut memory);
@@ -215,8 +216,11 @@ impl Situation<'_> {
         let surrogate = self.chosen();
         let proposal = self.solve(&surrogate, self.domain(&surrogate), restoration)?;
         let step: Vec<f64> = proposal.design.iter().zip(design).map(|(to, from)| to - from).collect();
-        let noise = self.noise();
-        let stalled = noise.map(noise::in_words).or_else(|| stalled(&step, &self.memory.widths, &self.units.lengths));
+        let noise = self.noise(false);
+        let stalled = noise.map(noise::in_words).or_else(|| {
+            let reason = stalled(&step, &self.memory.widths, &self.units.lengths)?;
+            Some(self.noise(true).map_or(reason, noise::in_words))
+        });
         let objectives = self.objectives();
         let λ = &proposal.solution.multipliers;
         let optimality = Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths);

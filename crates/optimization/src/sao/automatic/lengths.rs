@@ -29,7 +29,15 @@ const LEAST_OF_OBJECTIVE: f64 = 1e-3;
 /// A variable without range that starts at zero has the median of |cᵢ| / |∂cᵢ/∂bⱼ| over the rows; failing that, |F| / |∂F/∂bⱼ|;
 /// failing that, the median of the other variables; failing that, 1. It is a guess: move limits grow by up to ten a cycle, and
 /// [`Units`] shortens guesses that steps have shown to be too long. The second result says which lengths are guesses.
-pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: &Linearized) -> (Vec<f64>, Vec<bool>) {
+///
+/// Slopes `here` that `are_of_start` are those at the start `b`; those at a later design, which may be an optimum, say nothing about the
+/// shares of the start values.
+pub(super) fn start_lengths(
+    problem: &Problem,
+    b: &[f64],
+    objective: f64,
+    (here, are_of_start): (&Linearized, bool),
+) -> (Vec<f64>, Vec<bool>) {
     let n = b.len();
     let steepest = |row: &mut dyn Iterator<Item = f64>| row.fold(0.0f64, |a, g| a.max(g.abs()));
     let row = |i: usize| (here.c[i], here.jacobian.row(i).iter().copied().collect());
@@ -42,7 +50,8 @@ pub(super) fn start_lengths(problem: &Problem, b: &[f64], objective: f64, here: 
         median(rows.iter().filter_map(ratio).collect()).or_else(|| ratio(&(objective, here.slope.clone())))
     };
     let by_objective = |j: usize| Some((objective / here.slope[j]).abs()).filter(|d| d.is_finite() && *d > 0.0);
-    let start_sizes = start_sizes(b, objective, here);
+    let start_sizes: Vec<f64> =
+        if are_of_start { start_sizes(b, objective, here) } else { b.iter().map(|b| b.abs()).collect() };
     // Bounds and limits may be as good as none.
     let size = |j: usize| {
         let known = Some(start_sizes[j]).filter(|size| *size > 0.0);

@@ -1,9 +1,11 @@
-//! Noise of the analysis, as rejected steps show it.
+//! Noise of the analysis, as trial steps show it.
 
-use super::numbers::find;
+use super::candidates::AcceptedPoint;
+use super::numbers::{Number, find};
 use super::situation::Situation;
+use super::state::RejectedPoint;
 
-/// Number of rejected steps, the last ones, that show noise.
+/// Number of trial steps, the last ones, that show noise.
 const STEPS: usize = 6;
 /// Ratio of the longest to the shortest of these steps.
 const SHORTER: f64 = 64.0;
@@ -13,45 +15,86 @@ const REMAINS: f64 = 0.25;
 /// Largest error from rounding, relative to the number and to its change along the step; and relative to its largest known value.
 const ROUNDING: [f64; 2] = [1e-11, 1e-14];
 
+/// A trial step with the errors of linear predictions for the numbers of the current design, zero within rounding; `None` for those that
+/// were not known there.
+struct Trial {
+    /// Longest step of a variable in its length.
+    size: f64,
+    errors: Vec<Option<f64>>,
+}
+
 impl Situation<'_> {
     /// The noise of the analysis, relative to the largest known value of the number that shows it most; `None` without signs of noise.
     ///
-    /// Along rejected steps that become shorter the error of a linear prediction, |r(b) − r(b₀) − sᵀ(b − b₀)|, falls with the square of
-    /// the step. An error that does not fall is noise, or a response that jumps: shorter steps cannot be judged.
-    pub(super) fn noise(&self) -> Option<f64> {
-        let rejected = &self.memory.rejected;
-        let last = rejected.get(rejected.len().checked_sub(STEPS)?..)?;
-        let steps: Vec<Vec<f64>> = last
-            .iter()
-            .map(|point| point.design.iter().zip(&self.state.design).map(|(to, from)| to - from).collect())
-            .collect();
-        let size =
-            |step: &Vec<f64>| step.iter().zip(&self.units.lengths).fold(0.0f64, |a, (s, l)| a.max((s / l).abs()));
-        let sizes: Vec<f64> = steps.iter().map(size).collect();
-        if !(sizes[0] > SHORTER * sizes[STEPS - 1] && sizes[STEPS - 1] > 0.0) {
+    /// Along trial steps that become shorter the error of a linear prediction, |r(b) − r(b₀) − sᵀ(b − b₀)|, falls with the square of
+    /// the step. An error that does not fall is noise, or a response that jumps: shorter steps cannot be judged. The steps are those
+    /// that were rejected here; where the run `is_at_end`, also the accepted ones before.
+    pub(super) fn noise(&self, is_at_end: bool) -> Option<f64> {
+        let known: Vec<f64> = (0..self.current().numbers.len()).map(|k| self.largest_known(k)).collect();
+        let mut trials = if is_at_end { self.accepted_trials(&known) } else { vec![] };
+        trials.extend(self.rejected_trials(&known));
+        trials.drain(..trials.len().checked_sub(STEPS)?);
+        trials.sort_by(|a, b| b.size.total_cmp(&a.size));
+        let [longest, shortest] = [trials[0].size, trials[STEPS - 1].size];
+        if !(longest > SHORTER * shortest && shortest > 0.0) {
             return None;
         }
         let of = |k: usize| {
-            let number = &self.current().numbers[k];
-            let known = self.memory.points.iter().filter_map(|point| find(self.problem, &point.numbers, number.id));
-            let known = known.fold(0.0, |a: f64, other| a.max(other.value.abs()));
-            let errors: Vec<f64> = last
-                .iter()
-                .zip(&steps)
-                .map(|(point, step)| {
-                    let change: f64 = number.gradient.iter().zip(step).map(|(g, s)| g * s).sum();
-                    let terms: f64 = number.gradient.iter().zip(step).map(|(g, s)| (g * s).abs()).sum();
-                    let rounding = (ROUNDING[0] * (number.value.abs() + terms)).max(ROUNDING[1] * known);
-                    let error = (point.values[k] - number.value - change).abs();
-                    if error > rounding { error } else { 0.0 }
-                })
-                .collect();
-            let [longer, shorter] = [&errors[..STEPS / 2], &errors[STEPS / 2..]];
+            let errors = trials.iter().map(|trial| trial.errors[k]).collect::<Option<Vec<f64>>>()?;
+            let (longer, shorter) = errors.split_at(STEPS / 2);
             let remaining = shorter.iter().fold(f64::INFINITY, |a, e| a.min(*e));
             let is_noise = remaining > 0.0 && longer.iter().all(|e| remaining >= REMAINS * e);
-            is_noise.then(|| remaining / known.max(remaining))
+            is_noise.then(|| remaining / known[k].max(remaining))
         };
-        (0..self.current().numbers.len()).filter_map(of).reduce(f64::max)
+        (0..known.len()).filter_map(of).reduce(f64::max)
+    }
+
+    /// The largest known absolute value of a number of the current design.
+    fn largest_known(&self, k: usize) -> f64 {
+        let id = self.current().numbers[k].id;
+        let known = self.memory.points.iter().filter_map(|point| find(self.problem, &point.numbers, id));
+        known.fold(0.0, |a: f64, other| a.max(other.value.abs()))
+    }
+
+    fn accepted_trials(&self, known: &[f64]) -> Vec<Trial> {
+        let numbers = &self.current().numbers;
+        let trial = |ends: &[AcceptedPoint]| {
+            let [from, to] = [&ends[0], &ends[1]];
+            let values = |k: usize| {
+                let [from, to] = [from, to].map(|point| find(self.problem, &point.numbers, numbers[k].id));
+                Some((from?, to?.value))
+            };
+            self.trial([&from.design, &to.design], values, known)
+        };
+        self.memory.points.windows(2).map(trial).collect()
+    }
+
+    fn rejected_trials(&self, known: &[f64]) -> Vec<Trial> {
+        let numbers = &self.current().numbers;
+        let trial = |to: &RejectedPoint| {
+            self.trial([&self.state.design, &to.design], |k| Some((&numbers[k], to.values[k])), known)
+        };
+        self.memory.rejected.iter().map(trial).collect()
+    }
+
+    /// The step between two designs; `values` gives a number at the first one and its value at the second one.
+    fn trial<'b>(
+        &self,
+        [from, to]: [&[f64]; 2],
+        values: impl Fn(usize) -> Option<(&'b Number, f64)>,
+        known: &[f64],
+    ) -> Trial {
+        let step: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
+        let size = step.iter().zip(&self.units.lengths).fold(0.0f64, |a, (s, l)| a.max((s / l).abs()));
+        let error = |k: usize| {
+            let (number, value) = values(k)?;
+            let terms = || number.gradient.iter().zip(&step).map(|(g, s)| g * s);
+            let [change, sum]: [f64; 2] = [terms().sum(), terms().map(f64::abs).sum()];
+            let rounding = (ROUNDING[0] * (number.value.abs() + sum)).max(ROUNDING[1] * known[k]);
+            let error = (value - number.value - change).abs();
+            Some(if error > rounding { error } else { 0.0 })
+        };
+        Trial { size, errors: (0..known.len()).map(error).collect() }
     }
 }
 

@@ -82,7 +82,7 @@ pub(super) fn reach(here: &Linearized, units: &Units) -> f64 {
 /// True if the violation h is stationary to first order: its possible decrease is a negligible part of itself, and of what the
 /// slopes of the violated rows would allow unless these vanish.
 pub(super) fn is_stationary(violation: f64, least: f64, reach: f64) -> bool {
-    const NEGLIGIBLE: f64 = 9e-4;
+    const NEGLIGIBLE: f64 = 1e-4;
     let slopes = if reach < NEGLIGIBLE { f64::INFINITY } else { reach };
     violation - least < NEGLIGIBLE * violation.min(slopes)
 }

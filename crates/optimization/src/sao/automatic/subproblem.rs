@@ -11,6 +11,8 @@ use nlp::{Curvature, Solution, Sqp, SubproblemSolver};
 
 /// Fraction of the half width within which a variable counts as at its move limit.
 const AT_LIMIT: f64 = 1e-3;
+/// Largest part of a possible decrease of the violation that a restoration may leave.
+const LEFT: f64 = 0.01;
 
 impl Situation<'_> {
     /// The box of the next step, inside the domain of a surrogate.
@@ -28,9 +30,11 @@ impl Situation<'_> {
     /// Solves the surrogate in its box.
     pub(super) fn solve(&self, surrogate: &Surrogate, region: Region, restoration: Option<f64>) -> Result<Proposal> {
         let unit = |row: &RowId| self.units.rows[row.constraint];
-        // Rounding must not make the relaxed rows contradictory.
-        let relaxed =
-            |t: f64| -> Vec<f64> { self.here.rows.iter().map(|r| unit(r) * (t * (1.0 + 1e-7) + 1e-10)).collect() };
+        // Rounding must not make the relaxed rows contradictory, and what it leaves must not be more than the rows can gain.
+        let relaxed = |t: f64| -> Vec<f64> {
+            let relaxed = t + (1e-7 * t + 1e-10).min(LEFT * (self.violation - t));
+            self.here.rows.iter().map(|r| unit(r) * relaxed).collect()
+        };
         let relaxation = restoration.map(relaxed);
         let objective = self.state.evaluation.objective;
         let widths: Vec<f64> = (0..self.n())
