@@ -264,11 +264,13 @@ impl<'a> Place<'a> {
         for width in WIDTHS {
             let local = InBox::new(self, width);
             // All violated rows must decrease together, for the weights between them are the choice of a method. Rows with
-            // a small share of the largest violation may increase to that share.
+            // a small share of the largest violation, relative to their terms and as the problem gives it, may increase to that share.
             let of = |rows: &[f64], i: usize| violated(self.coupling.is_equality(i), rows[i]);
             let here = self.coupling.values(self.design)?.rows;
             let share = (SMALL_SHARE * self.violation).max(self.row_tolerance());
-            let units: Vec<f64> = (0..here.len()).map(|i| of(&here, i).max(share * self.terms[i])).collect();
+            let largest = (0..here.len()).map(|i| of(&here, i)).fold(0.0, f64::max);
+            let small = |i: usize| (share * self.terms[i]).min(SMALL_SHARE.max(self.row_tolerance()) * largest);
+            let units: Vec<f64> = (0..here.len()).map(|i| of(&here, i).max(small(i))).collect();
             let least = LeastViolation::new(&local, &units);
             let mut start = self.design.to_vec();
             start.push(1.0);

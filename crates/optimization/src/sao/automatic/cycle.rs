@@ -25,6 +25,12 @@ impl Automatic {
         let situation = Situation::new(self, problem, &state, &data, &memory);
         let proposal = match situation.propose()? {
             Next::Analyse(proposal) => *proposal,
+            Next::CommonUnit => {
+                let widths = situation.units.lengths.clone();
+                (memory.has_common_unit, memory.widths) = (true, widths);
+                (state.automatic, state.data) = (Some(memory), Some(data));
+                return self.step(method, problem, state);
+            }
             Next::End(status, reason, active) => {
                 (state.status, state.reason, state.active) = (status, reason, Some(active));
                 (state.automatic, state.data) = (Some(memory), Some(data));

@@ -31,6 +31,7 @@ pub(super) struct Changes {
     /// The violations at a point that was left by a displacement.
     left: Option<Vec<f64>>,
     rejections: RejectionChange,
+    has_common_unit: bool,
 }
 
 enum FilterChange {
@@ -48,8 +49,9 @@ enum RejectionChange {
 
 impl AutomaticState {
     pub(super) fn update(&mut self, changes: Changes) {
-        let Changes { scores, explorations, widths, filter, left, rejections } = changes;
+        let Changes { scores, explorations, widths, filter, left, rejections, has_common_unit } = changes;
         (self.scores, self.explorations, self.widths) = (scores, explorations, widths);
+        self.has_common_unit = has_common_unit;
         self.left.extend(left);
         match filter {
             FilterChange::None => {}
@@ -120,6 +122,7 @@ impl Situation<'_> {
             filter: FilterChange::None,
             left: None,
             rejections: if is_accepted { RejectionChange::Clear } else { RejectionChange::None },
+            has_common_unit: memory.has_common_unit,
         };
         if let Some(analyzed) = analyzed {
             self.score(proposal, analyzed, derivatives.as_ref(), &mut changes.scores);
@@ -129,6 +132,7 @@ impl Situation<'_> {
         if is_accepted && purpose == Purpose::Improvement {
             let ratio = analyzed.map_or(f64::NAN, |a| self.step(proposal, a).ratio());
             widths_after_acceptance(widths, &step, &proposal.at_limit, ratio);
+            changes.has_common_unit &= proposal.restoration.is_some();
             if *decision == Decision::Violation {
                 changes.filter = FilterChange::Add(self.filter_entry());
             }

@@ -47,6 +47,8 @@ const LOCAL: f64 = 0.3;
 const LONG: f64 = 0.9;
 /// Factor of the step in a direction in which the one before was too long to show the curvature.
 const SHORTER: f64 = 0.01;
+/// Least length of a step that shows a curvature, well above what counts as none.
+const SHORTEST: f64 = 10.0 * NO_EFFECT;
 /// Least curvature relative to the largest one that counts as positive.
 const FLAT: f64 = 1e-6;
 
@@ -293,7 +295,8 @@ impl Situation<'_> {
         let noise = negligible.max(f64::EPSILON * self.units.objective_range);
         let is_slope = slope.abs() > noise && tangent.is_steady(&direction, slope);
         let to_matter = if is_slope { MATTERS * noise / slope } else { 0.0 };
-        let step = if purpose == Purpose::Flat { FLAT_STEP } else { STEP * SHORTER.powi(tangent.too_long() as i32) };
+        let shortened = || (STEP * SHORTER.powi(tangent.too_long() as i32)).max(SHORTEST);
+        let step = if purpose == Purpose::Flat { FLAT_STEP } else { shortened() };
         let size = (step / direction.amax()).max(to_matter.abs()).copysign(slope);
         let box_size = (size.abs() * direction.amax()).max(1.0);
         let widths: Vec<f64> = lengths.iter().map(|l| l * box_size).collect();

@@ -113,7 +113,8 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 pub(super) struct Units {
     /// ℓ: start lengths, or the extent of all accepted designs where that is larger.
     pub lengths: Vec<f64>,
-    /// σ of each constraint: the largest Σ |∂ĝ/∂bⱼ| ℓⱼ over the stored designs.
+    /// σ of each constraint: the largest Σ |∂ĝ/∂bⱼ| ℓⱼ over the stored designs; the largest one of the violated constraints for all of
+    /// them where they have a common unit.
     pub rows: Vec<f64>,
     /// Largest minus smallest objective of all accepted designs without excursions.
     pub objective_range: f64,
@@ -140,7 +141,13 @@ impl Units {
             let value = evaluation.worst_of(i).map_or(0.0, |(_, g)| (g - 1.0).abs());
             [largest, value].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
         };
-        let rows = (0..evaluation.constraints.len()).map(unit).collect();
+        let mut rows: Vec<f64> = (0..evaluation.constraints.len()).map(unit).collect();
+        if memory.has_common_unit {
+            let violations = evaluation.violations();
+            let violated = rows.iter().zip(&violations).filter(|(_, v)| **v > 0.0);
+            let common = violated.map(|(unit, _)| *unit).fold(0.0, f64::max);
+            rows.iter_mut().filter(|_| common > 0.0).for_each(|unit| *unit = common);
+        }
         Self { rows, objective_range: trace.objective.width(), lengths }
     }
 

@@ -31,6 +31,8 @@ pub(super) enum Purpose {
 /// The next action of a run.
 pub(super) enum Next {
     Analyse(Box<Proposal>),
+    /// The cycle is begun anew with a common unit of the rows.
+    CommonUnit,
     /// The status, its reason, and the active rows with their multipliers at the design.
     End(Status, String, Vec<ActiveRow>),
 }

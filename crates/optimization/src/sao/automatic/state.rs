@@ -27,6 +27,10 @@ pub struct AutomaticState {
     /// The largest violation of each constraint at the points that the run has left by a displacement.
     #[serde(default)]
     pub left: Vec<Vec<f64>>,
+    /// True while rows have a common unit, so that the largest violation is that of the problem; see
+    /// [`Situation::stationary_violation`](super::situation::Situation::stationary_violation).
+    #[serde(default)]
+    pub has_common_unit: bool,
     /// Number of analyses beside a design that seemed to be an optimum, to see the curvature in a direction.
     #[serde(default)]
     pub explorations: usize,

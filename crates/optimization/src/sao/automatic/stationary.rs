@@ -20,6 +20,8 @@ const ROUNDING: f64 = 1e-14;
 const MOST_DISPLACEMENTS: usize = 6;
 /// A stationary point of the violation is better than earlier ones if its violation is below this fraction of theirs.
 const BETTER: f64 = 0.99;
+/// Part of the largest violation by which others may be smaller and still count as equal to it.
+const EQUAL: f64 = 1e-4;
 /// Lengths within which the violation must be stationary. A length may be underestimated, above all for a variable that
 /// started at zero.
 const WIDE: f64 = 100.0;
@@ -33,6 +35,10 @@ pub(super) fn shortening(rejections: usize) -> f64 {
 
 impl Situation<'_> {
     /// A displacement or the end if the violation is stationary here; `None` if it is not.
+    ///
+    /// Rows are measured by their slopes over the lengths, which makes restorations independent of their scales. A row without slopes can
+    /// then outweigh violations of any size. Where their violation is stationary, restoration goes on with a common unit of the rows: what
+    /// is left and what is called infeasible are points where the largest violation of the problem itself is stationary.
     pub(super) fn stationary_violation(&self) -> Result<Option<Next>> {
         let wide: Vec<f64> = self.units.lengths.iter().map(|l| WIDE * l).collect();
         let region = self.sides(&wide);
@@ -40,6 +46,9 @@ impl Situation<'_> {
         let least = least_violation(&self.here, &self.units, design, [&region.lower, &region.upper])?;
         if !is_stationary(self.violation, least, reach(&self.here, &self.units)) {
             return Ok(None);
+        }
+        if !self.memory.has_common_unit {
+            return Ok(Some(Next::CommonUnit));
         }
         if let Some(displacement) = self.displaced() {
             return Ok(Some(Next::Analyse(Box::new(displacement))));
@@ -50,17 +59,29 @@ impl Situation<'_> {
             );
             return Ok(Some(Next::End(Status::Stalled, reason, vec![])));
         }
-        let worst = self.state.evaluation.worst();
-        let (name, by) = worst.map_or_else(Default::default, |(row, g)| {
-            (self.problem.row_in_words(row), 100.0 * self.state.evaluation.violation(row.constraint, g))
-        });
         let reason = format!(
-            "the violation is stationary here: {name} is exceeded by {by:.3} %, and to first order no change of the \
-             variables within {WIDE} times their lengths reduces the largest violation, each row measured by its slopes over the lengths, \
-             by more than {:.1e} of it; other regions were not searched",
+            "the violation is stationary here: {}, and to first order no change of the \
+             variables within {WIDE} times their lengths reduces the largest violation by more than {:.1e} of it; other regions \
+             were not searched",
+            self.largest_violation_in_words(),
             (self.violation - least).max(0.0) / self.violation
         );
         Ok(Some(Next::End(Status::Infeasible, reason, vec![])))
+    }
+
+    /// The constraints with the largest violation, and by how much they are exceeded.
+    fn largest_violation_in_words(&self) -> String {
+        let evaluation = &self.state.evaluation;
+        let violated = |j: usize| {
+            let (row, g) = evaluation.worst_of(j)?;
+            Some((row, evaluation.violation(j, g)))
+        };
+        let all: Vec<_> = (0..evaluation.constraints.len()).filter_map(violated).collect();
+        let largest = all.iter().fold(0.0f64, |a, (_, v)| a.max(*v));
+        let equal = all.iter().filter(|(_, v)| *v >= largest * (1.0 - EQUAL));
+        let names: Vec<String> = equal.map(|(row, _)| self.problem.row_in_words(*row)).collect();
+        let verb = if names.len() == 1 { "is" } else { "are" };
+        format!("{} {verb} exceeded by {:.3} %", names.join(" and "), 100.0 * largest)
     }
 
     /// True if the objective has risen with the square of the displacement from a flat start, for all sizes: its slopes may then show whether
