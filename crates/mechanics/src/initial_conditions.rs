@@ -10,6 +10,7 @@ pub(crate) use crate::equilibrium::equilibrium_reactions;
 
 use crate::constraint_rank::ConstraintRank;
 use crate::elements::element::ElementWorkspace;
+use crate::initial_velocities::{Kept, VelocityProjection, solve_velocities};
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::mechanism::{Mechanism, Unilateral};
 use crate::system::linearization::Linearization;
@@ -37,8 +38,10 @@ impl Default for Assembly {
 pub struct Projection {
     /// Multipliers of the positions, or the reactions if the motion starts in static equilibrium.
     pub position: Vec<f64>,
-    /// Multipliers of the velocities.
-    pub velocity: Vec<f64>,
+    /// Multipliers of the velocities, and those that are kept.
+    pub velocity: VelocityProjection,
+    /// Multipliers of the nearest consistent velocities.
+    pub nearest_velocity: Vec<f64>,
 }
 
 /// Moves the free coordinates of `state` to the nearest point that satisfies the constraints.
@@ -159,7 +162,7 @@ fn close_joints(
             }
             check_independence(system, mechanism, state, &mut rows)?;
             let position = std::mem::replace(&mut state.l, vec![0.0; mechanism.multipliers]);
-            return Ok(Projection { position, velocity: Vec::new() });
+            return Ok(Projection { position, ..Projection::default() });
         }
     }
     if let Some(error) = diagnostics::not_finite(mechanism, state) {
@@ -238,12 +241,48 @@ fn apply(system: &System, step: &[[f64; 1]], state: &mut State<f64>) -> f64 {
     largest
 }
 
-/// Moves the free velocities to the nearest ones that satisfy the constraints: Φ_q v + Φ_t = 0. Returns the multipliers.
+/// Sets the free velocities: given ones are kept, the others follow through Φ_q v + Φ_t = 0, or have the least kinetic energy, see
+/// [`initial_velocities`](crate::initial_velocities).
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming joints that depend on each other, or a coordinate without mass or joint.
+pub fn make_velocities_consistent(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+) -> Result<VelocityProjection> {
+    consistent_velocities(system, mechanism, state, Kept::Given)
+}
+
+/// The velocities of a mechanism whose drives determine all of them.
+pub(crate) fn driven_velocities(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+) -> Result<VelocityProjection> {
+    consistent_velocities(system, mechanism, state, Kept::None)
+}
+
+fn consistent_velocities(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    kept: Kept,
+) -> Result<VelocityProjection> {
+    if mechanism.multipliers == 0 {
+        return Ok(VelocityProjection::default());
+    }
+    solve_velocities(system, mechanism, state, kept).map_err(|error| explained(system, mechanism, state, error))
+}
+
+/// Moves the free velocities to the nearest ones that satisfy the constraints, v − v_guess + Φ_qᵀ ν = 0 and Φ_q v + Φ_t = 0. Returns the
+/// multipliers.
 ///
 /// # Errors
 ///
 /// [`Error::Analysis`] naming joints that depend on each other.
-pub fn make_velocities_consistent(
+pub(crate) fn nearest_consistent_velocities(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,

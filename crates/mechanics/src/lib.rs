@@ -50,6 +50,7 @@ pub mod elements;
 pub mod equilibrium;
 pub mod events;
 pub mod initial_conditions;
+pub mod initial_velocities;
 pub mod integrators;
 pub mod linalg;
 pub mod mechanism;

@@ -23,12 +23,12 @@ const COMMON: &[Key] = &[
     optional(
         "velocity_from",
         Accepts::Pair,
-        "initial velocity [vx, vy] of the first end in m/s; an estimate if joints determine it",
+        "initial velocity [vx, vy] of the first end in m/s, zero if only that of the last end is given; without both, they follow from joints",
     )
     .of("m/s"),
     optional("velocity_to", Accepts::Pair, "initial velocity [vx, vy] of the last end; linear between the ends")
         .of("m/s"),
-    default("spin", Accepts::Expression, "0", "initial angular velocity of all nodes, rad/s").of("rad/s"),
+    optional("spin", Accepts::Expression, "initial angular velocity of all nodes, rad/s; without it, it follows from joints").of("rad/s"),
     default(
         "shear",
         Accepts::Choice(&["flexible", "rigid", "plain", "cubic"]),
@@ -117,8 +117,10 @@ pub struct BeamSpec {
     /// Young's modulus, Poisson's ratio and density.
     material: Vec<CompiledExpression>,
     inertia: Option<CompiledExpression>,
-    /// Initial velocities of both ends and angular velocity of all nodes; `None` if none is given.
-    velocity: Option<([[CompiledExpression; 2]; 2], CompiledExpression)>,
+    /// Initial velocities of both ends; `None` if they are free.
+    velocity: Option<[[CompiledExpression; 2]; 2]>,
+    /// Initial angular velocity of all nodes; `None` if it is free.
+    spin: Option<CompiledExpression>,
     /// Distributed loads with their directions in rad.
     loads: Vec<(f64, TimeFunction)>,
 }
@@ -164,7 +166,7 @@ fn beam(
     let shears =
         [("flexible", Shear::Flexible), ("rigid", Shear::Rigid), ("plain", Shear::Plain), ("cubic", Shear::Cubic)];
     let own_inertia = !material.is_empty() && section.has("inertia");
-    let moves = ["velocity_from", "velocity_to", "spin"].iter().any(|key| section.has(key));
+    let moves = ["velocity_from", "velocity_to"].iter().any(|key| section.has(key));
     let velocity = |key: &str| section.vector(key, names, &Scope::DESIGN);
     let loads = [("load_x", 0.0), ("load_y", FRAC_PI_2)].into_iter().filter(|(key, _)| section.has(key));
     let load = |(key, direction): (&str, f64)| Ok((direction, motion::read(section, key, names)?));
@@ -183,12 +185,10 @@ fn beam(
         shape: shape.iter().map(expression).collect::<Read<_>>()?,
         material: material.iter().take(3).map(expression).collect::<Read<_>>()?,
         velocity: match moves {
-            true => Some((
-                [velocity("velocity_from")?, velocity("velocity_to")?],
-                section.expression("spin", names, &Scope::DESIGN)?,
-            )),
+            true => Some([velocity("velocity_from")?, velocity("velocity_to")?]),
             false => None,
         },
+        spin: section.has("spin").then(|| section.expression("spin", names, &Scope::DESIGN)).transpose()?,
         loads: loads.map(load).collect::<Read<_>>()?,
         inertia: own_inertia.then(|| section.expression("inertia", names, &Scope::DESIGN)).transpose()?,
     })
@@ -218,15 +218,17 @@ impl BeamSpec {
                 context.mechanism.line_load(&name, nodes, geometry, load.law.clone(), &parameters);
             }
         }
-        if let Some((ends, spin)) = &self.velocity {
-            let ([from, to], spin) = (ends.each_ref().map(|end| end.each_ref().map(value)), value(spin));
+        if let Some(ends) = &self.velocity {
+            let [from, to] = ends.each_ref().map(|end| end.each_ref().map(value));
             for (k, node) in beam.0.iter().enumerate() {
                 let share = k as f64 / self.elements as f64;
                 let between = |c: usize| from[c] * (1.0 - share) + to[c] * share;
                 context.mechanism.set_velocity(node.x, between(0));
                 context.mechanism.set_velocity(node.y, between(1));
-                context.mechanism.set_velocity(node.theta, spin);
             }
+        }
+        for spin in self.spin.iter().map(value) {
+            beam.0.iter().for_each(|node| context.mechanism.set_velocity(node.theta, spin));
         }
         context.beams.push(beam);
     }

@@ -13,15 +13,18 @@ use std::sync::LazyLock;
 const POSITION: Key =
     required("position", Accepts::Pair, "initial position [x, y] in m; an estimate if joints determine it").of("m");
 const VELOCITY: Key =
-    optional("velocity", Accepts::Pair, "initial velocity [vx, vy] in m/s; an estimate if joints determine it")
+    optional("velocity", Accepts::Pair, "initial velocity [vx, vy] in m/s; without it, it follows from joints")
         .of("m/s");
 const ANGLE: Key = default("angle", Accepts::Expression, "0", "initial angle, rad").of("rad");
-const SPIN: Key = default("spin", Accepts::Expression, "0", "initial angular velocity, rad/s").of("rad/s");
+const SPIN: Key =
+    optional("spin", Accepts::Expression, "initial angular velocity, rad/s; without it, it follows from joints")
+        .of("rad/s");
 const SLIDER: &[Key] = &[
     required("mass", Accepts::Expression, "mass in kg, or moment of inertia in kg·m² if the coordinate is an angle")
         .of("kg or kg·m²"),
     default("position", Accepts::Expression, "0", "initial position, m or rad").of("m or rad"),
-    default("velocity", Accepts::Expression, "0", "initial velocity, m/s or rad/s").of("m/s or rad/s"),
+    optional("velocity", Accepts::Expression, "initial velocity, m/s or rad/s; without it, it follows from joints")
+        .of("m/s or rad/s"),
 ];
 const POINT: &[Key] = &[required("name", Accepts::Name, "name, unique in the file"), EACH];
 
@@ -79,8 +82,8 @@ pub struct BodySpec {
     inertia: [CompiledExpression; 2],
     /// x, y, angle.
     position: [CompiledExpression; 3],
-    /// vx, vy, spin.
-    velocity: [CompiledExpression; 3],
+    /// vx, vy, spin; `None` if they are free.
+    velocity: [Option<CompiledExpression>; 3],
 }
 
 /// Reads the bodies and enters their names.
@@ -115,11 +118,17 @@ pub fn body(kind: BodyKind, section: &Section<'_>, names: &Names) -> Read<BodySp
     let has_angle = matches!(kind, BodyKind::Rigid | BodyKind::MasslessNode);
     let moves = matches!(kind, BodyKind::Rigid | BodyKind::Point);
     let (position, velocity) = if kind == BodyKind::Slider {
-        ([state("position", true)?, zero(), zero()], [state("velocity", true)?, zero(), zero()])
+        let velocity = section.has("velocity").then(|| state("velocity", true)).transpose()?;
+        ([state("position", true)?, zero(), zero()], [velocity, None, None])
     } else {
         let [x, y] = section.vector("position", names, &Scope::MOTION)?;
-        let [vx, vy] = if moves { section.vector("velocity", names, &Scope::MOTION)? } else { [zero(), zero()] };
-        ([x, y, state("angle", has_angle)?], [vx, vy, state("spin", kind == BodyKind::Rigid)?])
+        let [vx, vy] = match moves && section.has("velocity") {
+            true => section.vector("velocity", names, &Scope::MOTION)?.map(Some),
+            false => [None, None],
+        };
+        let has_spin = kind == BodyKind::Rigid && section.has("spin");
+        let spin = has_spin.then(|| state("spin", true)).transpose()?;
+        ([x, y, state("angle", has_angle)?], [vx, vy, spin])
     };
     let inertia = [one("mass", moves || kind == BodyKind::Slider)?, one("inertia", kind == BodyKind::Rigid)?];
     Ok(BodySpec { name: section.text("name")?, kind, inertia, position, velocity })
@@ -131,12 +140,13 @@ impl BodySpec {
         let value = |expression: &CompiledExpression| expression.value(&Inputs::at(b, S::from(start)));
         let [x, y, theta] = self.position.each_ref().map(value);
         let [mass, inertia] = self.inertia.each_ref().map(value);
-        let velocity = self.velocity.each_ref().map(value);
+        let velocity = self.velocity.each_ref().map(|velocity| velocity.as_ref().map(value));
         let (name, pose, m) = (self.name.as_str(), Pose { x, y, theta }, &mut context.mechanism);
         let body = match self.kind {
             BodyKind::Slider => {
-                let slide = m.coordinate(name, x, velocity[0]);
+                let slide = m.coordinate(name, x, S::from(0.0));
                 m.inertia(name, slide, mass);
+                velocity[0].into_iter().for_each(|velocity| m.set_velocity(slide, velocity));
                 return context.sliders.push(slide);
             }
             BodyKind::Rigid => m.body(name, mass, inertia, pose),
@@ -148,15 +158,15 @@ impl BodySpec {
         context.bodies.push(body);
     }
 
-    /// Sets the initial velocity of the body's own coordinates.
-    fn set_velocity<S: Scalar>(&self, context: &mut BuildContext<S>, body: Body, velocity: [S; 3]) {
+    /// Gives the initial velocities of the body's own coordinates.
+    fn set_velocity<S: Scalar>(&self, context: &mut BuildContext<S>, body: Body, velocity: [Option<S>; 3]) {
         let own = match self.kind {
             BodyKind::Rigid => 3,
             BodyKind::Point => 2,
             _ => 0,
         };
         for (coordinate, velocity) in body.coordinates().into_iter().zip(velocity).take(own) {
-            context.mechanism.set_velocity(coordinate, velocity);
+            velocity.into_iter().for_each(|velocity| context.mechanism.set_velocity(coordinate, velocity));
         }
     }
 }

@@ -26,10 +26,18 @@ const ORIENTATION: Key = optional(
     Accepts::Table,
     "initial orientation relative to the world, such as { order = \"zyx\", angles = [0.1, 0, 0] }; by default the axes of the world",
 );
-const VELOCITY: Key =
-    optional("velocity", Accepts::Triple, "initial velocity of the reference point in world axes in m/s").of("m/s");
-const OMEGA: Key =
-    optional("angular_velocity", Accepts::Triple, "initial angular velocity in world axes in rad/s").of("rad/s");
+const VELOCITY: Key = optional(
+    "velocity",
+    Accepts::Triple,
+    "initial velocity of the reference point in world axes in m/s; without it, it follows from joints",
+)
+.of("m/s");
+const OMEGA: Key = optional(
+    "angular_velocity",
+    Accepts::Triple,
+    "initial angular velocity in world axes in rad/s; without it, it follows from joints",
+)
+.of("rad/s");
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BodyKind3 {
@@ -102,8 +110,8 @@ pub struct BodySpec3 {
     products: Vector,
     position: Place,
     axes: Axes,
-    velocity: Vector,
-    angular_velocity: Vector,
+    /// Velocity of the reference point and angular velocity; `None` if they are free.
+    velocities: [Option<Vector>; 2],
 }
 
 /// Reads points on the ground, bodies and points of bodies, and enters their names; returns bodies of one coordinate, too.
@@ -133,6 +141,9 @@ fn body(kind: BodyKind3, section: &Section<'_>, names: &Names, parts: &Parts) ->
     let vector = |key: &str, has: bool, scope: &Scope| -> Read<Vector> {
         if has { section.vector(key, names, scope) } else { Ok([0.0; 3].map(CompiledExpression::constant)) }
     };
+    let given = |key: &str, has: bool| -> Read<Option<Vector>> {
+        (has && section.has(key)).then(|| section.vector(key, names, &Scope::MOTION)).transpose()
+    };
     let moves = matches!(kind, BodyKind3::Rigid | BodyKind3::Point | BodyKind3::MasslessNode);
     let has_mass = matches!(kind, BodyKind3::Rigid | BodyKind3::Point);
     let position = parts.place(section, "position", names, &Scope::MOTION)?;
@@ -153,8 +164,7 @@ fn body(kind: BodyKind3, section: &Section<'_>, names: &Names, parts: &Parts) ->
         } else {
             Axes::Same
         },
-        velocity: vector("velocity", moves, &Scope::MOTION)?,
-        angular_velocity: vector("angular_velocity", moves && has_axes, &Scope::MOTION)?,
+        velocities: [given("velocity", moves)?, given("angular_velocity", moves && has_axes)?],
     })
 }
 
@@ -175,9 +185,8 @@ impl BodySpec3 {
             ));
         }
         let mass = self.mass.value(&Inputs::design(b));
-        let [centre, moments, products, velocity, omega] =
-            [&self.centre, &self.moments, &self.products, &self.velocity, &self.angular_velocity]
-                .map(|v| context.numbers(v, b));
+        let [centre, moments, products] = [&self.centre, &self.moments, &self.products].map(|v| context.numbers(v, b));
+        let [velocity, omega] = self.velocities.each_ref().map(|v| v.as_ref().map(|v| context.numbers(v, b)));
         let (name, m) = (self.name.as_str(), &mut context.mechanism);
         let body = match self.kind {
             BodyKind3::Rigid => m.body3(name, MassProperties3 { mass, centre, moments, products }, pose),
@@ -186,16 +195,9 @@ impl BodySpec3 {
             BodyKind3::MasslessNode => m.massless_frame3(name, pose),
             BodyKind3::Slider => unreachable!("sliders are in a list of their own"),
         };
-        match self.kind {
-            BodyKind3::Rigid | BodyKind3::MasslessNode => m.set_velocity3(body, velocity, omega),
-            // A point mass shares the orientation of the ground, which is at rest.
-            BodyKind3::Point => {
-                for (coordinate, velocity) in [body.x, body.y, body.z].into_iter().zip(velocity) {
-                    m.set_velocity(coordinate, velocity);
-                }
-            }
-            BodyKind3::FixedNode | BodyKind3::Slider => {}
-        }
+        // Points and fixed nodes have no angular velocity of their own.
+        velocity.into_iter().for_each(|velocity| m.set_point_velocity3(body, velocity));
+        omega.into_iter().for_each(|omega| m.set_angular_velocity3(body, omega));
         context.bodies3.push(body);
         Ok(())
     }

@@ -10,6 +10,7 @@ use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::events::Event;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::when::not_happened;
+use crate::initial_velocities::velocities_that_do_not_fit;
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
 use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
@@ -325,6 +326,7 @@ fn record_outputs<S: Simulation>(
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     let (mut y, mut at) = (Vec::new(), simulation.start());
     let (mut energy, mut coefficients) = (EnergyWatch::new(mechanism, &at), CoefficientWatch::new(mechanism));
+    let velocities = velocities_that_do_not_fit(mechanism, &at);
     let mut states = StateWatch::default();
     for &t in times {
         while simulation.is_before(t) {
@@ -340,6 +342,7 @@ fn record_outputs<S: Simulation>(
     }
     let (names, times, energy_drift) = (mechanism.output_names(), times.to_vec(), energy.finish());
     let mut warnings = coefficients.warnings(mechanism);
+    warnings.extend(velocities);
     warnings.extend(states.warnings());
     warnings.extend(energy_drift.and_then(|drift| drift.warning()));
     let (values, impacts, work) = (recorder.series, Vec::new(), Work::default());

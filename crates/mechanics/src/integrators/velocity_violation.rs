@@ -1,6 +1,6 @@
 //! The part of the velocities of implicit steps that violates the constraints.
 
-use crate::initial_conditions::{Projection, make_velocities_consistent};
+use crate::initial_conditions::{Projection, nearest_consistent_velocities};
 use crate::integrators::settings::{Dynamics, StepSize};
 use crate::mechanism::Mechanism;
 use crate::system::System;
@@ -22,7 +22,7 @@ pub(crate) fn consistent_velocities(
     at: &State<f64>,
 ) -> Option<(State<f64>, Projection)> {
     let mut consistent = at.clone();
-    let velocity = make_velocities_consistent(system, mechanism, &mut consistent).ok()?;
+    let nearest_velocity = nearest_consistent_velocities(system, mechanism, &mut consistent).ok()?;
     let is_finite = consistent.v.iter().all(|v| v.is_finite());
-    is_finite.then_some((consistent, Projection { velocity, ..Projection::default() }))
+    is_finite.then_some((consistent, Projection { nearest_velocity, ..Projection::default() }))
 }

@@ -39,6 +39,8 @@ pub(crate) struct CoordinateData<S> {
     pub name: String,
     pub position: S,
     pub velocity: S,
+    /// True if the initial velocity is given: it is kept if the constraints allow.
+    pub is_given: bool,
     pub motion: Option<(Arc<dyn AnyMotion>, Vec<S>)>,
     /// True if a second motion was prescribed: an error of every analysis.
     pub is_driven_twice: bool,
@@ -135,11 +137,15 @@ impl<S: Scalar> Mechanism<S> {
         self.ground
     }
 
-    /// Adds a coordinate with its initial position and velocity; if joints determine them, these are initial guesses.
+    /// Adds a coordinate with its initial position and velocity.
+    ///
+    /// If joints determine the position, this is an initial guess. A velocity of zero is free: it follows from given ones through
+    /// the joints, or is that of the least kinetic energy. [`set_velocity`](Self::set_velocity) gives a velocity, also zero.
     pub fn coordinate(&mut self, name: impl Into<String>, position: S, velocity: S) -> Coordinate {
         self.coordinates.push(CoordinateData {
             name: name.into(),
             position,
+            is_given: velocity.re() != 0.0,
             velocity,
             motion: None,
             is_driven_twice: false,
@@ -171,9 +177,11 @@ impl<S: Scalar> Mechanism<S> {
         node
     }
 
-    /// Sets the initial velocity of a coordinate.
+    /// Gives the initial velocity of a coordinate. It is kept if joints and other given velocities allow; if not, a warning of the
+    /// analysis says what it becomes. Velocities that are not given follow.
     pub fn set_velocity(&mut self, coordinate: Coordinate, velocity: S) {
-        self.coordinates[coordinate.0].velocity = velocity;
+        let data = &mut self.coordinates[coordinate.0];
+        (data.velocity, data.is_given) = (velocity, true);
         self.update_dependents();
     }
 

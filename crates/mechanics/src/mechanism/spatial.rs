@@ -52,14 +52,23 @@ impl<S: Scalar> Mechanism<S> {
         Pose3::new(position, Rotation::euler_parameters(body.e.map(|c| self.position(c))))
     }
 
-    /// Sets the initial velocity (m/s) of the reference point of a body and its angular velocity (rad/s), both in world axes.
+    /// Gives the initial velocity (m/s) of the reference point of a body and its angular velocity (rad/s), both in world axes.
     ///
     /// For components ω in the axes of the body, pass `pose.orientation.rotate(ω)`.
     pub fn set_velocity3(&mut self, body: Body3, velocity: [S; 3], angular_velocity: [S; 3]) {
+        self.set_point_velocity3(body, velocity);
+        self.set_angular_velocity3(body, angular_velocity);
+    }
+
+    /// Gives the initial velocity (m/s) of the reference point of a body, in world axes; the angular velocity stays free.
+    pub fn set_point_velocity3(&mut self, body: Body3, velocity: [S; 3]) {
+        [body.x, body.y, body.z].into_iter().zip(velocity).for_each(|(c, v)| self.set_velocity(c, v));
+    }
+
+    /// Gives the initial angular velocity (rad/s) of a body, in world axes; the velocity of its reference point stays free.
+    pub fn set_angular_velocity3(&mut self, body: Body3, angular_velocity: [S; 3]) {
         let e = body.e.map(|c| self.position(c));
         let rates = e_transposed_times(&e, angular_velocity).map(|x| x * 0.5);
-        let all = velocity.into_iter().chain(rates);
-        body.coordinates().into_iter().zip(all).for_each(|(c, v)| self.coordinates[c.0].velocity = v);
-        self.update_dependents();
+        body.e.into_iter().zip(rates).for_each(|(c, v)| self.set_velocity(c, v));
     }
 }

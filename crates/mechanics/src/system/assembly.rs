@@ -45,6 +45,28 @@ impl System {
         self.add_up(mechanism, state, workspace, 1.0, rows, |instance| instance.num_constraints > 0);
     }
 
+    /// Adds M v of the free `velocities`, by coordinate, at the positions of `state` to the rows of the coordinates.
+    pub(crate) fn add_momenta<T: StateScalar>(
+        &self,
+        mechanism: &Mechanism<T>,
+        (state, velocities): (&State<T>, &[T]),
+        jets: &mut ElementWorkspace<Jet2<T>>,
+        rows: &mut [T],
+    ) where
+        Jet2<T>: ElementScalar,
+    {
+        for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
+            let has_mass = instance.num_constraints == 0 && instance.num_reactions == 0 && !map.active.is_empty();
+            if has_mass && state.modes.is_active(instance) {
+                momentum_jets(self, instance, (state, velocities), jets);
+                let n = instance.coordinates.len();
+                for (&r, &equation) in map.active.iter().zip(&map.equations).filter(|(r, _)| **r < n) {
+                    rows[equation] += jets.dynamics[r].v1;
+                }
+            }
+        }
+    }
+
     /// Sums the rows of the elements that are wanted, those of constraints times `constraint`.
     fn add_up<T: StateScalar>(
         &self,
@@ -110,6 +132,35 @@ pub(crate) fn constraint_jets<T: StateScalar>(
     Jet2::<T>::residual(instance.element.as_ref(), Jet2::new(state.t, one, zero), workspace);
 }
 
+/// Evaluates an element at rest with accelerations that grow at the rate of the free `velocities`: the rates of its rows are its part of
+/// M v.
+fn momentum_jets<T: StateScalar>(
+    system: &System,
+    instance: &ElementInstance<T>,
+    (state, velocities): (&State<T>, &[T]),
+    workspace: &mut ElementWorkspace<Jet2<T>>,
+) where
+    Jet2<T>: ElementScalar,
+{
+    let zero = T::from(0.0);
+    let constant = |&x: &T| Jet2::new(x, zero, zero);
+    let refill = |to: &mut Vec<Jet2<T>>, from: &[T]| {
+        to.clear();
+        to.extend(from.iter().map(constant));
+    };
+    refill(&mut workspace.p, &instance.parameters);
+    workspace.q.clear();
+    workspace.q.extend(instance.coordinates.iter().map(|&i| constant(&state.q[i])));
+    workspace.v.clear();
+    workspace.v.resize(instance.coordinates.len(), constant(&zero));
+    let rate = |i: usize| if system.equation_of(i).is_some() { velocities[i] } else { zero };
+    workspace.a.clear();
+    workspace.a.extend(instance.coordinates.iter().map(|&i| Jet2::new(zero, rate(i), zero)));
+    workspace.l.clear();
+    workspace.sides = state.modes.sides_of(instance);
+    Jet2::<T>::residual(instance.element.as_ref(), constant(&state.t), workspace);
+}
+
 /// Adds the residual of an element to the rows of its equations.
 fn scatter<T: StateScalar>(
     instance: &ElementInstance<T>,
@@ -137,7 +188,8 @@ impl System {
         self.begin_matrix(linearization);
         for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
             let constraint = instance.num_constraints > 0;
-            if map.active.is_empty() || (linearization.projection && !constraint) {
+            let is_load = instance.num_reactions > 0 && !linearization.reaction_loads;
+            if map.active.is_empty() || is_load || (linearization.projection && !constraint) {
                 continue;
             }
             if !state.modes.is_active(instance) {

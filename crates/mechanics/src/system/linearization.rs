@@ -15,6 +15,8 @@ pub struct Linearization {
     pub geometric_stiffness: bool,
     /// True if the matrix has ones on the diagonal of the free coordinates instead of elements without constraints.
     pub projection: bool,
+    /// True if the matrix has the elements whose loads depend on reactions.
+    pub reaction_loads: bool,
 }
 
 impl Linearization {
@@ -34,6 +36,7 @@ impl Linearization {
             constraint_scale: 1.0 / position,
             geometric_stiffness: true,
             projection: false,
+            reaction_loads: true,
         }
     }
 
@@ -47,6 +50,7 @@ impl Linearization {
             constraint_scale: 1.0,
             geometric_stiffness: false,
             projection: false,
+            reaction_loads: true,
         }
     }
 
@@ -59,7 +63,13 @@ impl Linearization {
             constraint_scale: 1.0,
             geometric_stiffness: true,
             projection: false,
+            reaction_loads: true,
         }
+    }
+
+    /// Saddle-point matrix of M and Φ_q, for velocities of the least kinetic energy at given positions.
+    pub fn velocities() -> Self {
+        Self { reaction_loads: false, ..Self::accelerations() }
     }
 
     /// Identity and Φ_q, for the nearest point that satisfies the constraints.

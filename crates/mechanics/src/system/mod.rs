@@ -142,6 +142,13 @@ impl System {
         self.equation_of[coordinate]
     }
 
+    /// The diagonal entry of a free coordinate in the matrix; `None` if it is prescribed or a follower.
+    pub(crate) fn diagonal(&mut self, mechanism: &Mechanism<f64>, coordinate: usize) -> Option<&mut f64> {
+        let equation = self.equation_of[coordinate].filter(|_| !mechanism.coordinates[coordinate].is_follower)?;
+        let slot = self.factor.slot(equation, equation);
+        self.factor.entries_mut().get_mut(slot)
+    }
+
     /// Equation of a multiplier.
     pub fn equation_of_multiplier(&self, multiplier: usize) -> usize {
         self.multiplier_equation[multiplier]

@@ -13,7 +13,9 @@ use crate::derivatives::forward::initial_conditions::{
     ProjectedPart, factorize_accelerations, factorize_initial_equilibrium,
 };
 use crate::derivatives::seeding::Activity;
+use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::Projection;
+use crate::initial_velocities::{VelocityMatrix, VelocityProjection};
 use crate::mechanism::Mechanism;
 use crate::system::modes::Modes;
 use crate::system::state::State;
@@ -41,11 +43,11 @@ pub(super) fn gradients_from_start(
 ///
 /// Positions, velocities and accelerations solve
 ///
-/// $$ \begin{aligned} q - q_b + \Phi_q^T\mu &= 0, & \Phi &= 0 \\ v - v_b + \Phi_q^T\nu &= 0, & \dot\Phi &= 0 \\
+/// $$ \begin{aligned} q - q_b + \Phi_q^T\mu &= 0, & \Phi &= 0 \\ M v + \Phi_q^T\nu - E p &= 0, & \dot\Phi &= 0, \; E^T(v - v_b) = 0 \\
 ///    M\ddot q + \Phi_q^T\lambda - f &= 0, & \ddot\Phi &= 0 \end{aligned} $$
 ///
-/// where q_b and v_b are those in which the mechanism was built. With the transposed matrices, ψ of the last problem comes
-/// first and contributes to the derivatives with respect to velocities and positions; ψ of the velocities contributes to
+/// where q_b and v_b are those in which the mechanism was built, and E the coordinates with given velocities that are held. If these
+/// contradict the constraints, M v − E p is M (v − v_b). With the transposed matrices, ψ of the last problem comes first and contributes to the derivatives with respect to velocities and positions; ψ of the velocities contributes to
 /// those with respect to positions.
 pub(crate) struct InitialConditionAdjoint<'m> {
     mechanism: &'m Mechanism<f64>,
@@ -85,7 +87,7 @@ impl<'m> InitialConditionAdjoint<'m> {
     ) -> Result<()> {
         let has_constraints = self.mechanism.multipliers > 0;
         if has_constraints {
-            self.project(ProjectedPart::Velocities, system, values, projection, batches)?;
+            self.velocities(system, values, projection, batches)?;
         }
         match initial_configuration {
             InitialConfiguration::Equilibrium(_) => self.equilibrium(system, values, projection, batches)?,
@@ -145,6 +147,80 @@ impl<'m> InitialConditionAdjoint<'m> {
     fn prescribed(&self) -> impl Iterator<Item = usize> + use<'_, 'm> {
         let coordinates = self.mechanism.coordinates.iter().enumerate();
         coordinates.filter(|(_, coordinate)| coordinate.motion.is_some()).map(|(i, _)| i)
+    }
+
+    /// Propagates from consistent velocities to the given ones.
+    fn velocities(
+        &mut self,
+        system: &mut System,
+        values: &State<f64>,
+        projection: &Projection,
+        batches: &mut [&mut AdjointBatch],
+    ) -> Result<()> {
+        let velocity = &projection.velocity;
+        let VelocityProjection { multipliers, held, is_nearest } = velocity;
+        let matrix = VelocityMatrix::new(system, self.mechanism, values, held)?;
+        let at = State { l: multipliers.clone(), ..values.clone() };
+        let derivative = ConstraintDerivative::Rates;
+        self.linearizer.constraints(self.mechanism, &at, derivative, &mut self.workspaces, &mut self.entries);
+        let mut momenta = State { v: vec![0.0; values.v.len()], a: vec![0.0; values.a.len()], ..at };
+        let deviations = velocity.deviations(self.mechanism, &values.v);
+        for unknown in &self.unknowns {
+            if let Unknown::Coordinate(i) = *unknown {
+                momenta.a[i] = deviations[i];
+            }
+        }
+        self.linearizer.momenta(self.mechanism, &momenta, &mut self.workspaces, &mut self.entries);
+        let mut by_given = Vec::new();
+        for batch in batches {
+            let AdjointBatch { state, multipliers, .. } = &mut **batch;
+            for (psi, unknown) in multipliers.iter_mut().zip(&self.unknowns) {
+                *psi = match *unknown {
+                    Unknown::Coordinate(i) => state.v[i].map(|x| -x),
+                    Unknown::Multiplier(_) => [0.0; BATCH],
+                };
+            }
+            matrix.solve_transposed(system, multipliers, &mut by_given);
+            batch.add_vjp(&self.entries, &self.linearizer, &mut self.sources);
+            for unknown in &self.unknowns {
+                if let Unknown::Coordinate(i) = *unknown {
+                    batch.state.v[i] = [0.0; BATCH];
+                }
+            }
+            held.iter().zip(&by_given).for_each(|(&i, pi)| batch.state.v[i] = pi.map(|x| -x));
+            if *is_nearest {
+                self.nearest_velocities(system, &matrix, values, batch);
+            }
+        }
+        Ok(())
+    }
+
+    /// Derivatives with respect to given velocities that contradict the constraints: −M ψ.
+    fn nearest_velocities(
+        &self,
+        system: &System,
+        matrix: &VelocityMatrix,
+        values: &State<f64>,
+        batch: &mut AdjointBatch,
+    ) {
+        let (mut jets, mut rows) = (ElementWorkspace::default(), vec![0.0; system.size()]);
+        for k in 0..BATCH {
+            let mut velocities = vec![0.0; values.v.len()];
+            for (psi, unknown) in batch.multipliers.iter().zip(&self.unknowns) {
+                if let Unknown::Coordinate(i) = *unknown {
+                    velocities[i] = psi[k];
+                }
+            }
+            rows.fill(0.0);
+            matrix.add_momenta(system, self.mechanism, (values, &velocities), &mut jets, &mut rows);
+            for (row, unknown) in rows.iter().zip(&self.unknowns) {
+                if let Unknown::Coordinate(i) = *unknown
+                    && self.mechanism.coordinates[i].is_given
+                {
+                    batch.state.v[i][k] = -row;
+                }
+            }
+        }
     }
 
     /// Propagates from projected positions or velocities to those before the projection.

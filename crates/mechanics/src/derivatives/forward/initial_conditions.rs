@@ -8,6 +8,7 @@ use crate::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfigurat
 use crate::derivatives::seeding::{set_values, take_values};
 use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::{Projection, acceleration_rows};
+use crate::initial_velocities::{VelocityMatrix, VelocityProjection};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::linearization::Linearization;
@@ -36,7 +37,7 @@ impl ProjectedPart {
     pub fn multipliers(self, projection: &Projection) -> &[f64] {
         match self {
             Self::Positions => &projection.position,
-            Self::Velocities => &projection.velocity,
+            Self::Velocities => &projection.nearest_velocity,
         }
     }
 
@@ -119,7 +120,7 @@ where
                 let mut state = State { modes: values.modes.clone(), ..State::built(self.mechanism, values.t) };
                 state.q = equilibrium(self.mechanism, &rest, self.system).q;
                 if self.mechanism.multipliers > 0 {
-                    self.project(ProjectedPart::Velocities, values, projection, &mut state)?;
+                    self.velocities(values, projection, &mut state)?;
                 }
                 state
             }
@@ -135,9 +136,40 @@ where
         let mut state = State { modes: values.modes.clone(), ..State::built(self.mechanism, values.t) };
         if self.mechanism.multipliers > 0 {
             self.project(ProjectedPart::Positions, values, projection, &mut state)?;
-            self.project(ProjectedPart::Velocities, values, projection, &mut state)?;
+            self.velocities(values, projection, &mut state)?;
         }
         Ok(state)
+    }
+
+    /// Differentiates the consistent velocities in `values`, from the given ones in `state`.
+    fn velocities(&mut self, values: &State<f64>, projection: &Projection, state: &mut State<T>) -> Result<()> {
+        let velocity = &projection.velocity;
+        let VelocityProjection { multipliers, held, .. } = velocity;
+        let given: Vec<T> = held.iter().map(|&i| state.v[i]).collect();
+        self.set_unknowns(values, state, |state| &mut state.v);
+        set_values(&mut state.l, multipliers);
+        let matrix = VelocityMatrix::new(self.system, self.plain, values, held)?;
+        let mut jets = ElementWorkspace::<Jet2<T>>::default();
+        let mut impulses = vec![T::from(0.0); held.len()];
+        for _ in 0..T::ORDER {
+            self.system.constraint_rows(self.mechanism, state, &mut ElementWorkspace::default(), &mut self.rows);
+            self.system.constraint_rates(self.mechanism, state, 1, &mut jets, &mut self.rows);
+            let deviations = velocity.deviations(self.mechanism, &state.v);
+            matrix.add_momenta(self.system, self.mechanism, (state, &deviations), &mut jets, &mut self.rows);
+            for (&i, &p) in held.iter().zip(&impulses) {
+                if let Some(equation) = self.system.equation_of(i) {
+                    self.rows[equation] -= p;
+                }
+            }
+            negative_derivatives(&self.rows, &mut self.changes);
+            let errors = held.iter().zip(&given).map(|(&i, &g)| (g - state.v[i]).derivatives());
+            let mut changes: Vec<_> = errors.collect();
+            matrix.solve(self.system, &mut self.changes, &mut changes);
+            add_changes(self.system, &self.changes, state, |state| &mut state.v);
+            impulses.iter_mut().zip(changes).for_each(|(p, change)| *p += T::with(0.0, change));
+        }
+        set_values(&mut state.l, &values.l);
+        Ok(())
     }
 
     /// Differentiates a projection onto the constraints, from the guess in `state` to the result in `values`.
@@ -232,8 +264,22 @@ fn correct<T: DerivativeScalar<L>, const L: usize>(
     state: &mut State<T>,
     which: impl Fn(&mut State<T>) -> &mut Vec<T>,
 ) {
-    changes.iter_mut().zip(rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
+    negative_derivatives(rows, changes);
     system.factor().solve(changes);
+    add_changes(system, changes, state, which);
+}
+
+fn negative_derivatives<T: DerivativeScalar<L>, const L: usize>(rows: &[T], changes: &mut [[f64; L]]) {
+    changes.iter_mut().zip(rows).for_each(|(change, row)| *change = row.derivatives().map(|x| -x));
+}
+
+/// Adds the `changes` of derivatives, by equation, to the unknowns of `state`.
+fn add_changes<T: DerivativeScalar<L>, const L: usize>(
+    system: &System,
+    changes: &[[f64; L]],
+    state: &mut State<T>,
+    which: impl Fn(&mut State<T>) -> &mut Vec<T>,
+) {
     for (change, unknown) in changes.iter().zip(system.unknowns()) {
         let change = T::with(0.0, *change);
         match *unknown {

@@ -8,6 +8,7 @@ use crate::derivatives::forward::initial_conditions::{
 use crate::derivatives::semi_analytical::central_difference::CentralDifference;
 use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::{Projection, acceleration_rows};
+use crate::initial_velocities::{VelocityMatrix, VelocityProjection};
 use crate::mechanism::Mechanism;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
@@ -53,7 +54,7 @@ impl InitialDifferences<'_> {
                 let mut sensitivities = built(differences, values.t);
                 sensitivities.iter_mut().zip(positions).for_each(|(sensitivity, rest)| sensitivity.q = rest.q);
                 if self.plain.multipliers > 0 {
-                    self.project(ProjectedPart::Velocities, differences, values, projection, &mut sensitivities)?;
+                    self.velocities(differences, values, projection, &mut sensitivities)?;
                 }
                 sensitivities
             }
@@ -74,9 +75,56 @@ impl InitialDifferences<'_> {
         let mut sensitivities = built(differences, values.t);
         if self.plain.multipliers > 0 {
             self.project(ProjectedPart::Positions, differences, values, projection, &mut sensitivities)?;
-            self.project(ProjectedPart::Velocities, differences, values, projection, &mut sensitivities)?;
+            self.velocities(differences, values, projection, &mut sensitivities)?;
         }
         Ok(sensitivities)
+    }
+
+    /// Differentiates the consistent velocities in `values`, from the given ones in `sensitivities`.
+    fn velocities(
+        &mut self,
+        differences: &mut [CentralDifference],
+        values: &State<f64>,
+        projection: &Projection,
+        sensitivities: &mut [State<f64>],
+    ) -> Result<()> {
+        let velocity = &projection.velocity;
+        let VelocityProjection { multipliers, held, .. } = velocity;
+        let at = State { l: multipliers.clone(), ..values.clone() };
+        let matrix = VelocityMatrix::new(self.system, self.plain, values, held)?;
+        let (mut workspace, mut jets) = (ElementWorkspace::default(), ElementWorkspace::default());
+        let size = self.system.size();
+        for (difference, sensitivity) in differences.iter_mut().zip(sensitivities) {
+            let given: Vec<f64> = held.iter().map(|&i| sensitivity.v[i]).collect();
+            let mut impulses = vec![0.0; held.len()];
+            self.fix_unknowns(&mut sensitivity.v);
+            for _ in 0..PASSES {
+                let derivatives = difference.derivatives(&at, sensitivity, |mechanism, state, rows| {
+                    rows.resize(size, 0.0);
+                    self.system.constraint_rows(mechanism, state, &mut workspace, rows);
+                    self.system.constraint_rates(mechanism, state, 1, &mut jets, rows);
+                    let deviations = velocity.deviations(mechanism, &state.v);
+                    matrix.add_momenta(self.system, mechanism, (state, &deviations), &mut jets, rows);
+                });
+                let mut rows: Rows = derivatives.map(|derivative| [-derivative]).collect();
+                for (&i, p) in held.iter().zip(&impulses) {
+                    if let Some(equation) = self.system.equation_of(i) {
+                        rows[equation][0] += p;
+                    }
+                }
+                let mut changes: Rows = held.iter().zip(&given).map(|(&i, g)| [g - sensitivity.v[i]]).collect();
+                matrix.solve(self.system, &mut rows, &mut changes);
+                for (row, unknown) in rows.iter().zip(self.system.unknowns()) {
+                    match *unknown {
+                        Unknown::Coordinate(i) => sensitivity.v[i] += row[0],
+                        Unknown::Multiplier(m) => sensitivity.l[m] += row[0],
+                    }
+                }
+                impulses.iter_mut().zip(changes).for_each(|(p, [change])| *p += change);
+            }
+            sensitivity.l.fill(0.0);
+        }
+        Ok(())
     }
 
     /// Differentiates a projection onto the constraints, from the guesses in `sensitivities`.

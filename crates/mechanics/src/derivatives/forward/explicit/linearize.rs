@@ -5,7 +5,7 @@ use crate::derivatives::forward::explicit::entries::Entries;
 use crate::derivatives::seeding::Activity;
 use crate::elements::element::{ElementWorkspace, Variable};
 use crate::integrators::explicit::mechanism::Projected;
-use crate::mechanism::scalars::{Dual4, Dual8, ElementScalar};
+use crate::mechanism::scalars::{Dual4, Dual8, ElementScalar, Jet2};
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::System;
 use crate::system::dof_map::ConstantEntry;
@@ -75,6 +75,7 @@ pub(crate) struct ElementWorkspaces {
     narrow: ElementWorkspace<Dual4>,
     wide: ElementWorkspace<Dual8>,
     constraint: ConstraintTerms,
+    momenta: ElementWorkspace<Jet2<Dual8>>,
 }
 
 impl Linearizer {
@@ -141,7 +142,7 @@ impl Linearizer {
         out: &mut Entries,
     ) {
         out.copy_from(&self.constants[0]);
-        let ElementWorkspaces { narrow, wide, constraint } = workspaces;
+        let ElementWorkspaces { narrow, wide, constraint, .. } = workspaces;
         for (instance, element) in mechanism.elements.iter().zip(&self.elements) {
             if instance.num_constraints > 0 {
                 self.constraint(instance, element, state, ConstraintDerivative::Accelerations, constraint, out);
@@ -193,6 +194,24 @@ impl Linearizer {
             mechanism.elements.iter().zip(&self.elements).filter(|(instance, _)| instance.num_constraints > 0)
         {
             self.constraint(instance, element, state, derivative, &mut workspaces.constraint, out);
+        }
+    }
+
+    /// Adds the derivatives of M v with respect to positions and parameters, where v are the accelerations of `state`.
+    pub fn momenta(
+        &self,
+        mechanism: &Mechanism<f64>,
+        state: &State<f64>,
+        workspaces: &mut ElementWorkspaces,
+        out: &mut Entries,
+    ) {
+        let elements = mechanism.elements.iter().zip(&self.elements);
+        let massive = elements.filter(|(instance, _)| instance.num_constraints == 0 && instance.num_reactions == 0);
+        for (instance, element) in massive {
+            let is_fixed =
+                |v: &&DifferentiatedVariable| matches!(v.kind, VariableKind::Position | VariableKind::Parameter);
+            let variables: Vec<_> = element.variables.iter().filter(is_fixed).copied().collect();
+            variables.chunks(WIDTH).for_each(|c| element.momenta(instance, c, state, &mut workspaces.momenta, out));
         }
     }
 
@@ -336,6 +355,44 @@ impl LinearizedElement {
         DualVec::<N>::residual(instance.element.as_ref(), DualVec::constant(state.t), workspace);
         for row in &self.rows {
             let derivatives = workspace.dynamics[row.local].eps;
+            chunk.iter().zip(derivatives).for_each(|(variable, x)| out.push(row.equation, variable.source, x));
+        }
+    }
+
+    /// Adds the derivatives of the element's part of M v with respect to one chunk of its positions and parameters, where v are the
+    /// accelerations of `state`.
+    ///
+    /// M v is the rate of the rows at rest if the accelerations grow at the rate v: large forces at rest do not take its digits.
+    fn momenta(
+        &self,
+        instance: &ElementInstance<f64>,
+        chunk: &[DifferentiatedVariable],
+        state: &State<f64>,
+        workspace: &mut ElementWorkspace<Jet2<Dual8>>,
+        out: &mut Entries,
+    ) {
+        let number = DualVec::constant;
+        let constant = |x: f64| Jet2::new(number(x), number(0.0), number(0.0));
+        workspace.p.clear();
+        workspace.p.extend(instance.parameters.iter().map(|&p| constant(p)));
+        workspace.q.clear();
+        workspace.q.extend(instance.coordinates.iter().map(|&i| constant(state.q[i])));
+        workspace.v.clear();
+        workspace.v.resize(instance.coordinates.len(), constant(0.0));
+        workspace.a.clear();
+        let growing = |&i: &usize| Jet2::new(number(0.0), number(state.a[i]), number(0.0));
+        workspace.a.extend(instance.coordinates.iter().map(growing));
+        workspace.l.clear();
+        workspace.sides = state.modes.sides_of(instance);
+        for (k, variable) in chunk.iter().enumerate() {
+            match variable.kind {
+                VariableKind::Parameter => workspace.p[variable.local].re.eps[k] = 1.0,
+                _ => workspace.q[variable.local].re.eps[k] = 1.0,
+            }
+        }
+        Jet2::<Dual8>::residual(instance.element.as_ref(), constant(state.t), workspace);
+        for row in &self.rows {
+            let derivatives = workspace.dynamics[row.local].v1.eps;
             chunk.iter().zip(derivatives).for_each(|(variable, x)| out.push(row.equation, variable.source, x));
         }
     }
