@@ -1,5 +1,6 @@
 //! Impacts and switches: velocities, accelerations and multipliers after an event.
 
+use crate::constraint_rank::ConstraintRank;
 use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::AccelerationSolver;
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
@@ -236,6 +237,58 @@ impl BorderedSystem {
         }
         impulse
     }
+}
+
+/// Part of the compliances of two contacts below which an impulse of one does not change the velocity of the other.
+const UNCOUPLED: f64 = 1e-10;
+
+/// Returns whether an impulse of one of two `contacts` changes the rate of the gap of the other at `state`.
+///
+/// # Errors
+///
+/// As [`BorderedSystem::new`].
+pub(crate) fn are_coupled(mechanism: &Mechanism<f64>, state: &State<f64>, contacts: [usize; 2]) -> Result<bool> {
+    let mut system = System::at(mechanism, state.t)?;
+    let of = |system: &mut System, k: usize| BorderedSystem::new(system, mechanism, &mechanism.events[k], state);
+    let (one, other) = (of(&mut system, contacts[0])?, of(&mut system, contacts[1])?);
+    let coupling: f64 = other.direction.iter().zip(&one.response).map(|(u, w)| u * w[0]).sum();
+    Ok(coupling.abs() > UNCOUPLED * (one.compliance * other.compliance).sqrt())
+}
+
+/// Gap in m or rad up to which a contact takes part in the locking of a drive.
+const NEARLY_CLOSED: f64 = 1e-6;
+
+/// The contact with which the contact number `event` leaves no way to a prescribed motion at `state`, if there is one.
+///
+/// The gradients of both gaps with respect to the free coordinates then depend on each other and on the joints.
+pub(crate) fn locked_with(mechanism: &Mechanism<f64>, state: &State<f64>, event: usize) -> Option<usize> {
+    let is_driven = |k: usize| {
+        let coordinates = &mechanism.events[k].gap.coordinates;
+        coordinates
+            .iter()
+            .any(|&i| mechanism.coordinates[i].motion.as_ref().is_some_and(|(motion, _)| !motion.is_fixed()))
+    };
+    let is_contact = |k: usize| mechanism.events[k].restitution.is_some();
+    if !is_contact(event) {
+        return None;
+    }
+    let system = System::at(mechanism, state.t).ok()?;
+    let gradient = |k: usize| {
+        let workspace = mechanism.events[k].evaluate(state, 1.0);
+        let mut row = vec![0.0; state.q.len()];
+        for (&i, x) in mechanism.events[k].gap.coordinates.iter().zip(&workspace.dynamics) {
+            row[i] += if system.equation_of(i).is_some() { *x } else { 0.0 };
+        }
+        row
+    };
+    let joints = ConstraintRank::of(&system, mechanism, state);
+    let others = (0..mechanism.events.len()).filter(|&k| k != event && is_contact(k));
+    let near = others.filter(|&k| mechanism.events[k].gap_jet(state, &state.v).re.abs() <= NEARLY_CLOSED);
+    near.filter(|&k| is_driven(k) || is_driven(event)).find(|&k| {
+        let mut rank = joints.clone();
+        rank.add(0, gradient(k));
+        rank.depends(gradient(event))
+    })
 }
 
 /// Extrapolates the positions of `state` by the time `offset` (s).

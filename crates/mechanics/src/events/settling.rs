@@ -126,7 +126,7 @@ fn after_event(
         }
     }
     if !released.is_empty() {
-        close_touching(mechanism, &mut state, at_event);
+        close_touching(mechanism, &mut state, at_event, velocity_error(mechanism, held));
     }
     let resting = |k: usize| {
         let law = mechanism.events[k].unilateral.filter(|law| law.is_resting(&held.modes) && !at_event.contains(&k))?;
@@ -136,17 +136,36 @@ fn after_event(
     let resting: Vec<_> = (0..mechanism.events.len()).filter_map(resting).collect();
     release_together(system, mechanism, &state, &resting, &mut released);
     let starts = |k: usize| at_event.contains(&k) && mechanism.events[k].is_resting(&held.modes);
-    follow_velocities(mechanism, held, &mut state, starts);
+    // The velocity of friction that has stuck is the error of the steps, unless an impact has changed it.
+    let errors: Vec<f64> = mechanism
+        .events
+        .iter()
+        .map(|event| {
+            let is_stuck =
+                matches!(event.unilateral, Some(law @ Unilateral::Friction { .. }) if law.is_held(&held.modes));
+            let error = if is_impact { &held.v } else { &state.v };
+            if is_stuck { sliding(event, error) } else { 0.0 }
+        })
+        .collect();
+    follow_velocities(mechanism, held, (&mut state, &errors), starts);
     settle(system, mechanism, &mut state, (released, step))?;
     Ok((state, jump))
 }
 
-/// Closes the contacts, other than those `at_event`, that touch at rest: the forces to come may press them together.
-fn close_touching(mechanism: &Mechanism<f64>, state: &mut State<f64>, at_event: &[usize]) {
+/// Largest velocity (m/s or rad/s) of friction that sticks in `state`: the error of velocities that are zero.
+fn velocity_error(mechanism: &Mechanism<f64>, state: &State<f64>) -> f64 {
+    let stuck = mechanism.events.iter().filter(|event| event.is_held(&state.modes) && event.restitution.is_none());
+    let frictions = stuck.filter(|event| event.unilateral.is_some());
+    frictions.map(|event| sliding(event, &state.v).abs()).fold(0.0, f64::max)
+}
+
+/// Closes the contacts, other than those `at_event`, that touch at rest: the forces to come may press them together. Velocities have the
+/// `error` (m/s or rad/s).
+fn close_touching(mechanism: &Mechanism<f64>, state: &mut State<f64>, at_event: &[usize], error: f64) {
     for event in (0..mechanism.events.len()).filter(|k| !at_event.contains(k)).map(|k| &mechanism.events[k]) {
         if let Some(Unilateral::Contact { closed, .. }) = event.unilateral {
             let jet = event.gap_jet(state, &state.v);
-            if jet.re.abs() <= TOUCHING && jet.v1.abs() <= TOUCHING {
+            if jet.re.abs() <= TOUCHING && jet.v1.abs() <= TOUCHING.max(2.0 * error) {
                 state.modes.set(closed, true);
             }
         }
@@ -174,11 +193,12 @@ fn pulling_contact<'m>(
 }
 
 /// Sets the modes of dry friction to the velocities of `state`: where they are zero, compared with those `before` an event, it sticks;
-/// `starts` tells that it begins to slide. Friction that an event has ended keeps no mode.
+/// `starts` tells that it begins to slide. Friction that an event has ended keeps no mode. `errors` are the parts of the sliding velocities, by
+/// event, that are none.
 fn follow_velocities(
     mechanism: &Mechanism<f64>,
     before: &State<f64>,
-    state: &mut State<f64>,
+    (state, errors): (&mut State<f64>, &[f64]),
     starts: impl Fn(usize) -> bool,
 ) {
     let largest = before.v.iter().chain(&state.v).fold(0.0f64, |a, v| a.max(v.abs()));
@@ -187,7 +207,7 @@ fn follow_velocities(
         if law.has_ended(&state.modes) {
             continue;
         }
-        let velocity = sliding(event, &state.v);
+        let velocity = sliding(event, &state.v) - errors[k];
         let is_moving = starts(k) || velocity.abs() > AT_REST.max(STOPPED * largest);
         law.slide(&mut state.modes, is_moving.then(|| sign(velocity)));
     }
@@ -350,8 +370,8 @@ pub(crate) fn settle_start(
         return Ok(false);
     }
     let is_closed = |law: Unilateral, modes: &Modes| is_contact(law) && law.is_held(modes);
-    close_touching(mechanism, state, &[]);
-    follow_velocities(mechanism, &state.clone(), state, |_| false);
+    close_touching(mechanism, state, &[], 0.0);
+    follow_velocities(mechanism, &state.clone(), (state, &vec![0.0; mechanism.events.len()]), |_| false);
     let mut settled = state.clone();
     // More contacts than can carry independent forces: those of least norm decide.
     let is_touching =

@@ -3,7 +3,8 @@
 use crate::events::event::Event;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{
-    TIME_ROUNDING, apply_impact, apply_switch, gap_rounding, make_consistent, simultaneous_switches, switch_offset,
+    TIME_ROUNDING, apply_impact, apply_switch, are_coupled, gap_rounding, locked_with, make_consistent,
+    simultaneous_switches, switch_offset,
 };
 use crate::events::settling::{SHORTEST_FLIGHT, passage};
 use crate::events::unilateral::TOUCHING;
@@ -18,6 +19,9 @@ use crate::{Error, Result};
 /// Largest number of trial steps in the search for the time at which a contact closes.
 const MAX_TRIALS: usize = 100;
 
+/// Largest number of times by which a step is halved in the search for a place where a held part is inside of its limits.
+const MAX_HALVINGS: usize = 20;
+
 /// Part of the estimated rest of the way to a switch that a trial step covers.
 const MOST: f64 = 0.99;
 
@@ -26,6 +30,9 @@ const SHORTEST_TIME: f64 = 0.1 * SHORTEST_FLIGHT;
 
 /// Fraction of the gap at which a contact counts as closed: the step to close the rest has the size of rounding errors.
 const CLOSED_GAP: f64 = 1e-6;
+
+/// Overlap in m or rad at which a contact that has let go in the step counts as closed again.
+const OVERLAP: f64 = 1e-12;
 
 /// Opening at the beginning of a mode, which takes the place of rounding errors.
 const BEGUN: f64 = f64::MIN_POSITIVE;
@@ -225,7 +232,8 @@ impl EventLocator {
     ///
     /// # Errors
     ///
-    /// [`Error::Analysis`] if two contacts close at the same time: the law of impact is stated for one of them.
+    /// [`Error::Analysis`] if two contacts close at the same time and the impulse of one changes the velocity of the other: the law of
+    /// impact is stated for one of them. Without such an effect, the other one closes after a very short step.
     pub fn locate<S: TrialStep>(&mut self, step: &mut S, mut h: f64) -> Result<f64> {
         step.begin()?;
         let mut later = Vec::new();
@@ -238,10 +246,11 @@ impl EventLocator {
             if let (Some(other), Some(earlier)) = (self.closed, earlier) {
                 let both_are_impacts = [contact, other].iter().all(|&k| is_impact(step, k));
                 let rounding = if both_are_impacts { SAME_TIME } else { TIME_ROUNDING } * (h + step.ends()[1].t.abs());
-                if both_are_impacts && (found - h).abs() <= rounding {
+                let is_simultaneous = both_are_impacts && (found - h).abs() <= rounding;
+                if is_simultaneous && are_coupled(step.mechanism(), step.ends()[1], [other, contact])? {
                     return Err(simultaneous(step, [other, contact]));
                 }
-                if found >= h - rounding {
+                if is_simultaneous || found >= h - rounding {
                     // The other one is the first, or a switch crosses zero with it.
                     step.restore(earlier)?;
                     later.push(contact);
@@ -276,6 +285,14 @@ impl EventLocator {
         let has_bounced = self.opened == Some(contact) && self.is_bounce;
         let is_touching = impact.is_open_contact(&old.modes) && before.abs() <= TOUCHING;
         let is_opening = is_touching && impact.rate(old, &old.v) > TOUCHING;
+        if is_touching && !has_begun && before <= gap_rounding(impact, old, 0.0) {
+            // It closes together with the event at the beginning of the step, as far as that leaves its velocity.
+            let flight = -impact.rate(old, &old.v) * SHORTEST_FLIGHT * self.step.nominal();
+            if flight > TOUCHING * SHORTEST_FLIGHT * self.step.nominal() {
+                let overlap = flight - before.min(0.0);
+                return [overlap, after + overlap];
+            }
+        }
         if !has_bounced && !is_opening && impact.is_unilateral_at_rest(&old.modes, before, has_begun) {
             let rate = impact.rate(old, &old.v);
             let is_at_rest =
@@ -283,8 +300,11 @@ impl EventLocator {
             // Something else holds a contact where it touches.
             let is_held_open = impact.is_open_contact(&old.modes) && is_at_rest(old, before) && is_at_rest(new, after);
             let is_leaving = has_begun || after > before || is_held_open;
+            let is_overlapping = impact.is_open_contact(&old.modes) && has_begun && after < -TOUCHING;
             return match impact.is_sliding(&old.modes) && rate > 0.0 && has_begun {
-                true => [rate, after / h],
+                // The velocity of a step has an error, where it begins to slide as well.
+                true => [rate, (after - before.min(0.0)) / h],
+                false if is_overlapping => [OVERLAP - before.min(0.0), after + OVERLAP - before.min(0.0)],
                 false if is_leaving => [BEGUN; 2],
                 false => [BEGUN, after],
             };
@@ -331,18 +351,45 @@ impl EventLocator {
     /// Returns the length of the step in s, or `None` if the contact does not close.
     fn close(&self, step: &mut impl TrialStep, contact: usize, h: f64) -> Result<Option<f64>> {
         let [begin, end] = self.openings(step, contact, h);
-        if !(begin > BEGUN) {
+        let is_held = step.mechanism().events[contact].is_held(&step.ends()[0].modes);
+        if !(begin > BEGUN) && !is_held {
             return Err(immediate(step, contact));
         }
         let found = match is_impact(step, contact) {
             true => self.close_gap(step, contact, h, [begin, end])?,
-            false => self.end_before_switch(step, contact, h, [begin, end])?,
+            false => {
+                let before = match is_held && begin < -CLOSED_GAP * end {
+                    true => self.open_inside(step, contact, h)?,
+                    false => None,
+                };
+                let at_begin = || Before { h: 0.0, opening: begin, state: step.ends()[0].clone() };
+                if before.is_none() && !(begin > BEGUN) {
+                    return Err(immediate(step, contact));
+                }
+                let before = before.unwrap_or_else(at_begin);
+                self.end_before_switch(step, contact, (before, h), end)?
+            }
         };
         let is_short = found.is_some_and(|found| found <= SHORTEST_TIME * self.step.nominal());
         if is_short && self.opened == Some(contact) {
             return Err(immediate(step, contact));
         }
         Ok(found)
+    }
+
+    /// A shorter step in which a held part, which begins at its limit, is inside of its limits; `None` if none is found.
+    fn open_inside(&self, step: &mut impl TrialStep, contact: usize, h: f64) -> Result<Option<Before>> {
+        let mut trial = h;
+        for _ in 0..MAX_HALVINGS {
+            trial *= 0.5;
+            step.solve(trial)?;
+            let opening = self.openings(step, contact, trial)[1];
+            if opening > BEGUN {
+                return Ok(Some(Before { h: trial, opening, state: step.ends()[1].clone() }));
+            }
+        }
+        step.solve(h)?;
+        Ok(None)
     }
 
     /// Repeats the step so that it ends where the gap of a rigid contact closes, by the Illinois method.
@@ -400,16 +447,17 @@ impl EventLocator {
     /// Where the force jumps at the switch, a step that ends near the switch has two solutions, with the force before and after
     /// it, if the force pushes across the switch; if it pushes back, a step that ends shortly after has none. The
     /// solution before the switch is followed: each trial covers most of the rest of the way, estimated by the secant, and starts
-    /// from the last solution. A trial without such a solution is too long.
+    /// from the last solution. A trial without such a solution is too long. The search goes on from `before`, the beginning of the step or a
+    /// shorter step; `end` is the opening at the end of the step `h` (s).
     fn end_before_switch(
         &self,
         step: &mut impl TrialStep,
         switch: usize,
-        h: f64,
-        [begin, end]: [f64; 2],
+        (mut before, h): (Before, f64),
+        end: f64,
     ) -> Result<Option<f64>> {
-        let (mut root, mut part) = (h * begin / (begin - end), MOST);
-        let mut before = Before { h: 0.0, opening: begin, state: step.ends()[0].clone() };
+        let (start, begin) = (before.h, before.opening);
+        let (mut root, mut part) = (start + (h - start) * begin / (begin - end), MOST);
         let mut longest = h;
         if end > 0.0 {
             longest = 2.0 * root - h;
@@ -481,7 +529,17 @@ fn simultaneous(step: &impl TrialStep, contacts: [usize; 2]) -> Error {
 
 /// The error of an event that follows the one at the beginning of the step at once.
 fn immediate(step: &impl TrialStep, event: usize) -> Error {
-    let (event, t) = (&step.mechanism().events[event], step.ends()[0].t);
+    let state = step.ends()[0];
+    if let Some(other) = locked_with(step.mechanism(), state, event) {
+        let why = format!(
+            "a drive presses it against `{}` at t = {:.6e} s: there is no way left for the prescribed motion",
+            step.mechanism().events[other].gap.name,
+            state.t
+        );
+        let remedy = "let the motion stop or turn back before, or drive by a force instead of a prescribed motion";
+        return Error::analysis(&step.mechanism().events[event].gap.name, why, remedy);
+    }
+    let (event, t) = (&step.mechanism().events[event], state.t);
     let (why, remedy) = match event.unilateral {
         Some(Unilateral::Friction { .. }) => {
             ("sticks and slides in turns without end", "make static_ratio larger, or take smooth friction")

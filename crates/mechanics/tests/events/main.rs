@@ -9,3 +9,4 @@ mod orders;
 mod reactions;
 mod short_loads;
 mod sides;
+mod turns;
