@@ -226,3 +226,19 @@ fn settings_of_implicit_schemes_are_errors_with_explicit_ones() {
         }
     }
 }
+
+/// A longest step bounds steps with a tolerance: explicit schemes have one by default, implicit ones if it is given.
+#[test]
+fn a_longest_step_needs_steps_with_a_tolerance() {
+    for (settings, is_right) in [
+        ("scheme = \"rk8\"", true),
+        ("scheme = \"hht\"\ntolerance = 1e-6", true),
+        ("scheme = \"hht\"", false),
+        ("scheme = \"rk8\"\nstep = 1e-2", false),
+    ] {
+        let text = GOOD.replace("step = 1e-2\n", &format!("{settings}\nlongest_step = 0.02\n"));
+        let errors = read("model.toml", &text).err().map(|report| report.to_string());
+        assert_eq!(errors.is_none(), is_right, "{settings}: {errors:?}");
+        assert!(errors.is_none_or(|errors| errors.contains("`longest_step` is for steps with a `tolerance`")));
+    }
+}

@@ -230,6 +230,27 @@ impl ParametricMechanism for LoadedPlatform {
     }
 }
 
+/// A slider in two guides, with friction in one of them: half of the weight on it is one of many shares. In one guide it is determined.
+#[test]
+fn friction_of_an_indeterminate_reaction_is_told() {
+    for guides in [1, 2] {
+        let mut m = Mechanism::<f64>::with_gravity(0.0, -9.81);
+        let ground = m.ground();
+        let slider = m.body("slider", 2.0, 0.05, Pose { x: 0.0, y: 0.0, theta: 0.0 });
+        m.set_velocity(slider.x, 1.0);
+        for guide in 0..guides {
+            let y = 0.1 * f64::from(guide);
+            let joint = m.prismatic(&format!("guide {guide}"), ground.at(0.0, y), 0.0, slider.at(0.0, y), 0.0);
+            if guide == 0 {
+                m.guide_friction("friction", joint, [0.3, 0.01, 0.0, 0.0]).unwrap();
+            }
+        }
+        let warnings = warn_of_indeterminate_outputs(&m, Assembly::default(), 0.0).unwrap();
+        let told = warnings.iter().any(|warning| warning.starts_with("friction: ") && warning.contains("the motion"));
+        assert_eq!(told, guides == 2, "{warnings:?}");
+    }
+}
+
 #[test]
 fn indeterminate_reactions_have_values_of_least_norm_but_no_derivatives() {
     let settings = Explicit::eighth_order(1e-9);

@@ -1,12 +1,13 @@
 //! Beams with normal forces: vibrations of tensioned wires, buckling, and the normal force of bent beams, in the plane and in space.
 
+use linkwright_mechanics::analyses::tensioned_beams::warn_of_tensioned_beams;
 use linkwright_mechanics::elements::spatial::{BeamSection3, LoadKind3};
 use linkwright_mechanics::elements::{BeamSection, BeamShape, Shear};
 use linkwright_mechanics::initial_conditions::find_equilibrium;
 use linkwright_mechanics::motion::Fixed;
 use linkwright_mechanics::system::System;
 use linkwright_mechanics::system::state::State;
-use linkwright_mechanics::{Dynamics, Mechanism, Statics, modes, simulate};
+use linkwright_mechanics::{Dynamics, InitialConfiguration, Mechanism, Statics, modes, simulate};
 use std::f64::consts::PI;
 
 const SHEARS: [Shear; 2] = [Shear::Cubic, Shear::Plain];
@@ -52,6 +53,34 @@ fn a_tensioned_wire_vibrates_as_a_stiff_string() {
                 assert!(coarse[0].abs() < limit && fine[0].abs() < 0.25 * limit && fine[1].abs() < limit);
             }
         }
+    }
+}
+
+/// Beyond 12 EI/ℓ² = 4.45 N with six elements, elements with a straight axis and exact bending are unstable.
+#[test]
+fn a_tension_that_makes_elements_unstable_is_told() {
+    let section = BeamSection::circular(1e-3, 210e9, 0.3, 7850.0);
+    for (tension, shear, is_told) in [
+        (4.0, Shear::Flexible, false),
+        (10.0, Shear::Flexible, true),
+        (10.0, Shear::Rigid, true),
+        (10.0, Shear::Plain, false),
+        (10.0, Shear::Cubic, false),
+    ] {
+        let mut m = Mechanism::<f64>::new();
+        let (nodes, _) = m.beam("wire", [[0.0, 0.0], [1.0, 0.0]], [None, None], 6, &section, shear);
+        let tip = nodes[6];
+        nodes[0].coordinates().into_iter().chain([tip.y, tip.theta]).for_each(|c| m.fix(c));
+        m.load("pull", m.ground().x, tip.x, Fixed, &[tension]);
+        let warning = warn_of_tensioned_beams(&m, &Statics::default(), &[0.0]);
+        assert_eq!(warning.is_some(), is_told, "{tension} N, {shear:?}: {warning:?}");
+        let settings = Dynamics {
+            initial_configuration: InitialConfiguration::Equilibrium(Statics::default()),
+            ..Dynamics::fixed(1e-4)
+        };
+        let run = simulate(&m, &settings, &[0.0]).unwrap();
+        let told = run.warnings.iter().any(|warning| warning.contains("(and 5 more): its normal force of 1.0000e1 N"));
+        assert_eq!(told, is_told, "{tension} N, {shear:?}: {:?}", run.warnings);
     }
 }
 

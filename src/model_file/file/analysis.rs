@@ -62,6 +62,12 @@ const DYNAMICS: &[Key] = &[
         Accepts::Number,
         "tolerated local error, in place of a fixed step; 1e-9 by default for rk5 and rk8",
     ),
+    optional(
+        "longest_step",
+        Accepts::Number,
+        "longest step with a tolerance, s; without it, the tolerance alone decides",
+    )
+    .of("s"),
     default(
         "coordinates",
         Accepts::Choice(&["automatic", "absolute", "relative"]),
@@ -246,7 +252,8 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
         let message = format!("`tolerance` must be at least {:e}", limits::TOLERANCE);
         return Err(section.error_at("tolerance", message).help("rounding errors are larger than this"));
     }
-    for (key, value) in [("step", step), ("tolerance", tolerance)] {
+    let longest = number("longest_step")?;
+    for (key, value) in [("step", step), ("tolerance", tolerance), ("longest_step", longest)] {
         if value.is_some_and(|v| v <= 0.0) {
             return Err(section.error_at(key, format!("`{key}` must be positive")));
         }
@@ -265,15 +272,25 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
     }
     let is_explicit =
         section.choice("scheme", &[("generalized-alpha", false), ("hht", false), ("rk5", true), ("rk8", true)])?;
+    if longest.is_some() && (step.is_some() || (!is_explicit && tolerance.is_none())) {
+        let message = "`longest_step` is for steps with a `tolerance`";
+        return Err(section.error_at("longest_step", message).help("give a `tolerance`, or a `step` alone"));
+    }
+    let longest = longest.unwrap_or(f64::INFINITY);
     match (step, tolerance) {
         (Some(_), Some(_)) => Err(section.error_at("tolerance", "`step` and `tolerance` exclude each other")),
-        _ if is_explicit => explicit(section, start, step, tolerance),
-        (None, None) => implicit(section, names, start, Some(default_step(start, grid)), None),
-        _ => implicit(section, names, start, step, tolerance),
+        _ if is_explicit => explicit(section, start, (step, longest), tolerance),
+        (None, None) => implicit(section, names, start, (Some(default_step(start, grid)), longest), None),
+        _ => implicit(section, names, start, (step, longest), tolerance),
     }
 }
 
-fn explicit(section: &Section<'_>, start: f64, step: Option<f64>, tolerance: Option<f64>) -> Read<Integration> {
+fn explicit(
+    section: &Section<'_>,
+    start: f64,
+    (step, longest): (Option<f64>, f64),
+    tolerance: Option<f64>,
+) -> Read<Integration> {
     let implicit_only = [
         ("initial_configuration", "built", "equilibrium"),
         ("initial_acceleration", "consistent", "zero"),
@@ -300,7 +317,7 @@ fn explicit(section: &Section<'_>, start: f64, step: Option<f64>, tolerance: Opt
     let settings = Explicit { start, coordinates, ..make(tolerance.unwrap_or(1e-9)) };
     Ok(Integration::Explicit(match step {
         Some(h) => settings.with_step_control(StepControl::Fixed(h)),
-        None => settings,
+        None => settings.with_longest_step(longest),
     }))
 }
 
@@ -308,7 +325,7 @@ fn implicit(
     section: &Section<'_>,
     names: &Names,
     start: f64,
-    step: Option<f64>,
+    (step, longest): (Option<f64>, f64),
     tolerance: Option<f64>,
 ) -> Read<Integration> {
     if section.choice("coordinates", &[("automatic", false), ("absolute", false), ("relative", true)])? {
@@ -324,7 +341,7 @@ fn implicit(
     };
     let scheme = made.map_err(|e| section.error_at(key, e.to_string()))?;
     let step = match tolerance {
-        Some(tolerance) => Dynamics::adaptive(tolerance).step,
+        Some(tolerance) => Dynamics::adaptive(tolerance).step.with_longest(longest),
         None => StepSize::Fixed(step.unwrap_or(1e-3)),
     };
     let configurations = [

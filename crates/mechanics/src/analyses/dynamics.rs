@@ -5,6 +5,7 @@ use crate::analyses::conservation::{EnergyDrift, EnergyWatch};
 use crate::analyses::doubtful_states::StateWatch;
 use crate::analyses::negative_coefficients::CoefficientWatch;
 use crate::analyses::sampling::OutputRecorder;
+use crate::analyses::tensioned_beams::TensionWatch;
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::events::Event;
@@ -327,7 +328,7 @@ fn record_outputs<S: Simulation>(
     let (mut y, mut at) = (Vec::new(), simulation.start());
     let (mut energy, mut coefficients) = (EnergyWatch::new(mechanism, &at), CoefficientWatch::new(mechanism));
     let velocities = velocities_that_do_not_fit(mechanism, &at);
-    let mut states = StateWatch::default();
+    let (mut states, mut tension) = (StateWatch::default(), TensionWatch::new(mechanism));
     for &t in times {
         while simulation.is_before(t) {
             simulation.step()?;
@@ -338,11 +339,13 @@ fn record_outputs<S: Simulation>(
         recorder.record_held(mechanism, &at, simulation.held())?;
         energy.add(mechanism, &at);
         coefficients.add(mechanism, &at);
+        tension.add(mechanism, &at);
         states.add(mechanism, &at);
     }
     let (names, times, energy_drift) = (mechanism.output_names(), times.to_vec(), energy.finish());
     let mut warnings = coefficients.warnings(mechanism);
     warnings.extend(velocities);
+    warnings.extend(tension.warning(mechanism));
     warnings.extend(states.warnings());
     warnings.extend(energy_drift.and_then(|drift| drift.warning()));
     let (values, impacts, work) = (recorder.series, Vec::new(), Work::default());

@@ -1,13 +1,15 @@
-//! Outputs that redundant constraints leave indeterminate.
+//! Outputs and friction that redundant constraints leave indeterminate.
 
 use crate::Result;
 use crate::constraint_rank::self_stresses;
+use crate::elements::element::ElementWorkspace;
 use crate::events::settling::{assemble_closed, settle_start};
 use crate::initial_conditions::{Assembly, assemble, make_velocities_consistent};
-use crate::mechanism::Mechanism;
+use crate::mechanism::scalars::ElementScalar;
+use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::System;
 use crate::system::outputs::Sampler;
-use crate::system::state::State;
+use crate::system::state::{State, gather};
 
 /// Relative change of an output by reactions without effect on the motion, above which it is indeterminate.
 const CHANGED: f64 = 1e-8;
@@ -38,7 +40,38 @@ pub fn indeterminate_outputs(system: &System, mechanism: &Mechanism<f64>, state:
     changed.map(|(output, _)| output.name.clone()).collect()
 }
 
-/// Warnings about the outputs of `mechanism` that redundant constraints leave indeterminate, when it is assembled at time `t` in s.
+/// Velocities (m/s and rad/s) at which friction is compared: at rest it may have no force.
+const SLIDING: f64 = 1.0;
+
+/// Names of the parts whose friction changes by reactions without effect on the constraints, in an assembled state: the motion itself is
+/// that of one choice of many.
+pub fn indeterminate_friction(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
+    if !system.allows_redundancy() {
+        return Vec::new();
+    }
+    let mut sliding = state.clone();
+    // Any direction will do; its components have no simple ratios.
+    sliding.v.iter_mut().enumerate().for_each(|(i, v)| *v = SLIDING * (1.0 + 2.3 * i as f64).sin());
+    let stresses = self_stresses(system, mechanism, state);
+    let mut workspace = ElementWorkspace::<f64>::default();
+    let mut forces = |instance: &ElementInstance<f64>, at: &State<f64>| {
+        gather(instance, at, &mut workspace);
+        f64::residual_of(instance.element.as_ref(), &instance.parameters, at.t, &mut workspace);
+        workspace.dynamics.clone()
+    };
+    let loads = mechanism.elements.iter().filter(|instance| instance.num_reactions > 0 && instance.switch.is_none());
+    let changes = |instance: &&ElementInstance<f64>| {
+        let here = forces(instance, &sliding);
+        stresses.iter().any(|stress| {
+            let mut stressed = sliding.clone();
+            stressed.l.iter_mut().zip(stress).for_each(|(l, n)| *l += n);
+            forces(instance, &stressed).iter().zip(&here).any(|(a, b)| (a - b).abs() > CHANGED * (1.0 + b.abs()))
+        })
+    };
+    loads.filter(changes).map(|instance| instance.name.clone()).collect()
+}
+
+/// Warnings about the outputs and the friction of `mechanism` that redundant constraints leave indeterminate, when it is assembled at time `t` in s.
 ///
 /// # Errors
 ///
@@ -57,5 +90,12 @@ pub fn warn_of_indeterminate_outputs(mechanism: &Mechanism<f64>, assembly: Assem
              constraints that follow from others, or replace a joint by a bushing, a rigid contact by a compliant one"
         )
     };
-    Ok(indeterminate_outputs(&system, mechanism, &state).into_iter().map(warning).collect())
+    let friction = |name: String| {
+        format!(
+            "{name}: redundant constraints leave the reactions on which its friction depends indeterminate, and so the motion, which is one of \
+             many: that of reactions of least norm; leave out the constraints that follow from others, or replace a joint by a bushing"
+        )
+    };
+    let outputs = indeterminate_outputs(&system, mechanism, &state).into_iter().map(warning);
+    Ok(outputs.chain(indeterminate_friction(&system, mechanism, &state).into_iter().map(friction)).collect())
 }

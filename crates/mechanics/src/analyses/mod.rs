@@ -10,3 +10,4 @@ pub(crate) mod negative_coefficients;
 pub mod sampling;
 pub mod statics;
 pub mod step_comparison;
+pub mod tensioned_beams;

@@ -46,6 +46,16 @@ pub enum StepSize {
 const SWITCH_OFFSET: f64 = 1e-6;
 
 impl StepSize {
+    /// Bounds adaptive steps by the length `bound` in s.
+    pub fn with_longest(self, bound: f64) -> Self {
+        match self {
+            Self::Adaptive { tolerance, first, .. } => {
+                Self::Adaptive { tolerance, first: first.min(bound), longest: bound }
+            }
+            fixed => fixed,
+        }
+    }
+
     /// Nominal length of a step in s: the fixed length, or that of the first step.
     pub(crate) fn nominal(&self) -> f64 {
         match *self {

@@ -88,6 +88,18 @@ impl CheckedDerivative {
         self.disagreeing.iter().map(|&k| (self.computed[k] - value).abs()).fold(0.0, f64::max)
     }
 
+    /// Returns whether a method that does not disagree is closer to the differences than to the methods that do: it may be allowed to differ
+    /// from both by the estimate of its own error.
+    fn has_witness(&self) -> bool {
+        let Some(slope) = self.difference else { return true };
+        let mut others = (0..self.computed.len()).filter(|k| !self.disagreeing.contains(k));
+        let is_nearer = |k: usize| {
+            let to_methods = self.disagreeing.iter().map(|&j| (self.computed[k] - self.computed[j]).abs());
+            (self.computed[k] - slope.value).abs() <= to_methods.fold(f64::INFINITY, f64::min)
+        };
+        others.any(is_nearer)
+    }
+
     /// The status in a sentence; `methods` are the names of the methods.
     pub fn explanation(&self, methods: &[String]) -> String {
         let named = |which: &dyn Fn(usize) -> bool| {
@@ -122,6 +134,14 @@ impl CheckedDerivative {
                 "no method agrees with the differences: what they share is wrong, or the analysis takes other steps for \
                  another design"
                     .to_owned()
+            }
+            GradientStatus::Wrong if !self.has_witness() => {
+                let (wrong, others) =
+                    (named(&|k| self.disagreeing.contains(&k)), named(&|k| !self.disagreeing.contains(&k)));
+                format!(
+                    "{wrong} and {others} agree with each other, and not with the differences: what they share is wrong, or the analysis takes \
+                     other steps for another design, and the differences are worse than their estimate"
+                )
             }
             GradientStatus::Wrong => {
                 let (wrong, others) =
@@ -296,6 +316,16 @@ mod tests {
         let methods = ["direct".to_owned(), "semi-analytical".to_owned()];
         let words = derivatives[0].explanation(&methods);
         assert!(words.contains("semi-analytical is only good to ± 2e-1"), "{words}");
+    }
+
+    /// A semi-analytical derivative with a large error estimate agrees with the exact ones, not with the differences.
+    #[test]
+    fn a_method_that_is_merely_inaccurate_is_no_witness_for_the_differences() {
+        let mut derivatives = [checked(vec![-88.297, -88.297, -88.296], vec![0.0, 0.0, 0.2], -87.02, 0.1)];
+        decide(&mut derivatives, &[1.0]);
+        let methods = ["direct", "adjoint", "semi-analytical"].map(str::to_owned);
+        let words = derivatives[0].explanation(&methods);
+        assert!(words.contains("agree with each other, and not with the differences"), "{words}");
     }
 
     /// Where the response does not depend on the design, such as a wheel at ride height, its derivatives are rounding.

@@ -275,8 +275,15 @@ impl<'m> DifferenceSensitivity<'m> {
         let speed = (self.gap_rate(step, contact) - fixed) / rate;
         let name = &self.plain.events[contact].gap.name;
         if speed == 0.0 || !speed.is_finite() {
-            let why = format!("it is touched with zero speed at t = {:.6e} s: there is no derivative", step.end.t);
-            return Err(Error::analysis(name, why, "change the design a little"));
+            let why = format!(
+                "it is touched with zero speed at t = {:.6e} s, where differences of the residual have no derivative",
+                step.end.t
+            );
+            return Err(Error::unsupported(
+                name,
+                why,
+                "take the direct or the adjoint method, or change the design a little",
+            ));
         }
         rate = -fixed / speed;
         for _ in 0..2 {

@@ -182,6 +182,14 @@ impl Explicit {
         Self { step_control, coordinates, ..self }
     }
 
+    /// Bounds adaptive steps by the length `longest` in s.
+    pub fn with_longest_step(mut self, longest: f64) -> Self {
+        if let StepControl::Adaptive { longest: bound, .. } = &mut self.step_control {
+            *bound = longest;
+        }
+        self
+    }
+
     /// Checks the settings, and that the output `times` (s) increase.
     ///
     /// # Errors

@@ -3,6 +3,7 @@
 use super::StaticResponses;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use crate::{Error, Result};
+use mechanics::analyses::tensioned_beams::warn_of_tensioned_beams;
 use mechanics::derivatives::method::Differentiation;
 use mechanics::derivatives::modal::{About, ModeSensitivities, differentiate_modes, squared_frequencies};
 use mechanics::derivatives::mode_shapes::{differentiate_mode_shapes, mode_shapes};
@@ -179,6 +180,8 @@ impl<M: ParametricMechanism> Analysis for ModalResponses<M> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         let mut responses = self.outputs.analyze(b)?;
         let mechanism = self.outputs.model.build(b)?;
+        let (settings, times) = (&self.outputs.settings, &self.outputs.times);
+        responses.warnings.extend(warn_of_tensioned_beams(&mechanism, settings, times));
         for (p, &t) in self.outputs.times.iter().enumerate() {
             let squares = squared_frequencies(&mechanism, self.about(), t)?;
             let shapes = self.shapes();

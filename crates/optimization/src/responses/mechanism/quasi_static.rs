@@ -6,6 +6,7 @@ use mechanics::analyses::dynamics::check_times;
 use mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
 use mechanics::analyses::kinematics::kinematics;
 use mechanics::analyses::statics::{Statics, equilibria};
+use mechanics::analyses::tensioned_beams::warn_of_tensioned_beams;
 use mechanics::derivatives::adjoint::{
     AdjointFunctional, differentiate_equilibria_backwards, differentiate_kinematics_backwards,
 };
@@ -47,6 +48,9 @@ pub trait InstantAnalysis: Send + Sync {
     /// One series for each output.
     fn values(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Result<Vec<Vec<f64>>>;
 
+    /// Warnings about the states at the times.
+    fn warnings(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Vec<String>;
+
     /// Outputs with derivatives by the direct method.
     fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory>;
 
@@ -75,12 +79,16 @@ pub trait InstantAnalysis: Send + Sync {
 /// Implements [`InstantAnalysis`] for settings by functions of the mechanics, in the order of the trait. `[*]` passes the
 /// settings by value.
 macro_rules! impl_instant_analysis {
-    ($settings:ty, $cost:expr, [$($deref:tt)?], $values:ident, $direct:ident, $semi:ident, $twice:ident, $adjoint:ident) => {
+    ($settings:ty, $cost:expr, [$($deref:tt)?], $values:ident, $direct:ident, $semi:ident, $twice:ident, $adjoint:ident, $warnings:ident) => {
         impl InstantAnalysis for $settings {
             const COST: Cost = $cost;
 
             fn values(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Result<Vec<Vec<f64>>> {
                 $values(mechanism, $($deref)? self, times)
+            }
+
+            fn warnings(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Vec<String> {
+                $warnings(mechanism, self, times).into_iter().collect()
             }
 
             fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
@@ -121,7 +129,8 @@ impl_instant_analysis!(
     differentiate_equilibria,
     difference_equilibria,
     differentiate_equilibria_twice,
-    differentiate_equilibria_backwards
+    differentiate_equilibria_backwards,
+    warn_of_tensioned_beams
 );
 impl_instant_analysis!(
     Assembly,
@@ -131,8 +140,14 @@ impl_instant_analysis!(
     differentiate_kinematics,
     difference_kinematics,
     differentiate_kinematics_twice,
-    differentiate_kinematics_backwards
+    differentiate_kinematics_backwards,
+    no_warning
 );
+
+/// Kinematics have no forces of beams that decide on their stability.
+fn no_warning(_: &Mechanism<f64>, _: &Assembly, _: &[f64]) -> Option<String> {
+    None
+}
 
 impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
     /// Responses from the outputs of `model` at `times` (s, increasing).
@@ -172,6 +187,7 @@ impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticRespons
         if let (Ok(mechanism), Some(start)) = (self.model.build(b), self.times.first()) {
             let told = warn_of_indeterminate_outputs(&mechanism, Assembly::default(), *start);
             warnings.extend(told.unwrap_or_default());
+            warnings.extend(self.settings.warnings(&mechanism, &self.times));
         }
         warnings
     }

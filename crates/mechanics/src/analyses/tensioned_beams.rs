@@ -1,0 +1,105 @@
+//! Warnings about beam elements under a normal force above which they are unstable.
+
+use crate::analyses::statics::{Statics, follow_equilibria};
+use crate::elements::element::ElementWorkspace;
+use crate::mechanism::element::Role;
+use crate::mechanism::{ElementInstance, Mechanism};
+use crate::system::state::{State, measure};
+
+/// Watch of the normal forces of beam elements whose axis between the nodes is straight.
+///
+/// Such an element is unstable where its normal force exceeds its shear stiffness GA*, which is 12 EI/ℓ² in slender elements with exact
+/// bending: a transverse displacement γ ℓ has the restoring force (GA* − N) γ.
+pub(crate) struct TensionWatch {
+    beams: Vec<StraightBeam>,
+    workspace: ElementWorkspace<f64>,
+    measures: Vec<f64>,
+}
+
+/// A beam element with a straight axis.
+struct StraightBeam {
+    element: usize,
+    /// Number of its measure of the normal force.
+    normal_force: usize,
+    /// Shear stiffness GA* in N.
+    limit: f64,
+    /// The largest normal force in N above the limit so far, and its time in s.
+    exceeded: Option<[f64; 2]>,
+}
+
+impl TensionWatch {
+    /// Watch of a motion that has not begun.
+    pub fn new(mechanism: &Mechanism<f64>) -> Self {
+        let beams =
+            mechanism.elements.iter().enumerate().filter_map(|(k, instance)| straight_beam(k, instance)).collect();
+        Self { beams, workspace: ElementWorkspace::default(), measures: Vec::new() }
+    }
+
+    /// Records the normal forces at `state`.
+    pub fn add(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) {
+        let Self { beams, workspace, measures } = self;
+        for beam in beams {
+            let instance = &mechanism.elements[beam.element];
+            measures.clear();
+            measures.resize(instance.element.measures().len(), 0.0);
+            measure(instance, state, workspace, measures);
+            let force = measures[beam.normal_force];
+            if force > beam.exceeded.map_or(beam.limit, |[largest, _]| largest) {
+                beam.exceeded = Some([force, state.t]);
+            }
+        }
+    }
+
+    /// A warning that names the element whose limit was exceeded most.
+    pub fn warning(&self, mechanism: &Mechanism<f64>) -> Option<String> {
+        let exceeded = || self.beams.iter().filter_map(|beam| Some((beam, beam.exceeded?)));
+        let (beam, [force, t]) = exceeded().max_by(|a, b| (a.1[0] / a.0.limit).total_cmp(&(b.1[0] / b.0.limit)))?;
+        let others = match exceeded().count() - 1 {
+            0 => String::new(),
+            count => format!(" (and {count} more)"),
+        };
+        Some(format!(
+            "{}{others}: its normal force of {force:.4e} N at t = {t:.6e} s exceeds its shear stiffness of {:.4e} N (12 EI/ℓ² of slender \
+             elements): the element is unstable, and frequencies and deflections are wrong; take shear = \"cubic\", or more elements",
+            mechanism.elements[beam.element].name, beam.limit
+        ))
+    }
+}
+
+/// Warning about the beam elements of `mechanism` in static equilibrium at `times` (s).
+pub fn warn_of_tensioned_beams(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Option<String> {
+    let mut watch = TensionWatch::new(mechanism);
+    if watch.beams.is_empty() {
+        return None;
+    }
+    let add = |state: &State<f64>| {
+        watch.add(mechanism, state);
+        Ok(())
+    };
+    // A design without equilibrium has no outputs: the analysis says so.
+    follow_equilibria(mechanism, settings, times, add).ok()?;
+    watch.warning(mechanism)
+}
+
+/// The element, if it is a beam with a straight axis between its nodes.
+fn straight_beam(element: usize, instance: &ElementInstance<f64>) -> Option<StraightBeam> {
+    let descriptor = instance.element.descriptor()?;
+    let normal_force = instance.element.measures().iter().position(|measure| measure.name == "normal_force")?;
+    let (mut at, mut cubic, mut limit) = (0, None, f64::INFINITY);
+    for input in descriptor.inputs {
+        let value = instance.parameters.get(at).copied().unwrap_or(0.0);
+        at += match input.role {
+            Role::Marker => 2,
+            Role::Marker3 => 7,
+            Role::Parameter | Role::Gravity => 1,
+            _ => continue,
+        };
+        match input.name {
+            "cubic" => cubic = Some(value),
+            "shear" | "shear_y" | "shear_z" => limit = limit.min(value),
+            _ => {}
+        }
+    }
+    let is_straight = cubic == Some(0.0) && limit.is_finite();
+    is_straight.then_some(StraightBeam { element, normal_force, limit, exceeded: None })
+}
