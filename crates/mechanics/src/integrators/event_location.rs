@@ -34,6 +34,9 @@ const CLOSED_GAP: f64 = 1e-6;
 /// Overlap in m or rad at which a contact that has let go in the step counts as closed again.
 const OVERLAP: f64 = 1e-12;
 
+/// Time between impacts at the same time without an effect on each other, in nominal steps.
+const TOGETHER: f64 = 1e-9;
+
 /// Opening at the beginning of a mode, which takes the place of rounding errors.
 const BEGUN: f64 = f64::MIN_POSITIVE;
 
@@ -287,9 +290,10 @@ impl EventLocator {
         let is_opening = is_touching && impact.rate(old, &old.v) > TOUCHING;
         if is_touching && !has_begun && before <= gap_rounding(impact, old, 0.0) {
             // It closes together with the event at the beginning of the step, as far as that leaves its velocity.
-            let flight = -impact.rate(old, &old.v) * SHORTEST_FLIGHT * self.step.nominal();
-            if flight > TOUCHING * SHORTEST_FLIGHT * self.step.nominal() {
-                let overlap = flight - before.min(0.0);
+            let rate = impact.rate(old, &old.v);
+            if rate < -TOUCHING {
+                let flight = (TOGETHER * self.step.nominal()).max(TIME_ROUNDING * old.t.abs());
+                let overlap = -rate * flight - before.min(0.0);
                 return [overlap, after + overlap];
             }
         }
