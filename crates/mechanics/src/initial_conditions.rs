@@ -10,7 +10,7 @@ pub(crate) use crate::equilibrium::equilibrium_reactions;
 
 use crate::constraint_rank::ConstraintRank;
 use crate::elements::element::ElementWorkspace;
-use crate::initial_velocities::{Kept, VelocityProjection, solve_velocities};
+use crate::initial_velocities::{VelocityProjection, solve_velocities};
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::mechanism::{Mechanism, Unilateral};
 use crate::system::linearization::Linearization;
@@ -40,7 +40,7 @@ pub struct Projection {
     pub position: Vec<f64>,
     /// Multipliers of the velocities, and those that are kept.
     pub velocity: VelocityProjection,
-    /// Multipliers of the nearest consistent velocities.
+    /// Multipliers of the nearest consistent velocities, if the velocities are these: where drives determine all of them.
     pub nearest_velocity: Vec<f64>,
 }
 
@@ -252,28 +252,10 @@ pub fn make_velocities_consistent(
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
 ) -> Result<VelocityProjection> {
-    consistent_velocities(system, mechanism, state, Kept::Given)
-}
-
-/// The velocities of a mechanism whose drives determine all of them.
-pub(crate) fn driven_velocities(
-    system: &mut System,
-    mechanism: &Mechanism<f64>,
-    state: &mut State<f64>,
-) -> Result<VelocityProjection> {
-    consistent_velocities(system, mechanism, state, Kept::None)
-}
-
-fn consistent_velocities(
-    system: &mut System,
-    mechanism: &Mechanism<f64>,
-    state: &mut State<f64>,
-    kept: Kept,
-) -> Result<VelocityProjection> {
     if mechanism.multipliers == 0 {
         return Ok(VelocityProjection::default());
     }
-    solve_velocities(system, mechanism, state, kept).map_err(|error| explained(system, mechanism, state, error))
+    solve_velocities(system, mechanism, state).map_err(|error| explained(system, mechanism, state, error))
 }
 
 /// Moves the free velocities to the nearest ones that satisfy the constraints, v − v_guess + Φ_qᵀ ν = 0 and Φ_q v + Φ_t = 0. Returns the

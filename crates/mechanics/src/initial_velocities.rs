@@ -281,30 +281,19 @@ fn less<const L: usize>(a: &[f64; L], b: &[f64; L]) -> [f64; L] {
     std::array::from_fn(|k| a[k] - b[k])
 }
 
-/// Which velocities of a state are kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kept {
-    /// Those that the model gives.
-    Given,
-    /// None: drives determine all.
-    None,
-}
-
 /// Sets the free velocities of `state`, whose given ones are in it, see the [module](self).
 pub(crate) fn solve_velocities(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
-    kept: Kept,
 ) -> Result<VelocityProjection> {
     let mut matrix = VelocityMatrix::new(system, mechanism, state, &[])?;
-    let is_kept = |i: &usize| kept == Kept::Given && mechanism.coordinates[*i].is_given;
-    let given: Vec<usize> = (0..state.v.len()).filter(is_kept).collect();
+    let given: Vec<usize> = (0..state.v.len()).filter(|&i| mechanism.coordinates[i].is_given).collect();
     let held = matrix.independent(system, mechanism, state, &given);
     matrix.hold(system, &held)?;
     let mut projection = VelocityProjection { held, ..VelocityProjection::default() };
     matrix.solve_for(system, mechanism, state, &mut projection);
-    if kept == Kept::Given && !changed_velocities(mechanism, state).is_empty() {
+    if !changed_velocities(mechanism, state).is_empty() {
         matrix.hold(system, &[])?;
         projection = VelocityProjection { is_nearest: true, ..VelocityProjection::default() };
         matrix.solve_for(system, mechanism, state, &mut projection);

@@ -3,7 +3,7 @@
 use crate::analyses::sampling::OutputRecorder;
 use crate::constraint_rank::undetermined_coordinates;
 use crate::events::impact;
-use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, driven_velocities};
+use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, nearest_consistent_velocities};
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
@@ -119,7 +119,7 @@ impl<'m> KinematicDriver<'m> {
         let Self { mechanism, system, state, .. } = self;
         state.prescribe(mechanism);
         self.projection = assemble(system, mechanism, state, self.assembly)?;
-        self.projection.velocity = driven_velocities(system, mechanism, state)?;
+        self.projection.nearest_velocity = nearest_consistent_velocities(system, mechanism, state)?;
         self.solver.solve(system, mechanism, state)
     }
 }

@@ -157,6 +157,9 @@ impl<'m> InitialConditionAdjoint<'m> {
         projection: &Projection,
         batches: &mut [&mut AdjointBatch],
     ) -> Result<()> {
+        if !projection.nearest_velocity.is_empty() {
+            return self.project(ProjectedPart::Velocities, system, values, projection, batches);
+        }
         let velocity = &projection.velocity;
         let VelocityProjection { multipliers, held, is_nearest } = velocity;
         let matrix = VelocityMatrix::new(system, self.mechanism, values, held)?;

@@ -143,6 +143,9 @@ where
 
     /// Differentiates the consistent velocities in `values`, from the given ones in `state`.
     fn velocities(&mut self, values: &State<f64>, projection: &Projection, state: &mut State<T>) -> Result<()> {
+        if !projection.nearest_velocity.is_empty() {
+            return self.project(ProjectedPart::Velocities, values, projection, state);
+        }
         let velocity = &projection.velocity;
         let VelocityProjection { multipliers, held, .. } = velocity;
         let given: Vec<T> = held.iter().map(|&i| state.v[i]).collect();

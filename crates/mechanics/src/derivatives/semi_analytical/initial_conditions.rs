@@ -88,6 +88,9 @@ impl InitialDifferences<'_> {
         projection: &Projection,
         sensitivities: &mut [State<f64>],
     ) -> Result<()> {
+        if !projection.nearest_velocity.is_empty() {
+            return self.project(ProjectedPart::Velocities, differences, values, projection, sensitivities);
+        }
         let velocity = &projection.velocity;
         let VelocityProjection { multipliers, held, .. } = velocity;
         let at = State { l: multipliers.clone(), ..values.clone() };
