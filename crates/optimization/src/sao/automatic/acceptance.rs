@@ -22,8 +22,6 @@ const RESTORED: f64 = 0.05;
 /// Largest increase of objective and violation together, weighted by the multipliers, in predicted decreases, for which more violation is
 /// accepted.
 const WORSE: f64 = 1.0;
-/// Part of a violation that is left, and least part of the predicted improvement, of a step that was to remove it.
-const MISSED: [f64; 2] = [0.9, 1e-4];
 /// Rounding error of the objective, relative to itself.
 const ROUNDING: f64 = 1e-13;
 
@@ -72,8 +70,7 @@ impl Step {
             let decreases = h - next >= RESTORED * (h - least) && next < h;
             return if decreases { Decision::Violation } else { Decision::Rejected };
         }
-        let is_missed = h > FEASIBLE && next > MISSED[0] * h && self.ratio() < MISSED[1];
-        if next > LARGEST * h.max(1.0) || (next > h && self.ratio() < -WORSE) || is_missed {
+        if next > LARGEST * h.max(1.0) || (next > h && self.ratio() < -WORSE) {
             return Decision::Rejected;
         }
         let envelope = ENVELOPE * self.objective_per_violation * next;
