@@ -27,8 +27,8 @@ pub struct AutomaticState {
     /// The largest violation of each constraint at the points that the run has left by a displacement.
     #[serde(default)]
     pub left: Vec<Vec<f64>>,
-    /// True while rows have a common unit, so that the largest violation is that of the problem; see
-    /// [`Situation::stationary_violation`](super::situation::Situation::stationary_violation).
+    /// True while rows have a common unit, so that the largest violation is that of the problem: restoration goes on with it where the
+    /// violation measured by slopes is stationary.
     #[serde(default)]
     pub has_common_unit: bool,
     /// Number of analyses beside a design that seemed to be an optimum, to see the curvature in a direction.
