@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn a_small_violation_that_can_vanish_is_not_stationary() {
         assert!(!is_stationary(1e-4, 0.0, 1.0));
-        assert!(is_stationary(0.5, 0.4999, 1.0) && !is_stationary(0.5, 0.45, 1.0));
-        assert!(is_stationary(0.5, 0.4999, 0.0), "flat rows");
+        assert!(is_stationary(0.5, 0.49996, 1.0) && !is_stationary(0.5, 0.4999, 1.0));
+        assert!(is_stationary(0.5, 0.49996, 0.0), "flat rows");
     }
 }
