@@ -1,7 +1,7 @@
 //! Warnings about stiffnesses and dampings that are negative, at the start or during a motion.
 
 use crate::elements::element::ElementWorkspace;
-use crate::mechanism::element::Role;
+use crate::mechanism::element::{Input, Role};
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::{State, measure};
 
@@ -89,20 +89,10 @@ fn variable_coefficients(element: usize, instance: &ElementInstance<f64>) -> Vec
 
 /// Warnings about the constant coefficients of an element that are negative.
 fn negative_constants(instance: &ElementInstance<f64>) -> Vec<String> {
-    let (mut at, mut warnings) = (0, Vec::new());
-    for input in instance.element.descriptor().map_or(&[][..], |descriptor| descriptor.inputs) {
-        let value = instance.parameters.get(at).copied().unwrap_or(0.0);
-        at += match input.role {
-            Role::Marker => 2,
-            Role::Marker3 => 7,
-            Role::Parameter | Role::Gravity => 1,
-            _ => continue,
-        };
-        if let Some(effect) = effect_of(input.name).filter(|_| value < 0.0) {
-            let (part, name, unit) = (&instance.name, input.name, input.unit);
-            warnings
-                .push(format!("{part}: its {name} of {value} {unit} {effect}; make it positive unless this is meant"));
-        }
-    }
-    warnings
+    let warning = |(input, value): (&Input, f64)| {
+        let effect = effect_of(input.name).filter(|_| value < 0.0)?;
+        let (part, name, unit) = (&instance.name, input.name, input.unit);
+        Some(format!("{part}: its {name} of {value} {unit} {effect}; make it positive unless this is meant"))
+    };
+    instance.values().into_iter().filter_map(warning).collect()
 }

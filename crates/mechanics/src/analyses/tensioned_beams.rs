@@ -2,7 +2,6 @@
 
 use crate::analyses::statics::{Statics, follow_equilibria};
 use crate::elements::element::ElementWorkspace;
-use crate::mechanism::element::Role;
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::{State, measure};
 
@@ -83,17 +82,9 @@ pub fn warn_of_tensioned_beams(mechanism: &Mechanism<f64>, settings: &Statics, t
 
 /// The element, if it is a beam with a straight axis between its nodes.
 fn straight_beam(element: usize, instance: &ElementInstance<f64>) -> Option<StraightBeam> {
-    let descriptor = instance.element.descriptor()?;
     let normal_force = instance.element.measures().iter().position(|measure| measure.name == "normal_force")?;
-    let (mut at, mut cubic, mut limit) = (0, None, f64::INFINITY);
-    for input in descriptor.inputs {
-        let value = instance.parameters.get(at).copied().unwrap_or(0.0);
-        at += match input.role {
-            Role::Marker => 2,
-            Role::Marker3 => 7,
-            Role::Parameter | Role::Gravity => 1,
-            _ => continue,
-        };
+    let (mut cubic, mut limit) = (None, f64::INFINITY);
+    for (input, value) in instance.values() {
         match input.name {
             "cubic" => cubic = Some(value),
             "shear" | "shear_y" | "shear_z" => limit = limit.min(value),

@@ -1,7 +1,7 @@
 //! Elements as parts of a mechanism, with their coordinates, multipliers and parameters; elements with events.
 
 use crate::mechanism::body::Coordinate;
-use crate::mechanism::element::AnyElement;
+use crate::mechanism::element::{AnyElement, Input, Role};
 use crate::mechanism::output::{AnyFormula, Term};
 use autodiff::Scalar;
 use std::ops::Range;
@@ -26,6 +26,25 @@ pub(crate) struct ElementInstance<S> {
     pub switch: Option<usize>,
     /// Number of its entry in the held sides of the modes, if it has switching functions.
     pub sides: Option<usize>,
+}
+
+impl ElementInstance<f64> {
+    /// The scalar inputs of its descriptor with their values; none without a descriptor.
+    pub fn values(&self) -> Vec<(&'static Input, f64)> {
+        let (mut at, mut values) = (0, Vec::new());
+        for input in self.element.descriptor().map_or(&[][..], |descriptor| descriptor.inputs) {
+            let is_scalar = matches!(input.role, Role::Parameter | Role::Gravity);
+            if is_scalar {
+                values.push((input, self.parameters.get(at).copied().unwrap_or(0.0)));
+            }
+            at += match input.role {
+                Role::Marker => 2,
+                Role::Marker3 => 7,
+                _ => usize::from(is_scalar),
+            };
+        }
+        values
+    }
 }
 
 impl<S> ElementInstance<S> {
