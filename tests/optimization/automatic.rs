@@ -92,6 +92,37 @@ fn an_infeasible_problem_ends_at_a_stationary_point_of_the_violation_and_says_so
     assert!((end.evaluation.worst().unwrap().1 - 2.0).abs() < 1e-3, "{:?}", end.evaluation.worst());
 }
 
+/// x² + y² between two circles, on the line x + y = 1 with y ≥ 0.5.
+struct Ring;
+impl ClosedForm for Ring {
+    fn response<S: Scalar>(&self, h: usize, b: &[S], _: S) -> S {
+        match h {
+            0 => b[0] * b[0] + b[1] * b[1],
+            1 => b[0] + b[1],
+            _ => b[1] + 1.5,
+        }
+    }
+}
+
+#[test]
+fn a_strict_local_minimum_of_the_violation_is_left_for_a_feasible_design() {
+    // Where x > 0.5, all violations are equal in one point, and each change makes one of them larger.
+    for (x, y) in [(1.0, 0.5), (0.9, 0.4), (1.2, 0.6), (1.0, 0.0), (0.8, 0.6)] {
+        let mut parts = ProblemBuilder::new("ring");
+        parts.variable(DesignVariable::new("x", "", x));
+        parts.variable(DesignVariable::new("y", "", y));
+        let [radius, sum, height] =
+            ["radius", "sum", "height"].map(|name| Quantity::response(None, parts.constant(name, "")));
+        parts.minimize("f", "", radius.clone());
+        parts.subject_to(Constraint::equal("line", 1.0, sum));
+        parts.subject_to(Constraint::at_least("height", 2.0, height));
+        parts.subject_to_both(Constraint::between("ring", [0.6, 0.9], radius));
+        let end = solve(&parts.build_analytic(Ring).unwrap());
+        assert_eq!(end.status, Status::Converged, "from {x}, {y}: {}", end.reason);
+        assert!((end.evaluation.objective - 0.6).abs() < 1e-6, "{}", end.evaluation.objective);
+    }
+}
+
 #[test]
 fn points_where_no_step_leads_on_are_left() {
     for (name, optimum) in [

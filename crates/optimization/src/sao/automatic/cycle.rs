@@ -215,7 +215,7 @@ impl Situation<'_> {
         let least = least_violation(&self.here, &self.units, design, [&region.lower, &region.upper])?;
         let restoration = is_incompatible(least, self.violation).then_some(least);
         if restoration.is_some()
-            && let Some(next) = self.stationary_violation()?
+            && let Some(next) = self.stationary_violation(stationary::WIDE)?
         {
             return Ok(next);
         }
@@ -254,9 +254,9 @@ impl Situation<'_> {
         }
         let Some(reason) = stalled else { return Ok(Next::Analyse(Box::new(proposal))) };
         if noise.is_none()
-            && let Some(other) = self.after_stalling(restoration)?
+            && let Some(next) = self.after_stalling(restoration)?
         {
-            return Ok(Next::Analyse(Box::new(other)));
+            return Ok(next);
         }
         let reason = test.unbounded_multipliers().unwrap_or(reason);
         Ok(Next::End(Status::Stalled, reason, self.active_rows(&test.optimality)))

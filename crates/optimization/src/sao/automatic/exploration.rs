@@ -382,17 +382,17 @@ impl Situation<'_> {
         let rejections = self.memory.rejections;
         let is_flat_start = self.is_flat_start();
         let tries = self.memory.left.len() + rejections;
+        // Better points may be on one side only.
+        let is_opposite = if is_flat_start { tries % 2 == 1 } else { self.futile_displacements() == 1 };
+        let direction = tries - usize::from(is_opposite);
         let shortening = if is_flat_start { shortening(rejections) } else { 0.25f64.powi(rejections as i32) };
         let design: Vec<f64> = (0..self.n())
             .map(|j| {
                 if !is_moved(j) {
                     return self.state.design[j];
                 }
-                let fraction = golden_fraction(j + 7 * tries);
-                // From a flat start every second one goes backwards: the objective may fall on one side only.
-                let is_negative =
-                    if is_flat_start { (golden_fraction(j) < 0.5) != (tries % 2 == 1) } else { fraction < 0.5 };
-                let sign = if is_negative { -1.0 } else { 1.0 };
+                let fraction = golden_fraction(j + 7 * direction);
+                let sign = if (fraction < 0.5) != is_opposite { -1.0 } else { 1.0 };
                 let size = size * self.units.lengths[j] * (0.5 + fraction) * shortening;
                 let (here, lower, upper) = (self.state.design[j], region.lower[j], region.upper[j]);
                 let there = here + sign * size;
@@ -425,7 +425,7 @@ impl Situation<'_> {
             relaxed_rows: vec![],
             kkt: KktResidual::default(),
         };
-        let at_limit = self.at_limit(&design, &region);
+        let at_limit = self.at_limit(&design, &region, None);
         Proposal { design, region, at_limit, solution, restoration: None, predicted, purpose }
     }
 }

@@ -7,8 +7,8 @@ use super::situation::{Kind, Situation};
 use crate::sao::Status;
 use error::Result;
 
-/// Displacements from a stationary point in lengths: the second one if the first one led back.
-pub(super) const DISPLACEMENTS: [f64; 2] = [0.1, 0.5];
+/// Displacements from a stationary point in lengths: the next one if those before led back. The second one is opposite to the first.
+pub(super) const DISPLACEMENTS: [f64; 3] = [0.1, 0.5, 0.5];
 /// Number of sizes of a displacement that is rejected, each [`SHORTER`] times the one before.
 pub(super) const SIZES: usize = 3;
 const SHORTER: f64 = 0.01;
@@ -24,7 +24,7 @@ const BETTER: f64 = 0.99;
 const EQUAL: f64 = 1e-4;
 /// Lengths within which the violation must be stationary. A length may be underestimated, above all for a variable that
 /// started at zero.
-const WIDE: f64 = 100.0;
+pub(super) const WIDE: f64 = 100.0;
 /// Violation in units of the rows from which on a run that has stalled is displaced.
 const LEAST_VIOLATION: f64 = 1e-6;
 
@@ -34,14 +34,14 @@ pub(super) fn shortening(rejections: usize) -> f64 {
 }
 
 impl Situation<'_> {
-    /// A displacement or the end if the violation is stationary here; `None` if it is not.
+    /// A displacement or the end if the violation is stationary within so many lengths; `None` if it is not.
     ///
     /// Rows are measured by their slopes over the lengths, which makes restorations independent of their scales. A row without slopes can
     /// then outweigh violations of any size. Where their violation is stationary, restoration goes on with a common unit of the rows: what
     /// is left and what is called infeasible are points where the largest violation of the problem itself is stationary.
-    pub(super) fn stationary_violation(&self) -> Result<Option<Next>> {
-        let wide: Vec<f64> = self.units.lengths.iter().map(|l| WIDE * l).collect();
-        let region = self.sides(&wide);
+    pub(super) fn stationary_violation(&self, within: f64) -> Result<Option<Next>> {
+        let widths: Vec<f64> = self.units.lengths.iter().map(|l| within * l).collect();
+        let region = self.sides(&widths);
         let design = &self.state.design;
         let least = least_violation(&self.here, &self.units, design, [&region.lower, &region.upper])?;
         if !is_stationary(self.violation, least, reach(&self.here, &self.units)) {
@@ -61,7 +61,7 @@ impl Situation<'_> {
         }
         let reason = format!(
             "the violation is stationary here: {}, and to first order no change of the \
-             variables within {WIDE} times their lengths reduces the largest violation by more than {:.1e} of it; other regions \
+             variables within {within} times their lengths reduces the largest violation by more than {:.1e} of it; other regions \
              were not searched",
             self.largest_violation_in_words(),
             (self.violation - least).max(0.0) / self.violation
@@ -100,7 +100,7 @@ impl Situation<'_> {
     }
 
     /// Number of displacements since the last one that led to a better point, in today's units.
-    fn futile_displacements(&self) -> usize {
+    pub(super) fn futile_displacements(&self) -> usize {
         let left: Vec<f64> = self.memory.left.iter().map(|violations| self.units.violation(violations)).collect();
         let best = left.iter().copied().fold(f64::INFINITY, f64::min);
         let is_better = self.violation < BETTER * best;
@@ -114,14 +114,20 @@ impl Situation<'_> {
         may_be_left.then(|| self.displacement(DISPLACEMENTS[futile], |_| true))
     }
 
-    /// The next step of a run that has stalled; `None` if there is none.
-    pub(super) fn after_stalling(&self, restoration: Option<f64>) -> Result<Option<Proposal>> {
-        match self.by_another_surrogate(restoration)? {
-            Some(step) => Ok(Some(step)),
-            // The rows may depend on some variables in second order only.
-            None if self.violation > LEAST_VIOLATION => Ok(self.displaced()),
-            None => Ok(None),
+    /// What follows where the subproblem gives no step; `None` if nothing does.
+    pub(super) fn after_stalling(&self, restoration: Option<f64>) -> Result<Option<Next>> {
+        let analyse = |step| Next::Analyse(Box::new(step));
+        if let Some(step) = self.by_another_surrogate(restoration)? {
+            return Ok(Some(analyse(step)));
         }
+        // Curvatures end the steps long before the slopes, which shrink with the last step, promise nothing within wide limits.
+        if restoration.is_some()
+            && let Some(next) = self.stationary_violation(1.0)?
+        {
+            return Ok(Some(next));
+        }
+        // The rows may depend on some variables in second order only.
+        Ok(if self.violation > LEAST_VIOLATION { self.displaced().map(analyse) } else { None })
     }
 
     /// A step by another surrogate than the chosen one, whose subproblem gives none; `None` if no surrogate predicts a better design.

@@ -11,7 +11,7 @@ use nlp::{Curvature, Solution, Sqp, SubproblemSolver};
 
 /// Fraction of the half width within which a variable counts as at its move limit.
 const AT_LIMIT: f64 = 1e-3;
-/// Largest part of a possible decrease of the violation that a restoration may leave.
+/// Largest part of a possible decrease of the violation that a restoration may leave, and with it of the way to a move limit.
 const LEFT: f64 = 0.01;
 
 impl Situation<'_> {
@@ -57,7 +57,7 @@ impl Situation<'_> {
             .map(|(x, (l, u))| x.clamp(*l, *u))
             .collect();
         let values = surrogate.values(&design);
-        let at_limit = self.at_limit(&design, &region);
+        let at_limit = self.at_limit(&design, &region, restoration);
         Ok(Proposal {
             predicted: self.merit(values.objective, &values.rows),
             restoration,
@@ -88,10 +88,11 @@ impl Situation<'_> {
     }
 
     /// Marks the variables that are at a move limit.
-    pub(super) fn at_limit(&self, design: &[f64], region: &Region) -> Vec<bool> {
+    pub(super) fn at_limit(&self, design: &[f64], region: &Region, restoration: Option<f64>) -> Vec<bool> {
+        let tolerance = if restoration.is_some() { 2.0 * LEFT } else { AT_LIMIT };
         let one = |j: usize| {
             let here = self.state.design[j];
-            let near = AT_LIMIT * (region.upper[j] - here).max(here - region.lower[j]);
+            let near = tolerance * (region.upper[j] - here).max(here - region.lower[j]);
             (region.is_limit[j][0] && design[j] - region.lower[j] <= near)
                 || (region.is_limit[j][1] && region.upper[j] - design[j] <= near)
         };
