@@ -57,6 +57,7 @@ const SMOOTH: f64 = 32.0;
 ///
 /// * the differences from the two entries of which it is made,
 /// * the differences from the best entries of the neighbouring steps, since two numbers may agree by chance,
+/// * the distance from the best entry of each smaller step to within its error: the values may jump between the steps,
 /// * the noise of the values, times the weights of the combination.
 ///
 /// The noise is estimated from combinations of odd and even parts of the values at the smallest steps, of which smooth
@@ -103,7 +104,9 @@ pub fn ridders(here: f64, steps: &[StepValues]) -> Option<DifferenceEstimate> {
     }
     let of_row = |row: usize| {
         let neighbours = [row - 1, row + 1].into_iter().filter(|&other| other > 0).filter_map(|other| rows.get(other));
-        let doubt = neighbours.map(|other| (other.value - rows[row].value).abs()).fold(0.0, f64::max);
+        let apart = |other: &DifferenceEstimate| (other.value - rows[row].value).abs();
+        let smaller = rows[row + 1..].iter().map(|other| apart(other) - other.error);
+        let doubt = neighbours.map(apart).chain(smaller).fold(0.0, f64::max);
         DifferenceEstimate { error: rows[row].error.max(doubt), ..rows[row] }
     };
     (1..rows.len()).map(of_row).min_by(|a, b| a.error.total_cmp(&b.error))
@@ -216,6 +219,26 @@ mod tests {
             let error = (found.value - (1.0 + jump / distance)).abs();
             assert!(error <= 10.0 * found.error, "{place}: {error:.1e}, {found:?}");
         }
+    }
+
+    /// A second derivative of a motion with a contact: the values jump between steps, on both sides of which they are smooth.
+    #[test]
+    fn the_error_covers_the_slope_on_this_side_of_a_jump() {
+        let values = [
+            [-0.2497128944620951, 0.2309612541077009],
+            [0.21036399906548567, 0.3335423450667428],
+            [0.36856499576655316, 0.48965332779617404],
+            [1.8442925900966842, 0.6738843838041996],
+            [1.4565883328511642, 0.8349766893127313],
+            [1.2535064410922547, 0.9454767058858765],
+            [1.1640793440961505, 1.0105806168535831],
+            [1.122600051617367, 1.045920016441129],
+            [1.102656410777114, 1.0643252059441217],
+        ];
+        let step = |(k, [ahead, behind]): (i32, [f64; 2])| StepValues { h: 1e-2 * 0.5f64.powi(k), ahead, behind };
+        let steps: Vec<StepValues> = (0..).zip(values).map(step).collect();
+        let found = ridders(1.0832342476207693, &steps).unwrap();
+        assert!((found.value - 490.60165).abs() <= 10.0 * found.error, "{found:?}");
     }
 
     #[test]

@@ -5,7 +5,8 @@
 //! $$ \begin{bmatrix} A & G^T \\ G & 0 \end{bmatrix} \begin{bmatrix} \dot v \\ \lambda \end{bmatrix} =
 //!    \begin{bmatrix} b \\ c \end{bmatrix} $$
 //!
-//! by the factorized mass matrix A of the tree and the Delassus matrix G A⁻¹ Gᵀ, which is dense and small.
+//! by the factorized mass matrix A of the tree and the Delassus matrix G A⁻¹ Gᵀ, which is dense and small. Where some of the
+//! constraints are redundant, the most independent ones of the current position are kept, and the multipliers of the others are zero.
 //!
 //! # Sources
 //!
@@ -97,7 +98,9 @@ pub(crate) fn gradients(mechanism: &Mechanism<f64>, cuts: &[CutRow], state: &Sta
 pub(crate) struct TreeFactor {
     /// Factorized mass matrix.
     pub mass: Articulated,
-    /// G, row by row.
+    /// The equations that are kept.
+    kept: KeptRows,
+    /// G of these, row by row.
     jacobian: Vec<f64>,
     /// A⁻¹ Gᵀ, by equation.
     solved: Vec<f64>,
@@ -109,6 +112,7 @@ impl TreeFactor {
     pub fn new(tree: &Tree, singles: &[f64]) -> Self {
         Self {
             mass: Articulated::new(tree, singles),
+            kept: KeptRows::default(),
             jacobian: Vec::new(),
             solved: Vec::new(),
             delassus: SymmetricFactor::default(),
@@ -119,7 +123,8 @@ impl TreeFactor {
     /// one.
     pub fn close(&mut self, tree: &Tree, jacobian: &mut Vec<f64>) -> std::result::Result<(), usize> {
         std::mem::swap(&mut self.jacobian, jacobian);
-        let (n, m) = (tree.count, tree.cuts.len());
+        self.kept.choose(tree, &mut self.jacobian)?;
+        let (n, m) = (tree.count, tree.independent_cuts);
         self.solved.clear();
         self.solved.resize(n * m, 0.0);
         let mut workspace = SolveWorkspace::default();
@@ -135,19 +140,22 @@ impl TreeFactor {
             }
         }
         let (g, y) = (&self.jacobian, &self.solved);
-        self.delassus.factorize(m, |i, k| (0..n).map(|j| g[i * n + j] * y[k * n + j]).sum())
+        let factorized = self.delassus.factorize(m, |i, k| (0..n).map(|j| g[i * n + j] * y[k * n + j]).sum());
+        factorized.map_err(|row| self.kept.number(row))
     }
 
     /// Solves for accelerations and multipliers in place: the rows of `b` are those of the joint coordinates, then those of the cut
     /// joints.
     #[inline(always)]
     pub fn solve<const W: usize>(&self, tree: &Tree, b: &mut [[f64; W]], workspace: &mut SolveWorkspace<W>) {
-        let (n, m) = (tree.count, tree.cuts.len());
+        let n = tree.count;
         let (accelerations, multipliers) = b.split_at_mut(n);
         self.mass.solve(tree, accelerations, workspace);
-        if m == 0 {
+        if multipliers.is_empty() {
             return;
         }
+        let all = multipliers;
+        let multipliers = self.kept.compress(all);
         for (k, row) in multipliers.iter_mut().enumerate() {
             *row = row.map(|x| -x);
             for (g, a) in self.jacobian[k * n..(k + 1) * n].iter().zip(&*accelerations) {
@@ -164,12 +172,14 @@ impl TreeFactor {
                 }
             }
         }
+        self.kept.expand(all);
     }
 }
 
 /// Factors of the projection of joint coordinates onto the constraints of cut joints: \[I Gᵀ; G 0\].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ProjectionFactor {
+    kept: KeptRows,
     jacobian: Vec<f64>,
     gram: SymmetricFactor,
 }
@@ -178,14 +188,17 @@ impl ProjectionFactor {
     /// Factorizes for the `jacobian` G, row by row. Returns the number of a dependent equation, if there is one.
     pub fn factorize(&mut self, tree: &Tree, jacobian: &mut Vec<f64>) -> std::result::Result<(), usize> {
         std::mem::swap(&mut self.jacobian, jacobian);
-        let (n, g) = (tree.count, &self.jacobian);
-        self.gram.factorize(tree.cuts.len(), |i, k| (0..n).map(|j| g[i * n + j] * g[k * n + j]).sum())
+        self.kept.choose(tree, &mut self.jacobian)?;
+        let (n, m, g) = (tree.count, tree.independent_cuts, &self.jacobian);
+        let factorized = self.gram.factorize(m, |i, k| (0..n).map(|j| g[i * n + j] * g[k * n + j]).sum());
+        factorized.map_err(|row| self.kept.number(row))
     }
 
     /// Solves for corrections and multipliers in place.
     pub fn solve<const W: usize>(&self, tree: &Tree, b: &mut [[f64; W]]) {
         let n = tree.count;
-        let (corrections, multipliers) = b.split_at_mut(n);
+        let (corrections, all) = b.split_at_mut(n);
+        let multipliers = self.kept.compress(all);
         for (k, row) in multipliers.iter_mut().enumerate() {
             *row = row.map(|x| -x);
             for (g, a) in self.jacobian[k * n..(k + 1) * n].iter().zip(&*corrections) {
@@ -201,6 +214,59 @@ impl ProjectionFactor {
                     a[lane] -= g * row[lane];
                 }
             }
+        }
+        self.kept.expand(all);
+    }
+}
+
+/// The most independent equations of cut joints in a position, where some follow from the others; otherwise all.
+///
+/// Equations that were independent at the start can depend on each other elsewhere, while others take their place.
+#[derive(Clone, Debug, Default)]
+struct KeptRows {
+    /// Their numbers in ascending order; empty if all are kept.
+    numbers: Vec<usize>,
+}
+
+impl KeptRows {
+    /// Chooses among the rows of `jacobian`, and keeps these only. Returns the number of a dependent equation if too few are independent.
+    fn choose(&mut self, tree: &Tree, jacobian: &mut Vec<f64>) -> std::result::Result<(), usize> {
+        self.numbers.clear();
+        if tree.independent_cuts == tree.cuts.len() {
+            return Ok(());
+        }
+        self.numbers = independent_rows(jacobian, tree.count, tree.independent_cuts);
+        if self.numbers.len() < tree.independent_cuts {
+            return Err((0..tree.cuts.len()).find(|row| !self.numbers.contains(row)).unwrap_or(0));
+        }
+        for (to, &from) in self.numbers.iter().enumerate() {
+            jacobian.copy_within(from * tree.count..(from + 1) * tree.count, to * tree.count);
+        }
+        jacobian.truncate(self.numbers.len() * tree.count);
+        Ok(())
+    }
+
+    /// The number of the equation with this place among the kept ones.
+    fn number(&self, place: usize) -> usize {
+        self.numbers.get(place).copied().unwrap_or(place)
+    }
+
+    /// Moves the values of the kept equations to the front, and returns them.
+    fn compress<'v, const W: usize>(&self, values: &'v mut [[f64; W]]) -> &'v mut [[f64; W]] {
+        self.numbers.iter().enumerate().for_each(|(to, &from)| values[to] = values[from]);
+        let count = if self.numbers.is_empty() { values.len() } else { self.numbers.len() };
+        &mut values[..count]
+    }
+
+    /// Moves the values at the front to the places of their equations. The others become zero.
+    fn expand<const W: usize>(&self, values: &mut [[f64; W]]) {
+        if self.numbers.is_empty() {
+            return;
+        }
+        values[self.numbers.len()..].fill([0.0; W]);
+        for (from, &to) in self.numbers.iter().enumerate().rev() {
+            let value = std::mem::replace(&mut values[from], [0.0; W]);
+            values[to] = value;
         }
     }
 }
@@ -278,8 +344,8 @@ pub(crate) fn rates<T: StateScalar>(
     }
 }
 
-/// Numbers of independent rows among `count` rows of length `n`, by elimination with the largest row first.
-pub(crate) fn independent_rows(rows: &[f64], n: usize) -> Vec<usize> {
+/// Numbers of at most `most` independent rows of length `n`, by elimination with the largest row first.
+pub(crate) fn independent_rows(rows: &[f64], n: usize, most: usize) -> Vec<usize> {
     let mut rest: Vec<(usize, Vec<f64>)> = rows.chunks_exact(n.max(1)).map(<[f64]>::to_vec).enumerate().collect();
     let square = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>();
     let own: Vec<f64> = rest.iter().map(|(_, row)| square(row)).collect();
@@ -293,7 +359,7 @@ pub(crate) fn independent_rows(rows: &[f64], n: usize) -> Vec<usize> {
     }) {
         let (number, row) = rest.swap_remove(best);
         let size = square(&row);
-        if !(size > DEPENDENT * sizes[number]) || size == 0.0 {
+        if !(size > DEPENDENT * sizes[number]) || size == 0.0 || kept.len() == most {
             break;
         }
         kept.push(number);

@@ -21,14 +21,14 @@ impl Tree {
         !(self.forces.is_empty() && self.cut_elements.is_empty())
     }
 
-    /// Leaves out equations of cut joints that follow from the others, in the consistent `state`.
-    pub fn leave_out_redundant(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) {
+    /// Counts the independent equations of cut joints in the consistent `state`.
+    pub fn count_independent(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) {
         let (mut placed, mut geometry, mut rows) = (state.clone(), TreeGeometry::new(self), Vec::new());
         let y = self.joint_state(mechanism, state);
         self.place(&self.parameters(mechanism), &y, &mut placed, &mut geometry);
         let at = (&self.cuts[..], &y[..self.count]);
         CutWorkspace::default().jacobian(self, mechanism, at, &placed, &geometry, &mut rows);
-        self.cuts = cut::independent_rows(&rows, self.count).into_iter().map(|k| self.cuts[k]).collect();
+        self.independent_cuts = cut::independent_rows(&rows, self.count, self.cuts.len()).len();
     }
 
     /// Sets position, velocity and acceleration of the prescribed coordinates that move, at the time of `state`.
@@ -496,10 +496,9 @@ fn dependent(mechanism: &Mechanism<f64>, tree: &Tree, row: usize, t: f64) -> Err
     let cut = tree.cuts[row];
     let name = format!("{} (constraint {})", mechanism.elements[cut.element].name, cut.row + 1);
     let why = format!(
-        "its equation follows from those of the other joints at t = {t:.6e} s, and relative coordinates keep the constraints that were \
-         independent at the start"
+        "its equation follows from those of the other joints at t = {t:.6e} s, and fewer constraints are independent than at the start"
     );
-    let remedy = "take absolute coordinates, which keep all constraints; at a dead centre, change the design";
+    let remedy = "the mechanism is in a singular position, such as a dead centre: change the design, or take absolute coordinates";
     Error::analysis(name, why, remedy)
 }
 

@@ -44,6 +44,8 @@ pub(crate) struct Tree {
     pub forces: Vec<usize>,
     /// Equations of joints that the trees do not contain: those that close loops.
     pub cuts: Vec<CutRow>,
+    /// Number of these equations that do not follow from the others.
+    pub independent_cuts: usize,
     /// Elements of these equations.
     pub cut_elements: Vec<usize>,
     /// Prescribed coordinates that move.
@@ -88,7 +90,7 @@ impl Tree {
             let count = mechanism.elements[element].num_constraints;
             (0..count).map(move |row| CutRow { element, row, multiplier: first + row })
         };
-        let rows = cuts.iter().flat_map(rows_of).collect();
+        let rows: Vec<CutRow> = cuts.iter().flat_map(rows_of).collect();
         let singles: Vec<usize> =
             (0..mechanism.coordinates.len()).filter(|i| is_unknown(i) && owner[*i].is_none()).collect();
         let first_single = in_plane + space.count;
@@ -112,6 +114,7 @@ impl Tree {
             count,
             bodies,
             forces,
+            independent_cuts: rows.len(),
             cuts: rows,
             cut_elements: cuts,
             moving,

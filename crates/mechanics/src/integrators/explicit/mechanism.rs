@@ -524,7 +524,7 @@ pub(crate) fn start<'m>(
     if let Some(mut tree) = relative_tree(mechanism, &system, settings)? {
         tree.choose_signs(mechanism, &state);
         if system.allows_redundancy() {
-            tree.leave_out_redundant(mechanism, &state);
+            tree.count_independent(mechanism, &state);
         }
         let (relative, y) = RelativeRhs::new(tree, mechanism, &system, &state, recorded);
         let mut rhs = MechanismRhs::new(mechanism, system, state.clone());
