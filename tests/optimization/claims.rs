@@ -25,7 +25,9 @@ fn false_claims(problems: &[&str], transformations: &[&str], presets: &[&'static
 
 #[test]
 fn a_length_from_the_start_is_no_unit_of_convergence() {
-    let wrong = false_claims(&["far-minimum", "hs25"], &["standard"], &all_presets());
+    let problems =
+        ["far-minimum", "hs25", "small-start-convex", "tiny-start-convex", "tiny-start-bounded", "small-start-wells"];
+    let wrong = false_claims(&problems, &["standard", "objective=1e-12"], &all_presets());
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 

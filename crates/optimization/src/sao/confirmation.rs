@@ -153,9 +153,13 @@ impl Method {
         Ok(state)
     }
 
-    /// Keeps the derivatives at the design of a state, before it moves on, for a later confirmation.
+    /// Keeps the derivatives at the design of a state, before it moves on, and the sizes of its values if it is the start, for a later
+    /// confirmation.
     pub(super) fn keep(&self, problem: &Problem, state: &mut State, data: &CycleData) {
         if self.stop.confirm {
+            if state.history.first().is_some_and(|start| start.design == state.design) {
+                state.start_sizes = Some(Automatic::start_sizes(problem, state, data));
+            }
             let at = (&state.design[..], &state.responses, &state.evaluation);
             state.points.push(AcceptedPoint::new(problem, at, data));
             let surplus = state.points.len().saturating_sub(KEPT);

@@ -68,6 +68,7 @@ impl Method {
             data: None,
             automatic: None,
             points: vec![],
+            start_sizes: None,
             confirmation: None,
             active: None,
             counters: Counters { analyses: 1, ..Default::default() },

@@ -3,7 +3,7 @@
 use super::acceptance::{Decision, widths_after_rejection};
 use super::candidates::AcceptedPoint;
 use super::convergence::{Optimality, StopTest, feasibility_factor, largest_change, stalled};
-use super::lengths::{spread, start_lengths};
+use super::lengths::{spread, start_lengths, start_sizes};
 use super::linearized::Linearized;
 use super::proposal::Next;
 use super::restoration::{is_incompatible, least_violation};
@@ -90,10 +90,15 @@ impl Automatic {
         let data = method.differentiate(problem, &at)?;
         state.counters.sensitivity_analyses += usize::from(data.has_derivatives());
         let here = Linearized::new(problem, (&at.design, &at.responses, &at.evaluation), &data);
+        let objective = state.evaluation.objective;
         // Another method may have left a variable that started at zero beside it.
         let start = state.history.first().map_or(&state.design, |start| &start.design);
-        let (start_lengths, guessed) =
-            start_lengths(problem, start, state.evaluation.objective, (&here, *start == state.design));
+        let sizes = match &state.start_sizes {
+            _ if *start == state.design => start_sizes(start, objective, &here),
+            Some(known) => known.clone(),
+            None => start.iter().map(|b| b.abs()).collect(),
+        };
+        let (start_lengths, guessed) = start_lengths(problem, &sizes, objective, &here);
         let (widths, points) = (start_lengths.clone(), std::mem::take(&mut state.points));
         let mut memory = AutomaticState { widths, start_lengths, guessed, points, ..Default::default() };
         self.store(problem, state, &data, &mut memory);
@@ -175,6 +180,12 @@ impl Automatic {
         state.factors = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
         (state.automatic, state.data) = (Some(memory), Some(data));
         Ok(())
+    }
+
+    /// Sizes of the values of the current design if it is the start; zero for one that is as good as zero.
+    pub(in crate::sao) fn start_sizes(problem: &Problem, state: &State, data: &CycleData) -> Vec<f64> {
+        let State { design, responses, evaluation, .. } = state;
+        start_sizes(design, evaluation.objective, &Linearized::new(problem, (design, responses, evaluation), data))
     }
 
     /// Stores the current design with its numbers.

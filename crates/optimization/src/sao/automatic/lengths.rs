@@ -30,15 +30,14 @@ const LEAST_OF_OBJECTIVE: f64 = 1e-3;
 /// failing that, the median of the other variables; failing that, 1. It is a guess: move limits grow by up to ten a cycle, and
 /// [`Units`] shortens guesses that steps have shown to be too long. The second result says which lengths are guesses.
 ///
-/// Slopes `here` that `are_of_start` are those at the start `b`; those at a later design, which may be an optimum, say nothing about the
-/// shares of the start values.
+/// The sizes of the start are those of [`start_sizes`]; slopes `here` at a later design, which may be an optimum, say nothing about them.
 pub(super) fn start_lengths(
     problem: &Problem,
-    b: &[f64],
+    start_sizes: &[f64],
     objective: f64,
-    (here, are_of_start): (&Linearized, bool),
+    here: &Linearized,
 ) -> (Vec<f64>, Vec<bool>) {
-    let n = b.len();
+    let n = start_sizes.len();
     let steepest = |row: &mut dyn Iterator<Item = f64>| row.fold(0.0f64, |a, g| a.max(g.abs()));
     let row = |i: usize| (here.c[i], here.jacobian.row(i).iter().copied().collect());
     let rows: Vec<(f64, Vec<f64>)> = (0..here.c.len()).map(row).collect();
@@ -50,8 +49,6 @@ pub(super) fn start_lengths(
         median(rows.iter().filter_map(ratio).collect()).or_else(|| ratio(&(objective, here.slope.clone())))
     };
     let by_objective = |j: usize| Some((objective / here.slope[j]).abs()).filter(|d| d.is_finite() && *d > 0.0);
-    let start_sizes: Vec<f64> =
-        if are_of_start { start_sizes(b, objective, here) } else { b.iter().map(|b| b.abs()).collect() };
     // Bounds and limits may be as good as none.
     let size = |j: usize| {
         let known = Some(start_sizes[j]).filter(|size| *size > 0.0);
@@ -77,8 +74,8 @@ pub(super) fn start_lengths(
     (lengths.into_iter().map(|d| d.unwrap_or(other)).collect(), guessed)
 }
 
-/// |b|, or zero for a start value that is as good as zero.
-fn start_sizes(b: &[f64], objective: f64, here: &Linearized) -> Vec<f64> {
+/// |b|, or zero for a start value that is as good as zero by the slopes at the start.
+pub(super) fn start_sizes(b: &[f64], objective: f64, here: &Linearized) -> Vec<f64> {
     let n = b.len();
     let changes =
         |slope: &mut dyn Iterator<Item = f64>| -> Vec<f64> { slope.zip(b).map(|(g, b)| (g * b).abs()).collect() };
