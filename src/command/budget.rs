@@ -5,7 +5,7 @@ use anyhow::bail;
 use clap::Args;
 use linkwright::approximation::CycleData;
 use linkwright::model_file::Model;
-use linkwright::problem::{Problem, RowId, Selection};
+use linkwright::problem::{Problem, RowId};
 use linkwright::sao::Method;
 use linkwright::study::{Part, Phase, Study, StudyKind};
 use std::time::Duration;
@@ -50,8 +50,6 @@ pub struct Sizes {
     is_second_order: bool,
 }
 
-/// Rows that a constraint with a selection near its maxima retains, at most: more maxima are unusual.
-const ROWS_NEAR_MAXIMA: u64 = 100;
 /// Designs that a confirmed run stores for its confirmation, with those that the confirmation adds.
 const CONFIRMED: u64 = 12;
 /// Bytes of a number in memory, as text in a file, and as a cell of a table.
@@ -81,12 +79,7 @@ impl Sizes {
         let points = |grid: Option<usize>| grid.map_or(1, |grid| problem.grids[grid].len() as u64);
         let values = problem.responses.iter().map(|response| points(response.grid)).sum();
         let all = |j: usize| problem.points_of(&problem.constraints[j].quantity) as u64;
-        let few = |j: usize| {
-            let constraint = &problem.constraints[j];
-            let selects = constraint.selection.unwrap_or(method.screening.selection) != Selection::All;
-            let is_few = selects && !constraint.is_equality();
-            if is_few { all(j).min(ROWS_NEAR_MAXIMA) } else { all(j) }
-        };
+        let few = |j: usize| method.most_rows(problem, j) as u64;
         let constraints = 0..problem.constraints.len();
         let of_objective = CycleData::needed(problem, &[]).len() as u64;
         // Every retained row needs the responses that it uses; of a functional all of its points.

@@ -25,6 +25,26 @@ fn chain(n: usize, points: usize, preset: &str) -> String {
     )
 }
 
+/// Functions of n variables over time, each with a limit.
+fn histories(n: usize, points: usize) -> String {
+    let variables: String = (0..n).map(|k| format!("[design.a{k}]\nstart = 1.0\nlower = 0.1\nupper = 3.0\n")).collect();
+    let history = |k: usize| {
+        let terms: Vec<String> = (0..n).map(|j| format!("a{j}^2*cos({}*time)", j + k)).collect();
+        format!(
+            "[[output]]\nname = \"f{k}\"\nvalue = \"{}\"\n[[constraint]]\nname = \"c{k}\"\nvalue = \"f{k}\"\nat_most = {}.0\n",
+            terms.join(" + "),
+            n + 10
+        )
+    };
+    let outputs: String = (0..5).map(history).collect();
+    let sum: Vec<String> = (0..n).map(|k| format!("a{k}^2 + 1/a{k}")).collect();
+    format!(
+        "version = 2\ntitle = \"histories\"\n{variables}[time]\nto = 3.0\npoints = {points}\n{outputs}[objective]\n\
+         minimize = \"{}\"\n[method]\npreset = \"automatic\"\n",
+        sum.join(" + ")
+    )
+}
+
 /// The estimate in bytes that the command states if its budget is too small.
 fn estimate(place: &TempFolder, arguments: &[&str]) -> u64 {
     let shown = place.run(&[arguments, &["--memory", "1k"]].concat(), 1);
@@ -48,6 +68,7 @@ fn estimates_of_memory_are_between_the_peak_and_a_few_times_the_peak() {
     let cases = [
         (chain(10, 120, "automatic"), optimize("40")),
         (chain(40, 20, "automatic"), optimize("3")),
+        (histories(20, 4000), optimize("6")),
         (chain(10, 300, "slp"), optimize("6")),
         (chain(10, 100, "gcmma"), optimize("6")),
         (chain(10, 300, "multipoint"), optimize("6")),

@@ -139,6 +139,48 @@ fn points_where_no_step_leads_on_are_left() {
     }
 }
 
+/// The sum of squares of an exponential decay against its values, rounded to six digits: its least value is a trace of rounding.
+struct Decay;
+impl ClosedForm for Decay {
+    fn response<S: Scalar>(&self, _: usize, b: &[S], _: S) -> S {
+        (0..12).fold(S::from(0.0), |sum, k| {
+            let t = 0.3 * f64::from(k);
+            let measured = ((3.0 * (-0.8 * t).exp() + 0.5) * 1e6).round() / 1e6;
+            sum + ((b[1] * -t).exp() * b[0] + b[2] - measured).powi(2)
+        })
+    }
+}
+
+/// (x − 3)² + 0.1 (x − 3)⁴ + 10⁻¹².
+struct NearlyZero;
+impl ClosedForm for NearlyZero {
+    fn response<S: Scalar>(&self, _: usize, b: &[S], _: S) -> S {
+        (b[0] - 3.0).powi(2) + (b[0] - 3.0).powi(4) * 0.1 + 1e-12
+    }
+}
+
+#[test]
+fn a_least_value_that_is_tiny_beside_its_range_is_convergence() {
+    let problem = |start: &[f64], function: &dyn Fn(ProblemBuilder) -> Problem| {
+        let mut parts = ProblemBuilder::new("tiny");
+        start.iter().enumerate().for_each(|(k, b)| {
+            parts.variable(DesignVariable::new(format!("b{k}"), "", *b));
+        });
+        let f = parts.constant("f", "");
+        parts.minimize("f", "", Quantity::response(None, f));
+        function(parts)
+    };
+    let decay = |parts: ProblemBuilder| parts.build_analytic(Decay).unwrap();
+    let nearly_zero = |parts: ProblemBuilder| parts.build_analytic(NearlyZero).unwrap();
+    let starts = [[1.0, 1.0, 0.0], [2.0, 0.3, 1.0], [10.0, 2.0, 0.0], [0.5, 0.5, 10.0]];
+    let fits = starts.iter().map(|start| problem(start, &decay));
+    for problem in fits.chain([problem(&[1.0], &nearly_zero), problem(&[-7.0], &nearly_zero)]) {
+        let end = solve(&problem);
+        assert_eq!(end.status, Status::Converged, "from {:?}: {}", problem.start(), end.reason);
+        assert!(end.evaluation.objective < 1e-11, "{}", end.evaluation.objective);
+    }
+}
+
 #[test]
 fn an_unbounded_problem_does_not_converge() {
     assert_ne!(solve(&case("unbounded")).status, Status::Converged);

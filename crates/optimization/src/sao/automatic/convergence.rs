@@ -18,6 +18,8 @@ const RESIDUAL: [f64; 2] = [1e-4, 3e-4];
 /// Largest residual where no other step can be made: relative to the smaller one of the objective and its range since it was far
 /// larger, and relative to that range; rounding errors of the objective, to which values of it can be compared.
 const AT_LAST: [f64; 2] = [1e-6, 1e-12];
+/// The same where the subproblem predicts no better design either, relative to the larger one of the ranges over the last designs.
+const AT_ZERO_STEP: f64 = 1e-10;
 const COMPARABLE: f64 = 1e-13;
 /// Largest Σ |λᵢ cᵢ|, relative to F.
 const COMPLEMENTARITY: f64 = 1e-5;
@@ -158,7 +160,10 @@ impl StopTest<'_> {
         let range = self.settled_range.min(objective);
         let by_values = (COMPARABLE * objective * range).sqrt();
         let by_range = (AT_LAST[0] * range).max(AT_LAST[1] * self.longer_range().min(self.settled_range));
-        if self.is_last { by_range.max(by_values) } else { 0.0 }
+        let is_exact = !self.at_limit && self.predicted.abs() <= PREDICTED[0] * objective;
+        let seen = self.longer_range().max(self.range(RECENT)).min(self.settled_range);
+        let by_prediction = if is_exact { AT_ZERO_STEP * seen } else { 0.0 };
+        if self.is_last { by_range.max(by_values).max(by_prediction) } else { 0.0 }
     }
 
     /// A change of the objective that does not matter at all.
