@@ -224,47 +224,46 @@ impl ProjectionFactor {
 /// Equations that were independent at the start can depend on each other elsewhere, while others take their place.
 #[derive(Clone, Debug, Default)]
 struct KeptRows {
-    /// Their numbers in ascending order; empty if all are kept.
-    numbers: Vec<usize>,
+    /// Their numbers in ascending order; `None` if all are kept.
+    numbers: Option<Vec<usize>>,
 }
 
 impl KeptRows {
     /// Chooses among the rows of `jacobian`, and keeps these only. Returns the number of a dependent equation if too few are independent.
     fn choose(&mut self, tree: &Tree, jacobian: &mut Vec<f64>) -> std::result::Result<(), usize> {
-        self.numbers.clear();
+        self.numbers = None;
         if tree.independent_cuts == tree.cuts.len() {
             return Ok(());
         }
-        self.numbers = independent_rows(jacobian, tree.count, tree.independent_cuts);
-        if self.numbers.len() < tree.independent_cuts {
-            return Err((0..tree.cuts.len()).find(|row| !self.numbers.contains(row)).unwrap_or(0));
+        let numbers = independent_rows(jacobian, tree.count, tree.independent_cuts);
+        if numbers.len() < tree.independent_cuts {
+            return Err((0..tree.cuts.len()).find(|row| !numbers.contains(row)).unwrap_or(0));
         }
-        for (to, &from) in self.numbers.iter().enumerate() {
+        for (to, &from) in numbers.iter().enumerate() {
             jacobian.copy_within(from * tree.count..(from + 1) * tree.count, to * tree.count);
         }
-        jacobian.truncate(self.numbers.len() * tree.count);
+        jacobian.truncate(numbers.len() * tree.count);
+        self.numbers = Some(numbers);
         Ok(())
     }
 
     /// The number of the equation with this place among the kept ones.
     fn number(&self, place: usize) -> usize {
-        self.numbers.get(place).copied().unwrap_or(place)
+        self.numbers.as_ref().map_or(place, |numbers| numbers[place])
     }
 
     /// Moves the values of the kept equations to the front, and returns them.
     fn compress<'v, const W: usize>(&self, values: &'v mut [[f64; W]]) -> &'v mut [[f64; W]] {
-        self.numbers.iter().enumerate().for_each(|(to, &from)| values[to] = values[from]);
-        let count = if self.numbers.is_empty() { values.len() } else { self.numbers.len() };
-        &mut values[..count]
+        let Some(numbers) = &self.numbers else { return values };
+        numbers.iter().enumerate().for_each(|(to, &from)| values[to] = values[from]);
+        &mut values[..numbers.len()]
     }
 
     /// Moves the values at the front to the places of their equations. The others become zero.
     fn expand<const W: usize>(&self, values: &mut [[f64; W]]) {
-        if self.numbers.is_empty() {
-            return;
-        }
-        values[self.numbers.len()..].fill([0.0; W]);
-        for (from, &to) in self.numbers.iter().enumerate().rev() {
+        let Some(numbers) = &self.numbers else { return };
+        values[numbers.len()..].fill([0.0; W]);
+        for (from, &to) in numbers.iter().enumerate().rev() {
             let value = std::mem::replace(&mut values[from], [0.0; W]);
             values[to] = value;
         }
