@@ -115,7 +115,7 @@ const LARGEST: f64 = 1e-7;
 
 /// The power of ten above, with some room.
 fn bound(deviation: f64) -> f64 {
-    10f64.powf((3.0 * deviation).max(1e-12).log10().ceil())
+    10f64.powf((2.0 * deviation).max(1e-12).log10().ceil())
 }
 
 fn text(rows: &[Row]) -> String {
