@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -11,6 +12,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from functools import lru_cache
 from multiprocessing import get_context, parent_process
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 from . import _core, _toml
@@ -24,6 +26,8 @@ DEATHS = 3
 TASK_TIME = 0.2
 # Most tasks that wait or run at the same time.
 TASKS = 256
+# Longest time in seconds after which an interrupt is noticed.
+PAUSE = 0.2
 # Exceptions that say that a worker died or was lost: `KilledWorker` is Dask's, `ExecutorlibSocketError` that of executorlib.
 LOST = ("KilledWorker", "ExecutorlibSocketError", "FutureCancelledError", "CommClosedError", "LostTaskError")
 
@@ -302,6 +306,40 @@ def _where(executor: Any, rows: _Rows) -> _Here | _Pool:
     raise DefinitionError(f"`executor` is an executor, a function that makes one, or a number of processes, got {kind}")
 
 
+class _Interrupt:
+    """Holds back an interrupt until `check`: an exception inside the machinery of an executor can leave its locks closed for ever.
+
+    A second interrupt is not held back.
+    """
+
+    def __init__(self) -> None:
+        self.received: tuple[int, FrameType | None] | None = None
+        self.before: Callable[[int, FrameType | None], Any] | None = None
+
+    def __enter__(self) -> _Interrupt:
+        before = signal.getsignal(signal.SIGINT)
+        if threading.current_thread() is threading.main_thread() and callable(before):
+            self.before = before
+            signal.signal(signal.SIGINT, self._receive)
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if self.before is not None:
+            signal.signal(signal.SIGINT, self.before)
+        if kind is None:
+            self.check()
+
+    def _receive(self, number: int, frame: FrameType | None) -> None:
+        if self.received is not None:
+            self.check()
+        self.received = (number, frame)
+
+    def check(self) -> None:
+        if self.received is not None and self.before is not None:
+            received, self.received = self.received, None
+            self.before(*received)
+
+
 class _Pool:
     """An executor, replaced by another one when a worker's death has broken it."""
 
@@ -318,11 +356,25 @@ class _Pool:
     def run(
         self, texts: Texts, phase: int, runs: list[int], known: list[str], chunk: int | None, observe: Observe
     ) -> bool:
+        with _Interrupt() as interrupt:
+            return self._run(texts, phase, (runs, chunk), known, observe, interrupt)
+
+    def _run(
+        self,
+        texts: Texts,
+        phase: int,
+        wanted: tuple[list[int], int | None],
+        known: list[str],
+        observe: Observe,
+        interrupt: _Interrupt,
+    ) -> bool:
+        runs, chunk = wanted
         queue, alone, size = list(reversed(runs)), list[int](), chunk or 1
         open_: dict[Future[Any], list[int]] = {}
         single: Future[Any] | None = None
         try:
             while queue or alone or open_:
+                interrupt.check()
                 broken: BaseException | None = None
                 while (queue or alone) and len(open_) < (1 if alone or single in open_ else TASKS):
                     # Runs that were open when a worker died are done one at a time: the next death has one cause.
@@ -340,7 +392,7 @@ class _Pool:
                         broken = error
                         break
                 if broken is None:
-                    done, _ = wait(open_, return_when=FIRST_COMPLETED)
+                    done, _ = wait(open_, timeout=PAUSE, return_when=FIRST_COMPLETED)
                     for future in done:
                         some = open_.pop(future)
                         reason = CancelledError() if future.cancelled() else future.exception()
