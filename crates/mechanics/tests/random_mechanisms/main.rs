@@ -87,10 +87,12 @@ fn many_random_spatial_mechanisms() {
 /// * 1006 (friction in driven joints): implicit steps ended when positions had converged, before the reactions had.
 #[test]
 fn mechanisms_that_had_wrong_derivatives() {
-    for seed in [1, 591, 645, 1006, 2812, 5004, 5047, 5068, 5090, 5204, 6683, 12762, 13882, 14337] {
+    let large = [1, 591, 645, 1006, 2812, 5004, 5047, 5068, 5090, 5204, 6683];
+    let small = [12762, 13882, 14337];
+    for (seed, least) in large.map(|seed| (seed, 200)).into_iter().chain(small.map(|seed| (seed, 100))) {
         let found = check_all::<RandomMechanism>(seed, seed + 1);
         assert!(found.wrong.is_empty(), "{}", found.wrong.join("\n"));
-        assert!(found.compared > 100, "{found}");
+        assert!(found.compared > least, "{found}");
     }
 }
 

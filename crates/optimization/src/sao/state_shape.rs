@@ -28,7 +28,9 @@ fn check(state: &State, problem: &Problem) -> Result<()> {
     Error::check_length("last step of the state", n, step)?;
     let sizes = state.start_sizes.iter().flatten();
     Error::check_length("start sizes of the state", n, state.start_sizes.as_ref().map_or(n, Vec::len))?;
-    require(sizes.into_iter().all(|size| *size >= 0.0 && size.is_finite()), || "a start size is negative".to_owned())?;
+    require(sizes.into_iter().all(|size| *size >= 0.0 && size.is_finite()), || {
+        "a start size is negative or not finite".to_owned()
+    })?;
     problem.check_shape(&state.responses)?;
     check_evaluation(&state.evaluation, problem)?;
     let conservatism = state.globalization.conservatism.len();

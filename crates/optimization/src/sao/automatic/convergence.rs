@@ -18,7 +18,8 @@ const RESIDUAL: [f64; 2] = [1e-4, 3e-4];
 /// Largest residual where no other step can be made: relative to the smaller one of the objective and its range since it was far
 /// larger, and relative to that range; rounding errors of the objective, to which values of it can be compared.
 const AT_LAST: [f64; 2] = [1e-6, 1e-12];
-/// The same where the subproblem predicts no better design either, relative to the larger one of the ranges over the last designs.
+/// Largest residual where the step is zero and the subproblem predicts no better design, relative to the larger one of the ranges of the
+/// objective over the last designs. Random curve fits end at up to 2e-11 of it by rounding.
 const AT_ZERO_STEP: f64 = 1e-10;
 const COMPARABLE: f64 = 1e-13;
 /// Largest Σ |λᵢ cᵢ|, relative to F.

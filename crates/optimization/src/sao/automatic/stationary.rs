@@ -114,7 +114,7 @@ impl Situation<'_> {
         may_be_left.then(|| self.displacement(DISPLACEMENTS[futile], |_| true))
     }
 
-    /// What follows where the subproblem gives no step; `None` if nothing does.
+    /// The next step, or the end, where the subproblem gives no step; `None` if nothing leads on.
     pub(super) fn after_stalling(&self, restoration: Option<f64>) -> Result<Option<Next>> {
         let analyse = |step| Next::Analyse(Box::new(step));
         if let Some(step) = self.by_another_surrogate(restoration)? {
