@@ -1,9 +1,10 @@
 //! `linkwright import FILE`: a robot in a URDF or MJCF file as a model file.
 
 use super::new::create;
-use super::output::{argument, complain, say, visible};
+use super::output::{argument, complain, say};
 use clap::Args;
 use linkwright::model_file::robot::{self, Base};
+use linkwright::model_file::visible;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]

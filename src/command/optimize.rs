@@ -221,7 +221,10 @@ fn numbered(name: &str, force: bool, shown: &Shown) -> anyhow::Result<Reserved> 
         match RunDirectory::reserve(directory, force) {
             Err(error) if error.is::<Occupied>() && !force => last = Some(error),
             Ok(folder) if number > 1 => {
-                shown.show().note(&format!("This run goes to {place}; --force replaces the one in {name}"))?;
+                shown.show().note(&format!(
+                    "This run goes to {place}; `optimize FILE --force` replaces the one in {}",
+                    results().join(name).display()
+                ))?;
                 return Ok(folder);
             }
             other => return other,

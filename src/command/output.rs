@@ -1,6 +1,7 @@
 //! Standard output and standard error, digits of numbers, dates and durations.
 
 use anyhow::Context;
+use linkwright::model_file::visible;
 use linkwright::report::number;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -60,21 +61,6 @@ impl std::fmt::Display for ClosedOutput {
 
 impl std::error::Error for ClosedOutput {}
 
-/// A text with visible control characters, as `\u001b`; also those that change the direction of writing.
-///
-/// Ends of lines stay. The form is that of JSON, so that JSON stays valid.
-pub fn visible(text: &str) -> String {
-    let is_sent = |c: char| {
-        (c.is_control() && c != '\n')
-            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-    };
-    let mut shown = String::with_capacity(text.len());
-    for c in text.chars() {
-        if is_sent(c) { shown += &format!("\\u{:04x}", u32::from(c)) } else { shown.push(c) }
-    }
-    shown
-}
-
 /// An argument as it is typed into a shell: a file, a folder, or a value with its name.
 pub fn argument(text: &str) -> String {
     // It would be taken for an option.
@@ -124,11 +110,5 @@ mod tests {
         assert!(date.len() == 20 && date.starts_with("20") && date.ends_with('Z'), "{date}");
         let shown = [0.04, 9.96, 59.7, 3600.0].map(|s| brief(Duration::from_secs_f64(s)));
         assert_eq!(shown, ["0.0 s", "10 s", "1 min 00 s", "1 h 00 min"]);
-    }
-
-    #[test]
-    fn control_characters_are_visible_and_other_ones_stay() {
-        assert_eq!(visible("46 N·m\n²β✓"), "46 N·m\n²β✓");
-        assert_eq!(visible("\u{1b}[2J\r\t\u{7f}\u{9b}1m\u{202e}"), "\\u001b[2J\\u000d\\u0009\\u007f\\u009b1m\\u202e");
     }
 }

@@ -1,10 +1,10 @@
 //! Terminal output during a run.
 
 use super::eta::RemainingCycles;
-use super::output::{brief, say, say_raw, visible};
+use super::output::{brief, say, say_raw};
 use super::run_directory::{Summary, shown_cycle};
 use linkwright::mechanics::SimulationClock;
-use linkwright::model_file::Model;
+use linkwright::model_file::{Model, visible};
 use linkwright::problem::Problem;
 use linkwright::report::number::{readable, with_unit};
 use linkwright::report::outcome;
@@ -128,11 +128,21 @@ impl<'p> Progress<'p> {
     fn cells(&self, state: &State, k: usize) -> anyhow::Result<String> {
         let width = self.width();
         let c = &state.history[k];
-        let mark = if c.accepted { ' ' } else { 'R' };
-        let objective = readable(outcome::objective_of_step(self.problem, state, k)?, self.digits);
-        let violation =
-            outcome::violation(self.problem, c).map_or_else(|| format!("{:>8}", "–"), |v| format!("{v:>8.2}"));
-        let errors = format!("{:>7.2} {:>7.2} {violation}", c.objective_error_pct, c.constraint_error_pct);
+        let mark = match (&c.failure, c.accepted) {
+            (Some(_), _) => 'F',
+            (None, true) => ' ',
+            (None, false) => 'R',
+        };
+        let (objective, errors) = match c.failure {
+            Some(_) => ("failed".to_owned(), format!("{:>7} {:>7} {:>8}", "–", "–", "–")),
+            None => {
+                let objective = readable(outcome::objective_of_step(self.problem, state, k)?, self.digits);
+                let violation = outcome::violation(self.problem, c);
+                let violation = violation.map_or_else(|| format!("{:>8}", "–"), |v| format!("{v:>8.2}"));
+                let errors = format!("{:>7.2} {:>7.2} {violation}", c.objective_error_pct, c.constraint_error_pct);
+                (objective, errors)
+            }
+        };
         let counts = format!("{:>7} {:>6}", c.active_limits, c.retained.len());
         let number = |b: &f64| format!(" {:>width$}", readable(*b, self.digits));
         let design: String = c.design.iter().take(COLUMNS).map(number).collect();

@@ -1,7 +1,7 @@
 //! `linkwright report A B`: two runs on one page.
 
 use super::budget::Budget;
-use super::run_directory::{RunDirectory, fingerprint};
+use super::run_directory::RunDirectory;
 use super::runs::RunComparison;
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
@@ -46,8 +46,10 @@ impl LastRun {
 pub fn page_of_two(a: &Path, b: &Path, budget: &Budget) -> anyhow::Result<String> {
     let comparison = RunComparison::new(a, b)?;
     let runs = [LastRun::open(a, "A", budget)?, LastRun::open(b, "B", budget)?];
-    let is_same = fingerprint(&runs[0].model) == fingerprint(&runs[1].model);
-    let lead = if is_same { "Two runs of one problem: A and B." } else { "Two runs of different problems: A and B." };
+    let lead = match comparison.is_of_one_problem() {
+        true => "Two runs of one problem: A and B.",
+        false => "Two runs of different problems: A and B.",
+    };
     let title = match runs[0].model.title() == runs[1].model.title() {
         true => format!("{}: two runs", runs[0].model.title()),
         false => format!("{} and {}", runs[0].model.title(), runs[1].model.title()),

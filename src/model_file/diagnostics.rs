@@ -81,6 +81,21 @@ impl Diagnostic {
     }
 }
 
+/// A text with visible control characters, as `\u001b`; also those that change the direction of writing.
+///
+/// Ends of lines stay. The form is that of JSON, so that JSON stays valid.
+pub fn visible(text: &str) -> String {
+    let is_sent = |c: char| {
+        (c.is_control() && c != '\n')
+            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_sent(c) { shown += &format!("\\u{:04x}", u32::from(c)) } else { shown.push(c) }
+    }
+    shown
+}
+
 /// The known names of the part that `asked` names before its last dot, if there are any; otherwise all of them.
 fn of_same_owner<'k>(asked: &str, known: Vec<&'k str>) -> Vec<&'k str> {
     let owner = |name: &str| name.rsplit_once('.').map(|(owner, _)| owner.to_owned());
@@ -340,5 +355,16 @@ impl SourceMap {
         }
         let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|word| !word.is_empty());
         words.into_iter().find_map(|word| self.locations.get(word))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn control_characters_are_visible_and_other_ones_stay() {
+        assert_eq!(visible("46 N·m\n²β✓"), "46 N·m\n²β✓");
+        assert_eq!(visible("\u{1b}[2J\r\t\u{7f}\u{9b}1m\u{202e}"), "\\u001b[2J\\u000d\\u0009\\u007f\\u009b1m\\u202e");
     }
 }

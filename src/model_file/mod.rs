@@ -58,7 +58,7 @@ mod version;
 
 pub use attached::with_files;
 pub use complete::{Completion, Completions, completions};
-pub use diagnostics::{Diagnostic, DiagnosticReport, Severity};
+pub use diagnostics::{Diagnostic, DiagnosticReport, Severity, visible};
 pub use document::{document, schema, tables};
 pub use file::{Accepts, Constant, Key, Model, Need, TableKeys, read, read_generated, read_of_run};
 #[cfg(feature = "report")]

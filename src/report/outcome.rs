@@ -59,9 +59,9 @@ pub fn objective_of_step(problem: &Problem, state: &State, k: usize) -> Result<f
     }
 }
 
-/// The trial step with a better design than the last one, by more than 1e-4, with its objective; see [`State::better_than_last`].
+/// The trial step with a better design than the last one, by more than 1e-4 and satisfying the constraints, with its objective; see [`State::better_than_last`].
 pub fn better_than_last<'s>(problem: &Problem, state: &'s State) -> Option<(&'s Cycle, f64)> {
-    let better = state.better_than_last(BETTER)?;
+    let better = state.better_than_last(SATISFIED, BETTER)?;
     let k = state.history.iter().position(|cycle| std::ptr::eq(cycle, better))?;
     Some((better, objective_of_step(problem, state, k).unwrap_or(better.objective)))
 }

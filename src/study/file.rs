@@ -318,7 +318,7 @@ fn of_table(table: &DeTable<'_>, source: FileSource<'_>) -> Read<StudyFile> {
         text: String::new(),
         kind,
         title: section.text("title")?,
-        model: section.text("model")?,
+        model: section.need_word("model")?.text,
         settings: settings(&section)?,
         vary: varied(&section, kind)?,
         quantities: if has("quantities") { words(&section, "quantities")? } else { vec![] },

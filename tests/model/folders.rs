@@ -518,14 +518,21 @@ fn control_characters_of_a_model_are_shown_and_not_sent() {
     let model = place.read(TRUSS).replace(&title, &format!("title = \"{bad}\""));
     let model = model.replacen("unit = \"", &format!("unit = \"{bad}"), 1);
     std::fs::write(place.0.join("bad.toml"), model).unwrap();
+    let sent =
+        |shown: &str| shown.chars().find(|c| (c.is_control() && *c != '\n') || ('\u{202a}'..='\u{202e}').contains(c));
     let plain = |command: &[&str]| {
         let output = linkwright(command, &place.0);
         let shown = text(&output.stdout) + &text(&output.stderr);
-        let sent = shown.chars().find(|c| (c.is_control() && *c != '\n') || ('\u{202a}'..='\u{202e}').contains(c));
-        assert_eq!(sent, None, "{command:?}: {shown:?}");
+        assert_eq!(sent(&shown), None, "{command:?}: {shown:?}");
         shown
     };
     plain(&["optimize", "bad.toml", "--out", "out"]);
+    for entry in std::fs::read_dir(place.0.join("out")).unwrap() {
+        let path = entry.unwrap().path();
+        if let Ok(written) = std::fs::read_to_string(&path) {
+            assert_eq!(sent(&written), None, "{}", path.display());
+        }
+    }
     plain(&["optimize", "bad.toml", "--json", "--out", "json"]).lines().for_each(|line| {
         serde_json::from_str::<serde_json::Value>(line).unwrap_or_else(|e| panic!("{e}: {line}"));
     });

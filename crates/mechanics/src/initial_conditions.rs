@@ -246,7 +246,7 @@ fn apply(system: &System, step: &[[f64; 1]], state: &mut State<f64>) -> f64 {
 ///
 /// # Errors
 ///
-/// [`Error::Analysis`] naming joints that depend on each other, or a coordinate without mass or joint.
+/// [`Error::Analysis`] naming joints that depend on each other or contradict a drive, or a coordinate without mass or joint.
 pub fn make_velocities_consistent(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -255,7 +255,45 @@ pub fn make_velocities_consistent(
     if mechanism.multipliers == 0 {
         return Ok(VelocityProjection::default());
     }
-    solve_velocities(system, mechanism, state).map_err(|error| explained(system, mechanism, state, error))
+    let projection = solve_velocities(system, mechanism, state);
+    let projection = projection.map_err(|error| explained(system, mechanism, state, error))?;
+    if system.allows_redundancy() {
+        let mut rates = vec![0.0; system.size()];
+        system.constraint_rates(mechanism, state, 1, &mut ElementWorkspace::default(), &mut rates);
+        let largest_velocity = state.v.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+        check_contradictions(system, mechanism, state.t, (&rates, "m/s or rad/s"), CONTRADICTION * largest_velocity)?;
+    }
+    Ok(projection)
+}
+
+/// Error of a constraint in m or rad, or of its rate as a fraction of the largest velocity, above which redundant constraints contradict
+/// each other.
+pub(crate) const CONTRADICTION: f64 = 1e-6;
+
+/// Checks that the constraints in `rows`, or their rates, are at most `largest` at the time `t` (s): redundant ones may contradict each other.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming the one with the largest error.
+pub(crate) fn check_contradictions(
+    system: &System,
+    mechanism: &Mechanism<f64>,
+    t: f64,
+    (rows, unit): (&[f64], &str),
+    largest: f64,
+) -> Result<()> {
+    let constraints =
+        system.unknowns().iter().zip(rows).filter(|(unknown, _)| matches!(unknown, Unknown::Multiplier(_)));
+    let Some((unknown, error)) = constraints.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else { return Ok(()) };
+    if error.abs() <= largest {
+        return Ok(());
+    }
+    let why = format!(
+        "joints and drives contradict each other at t = {t:.6e} s: this one is violated by {:.3e} {unit}",
+        error.abs()
+    );
+    let remedy = "remove a drive, or the joints that do not allow its motion";
+    Err(Error::analysis(name_of(mechanism, *unknown), why, remedy))
 }
 
 /// Moves the free velocities to the nearest ones that satisfy the constraints, v − v_guess + Φ_qᵀ ν = 0 and Φ_q v + Φ_t = 0. Returns the

@@ -13,9 +13,10 @@
 
 use crate::constraint_rank::ConstraintRank;
 use crate::elements::element::ElementWorkspace;
-use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
+use crate::mechanism::{EventElement, Mechanism, Unilateral};
 use crate::system::linearization::Linearization;
+use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
@@ -136,6 +137,26 @@ impl VelocityMatrix {
         self.add_columns(rows, held, -1.0);
     }
 
+    /// Writes the change of the velocities by the impulses that stop the held coordinates, whose `rates` are given: `rows` by equation.
+    pub fn stop<const L: usize>(&self, rates: &[[f64; L]], rows: &mut [[f64; L]]) {
+        let mut impulses = vec![[0.0; L]; rates.len()];
+        self.impulses(rates, &mut impulses);
+        rows.fill([0.0; L]);
+        self.add_columns(rows, &impulses, -1.0);
+    }
+
+    /// The transpose of [`Self::stop`]: from derivatives with respect to velocities, by equation, to those with respect to the rates of
+    /// the held coordinates.
+    pub fn stop_transposed<const L: usize>(&self, velocities: &[[f64; L]]) -> Vec<[f64; L]> {
+        let along = |column: &Vec<f64>| {
+            std::array::from_fn(|k| column.iter().zip(velocities).map(|(x, v)| -x * v[k]).sum::<f64>())
+        };
+        let along: Vec<_> = self.columns.iter().map(along).collect();
+        let mut rates = vec![[0.0; L]; along.len()];
+        self.impulses(&along, &mut rates);
+        rates
+    }
+
     fn impulses<const L: usize>(&self, velocities: &[[f64; L]], out: &mut [[f64; L]]) {
         for (i, out) in out.iter_mut().enumerate() {
             *out =
@@ -254,6 +275,20 @@ impl VelocityMatrix {
         held.sort_unstable();
         held
     }
+}
+
+/// Sliding coordinates of dry friction that sticks at the start of a motion.
+///
+/// It sticks in the designs around, too: friction stops the velocities that these give it, within a time that decreases with them. Their
+/// derivatives are therefore those after an impulse of the friction.
+pub(crate) fn sticking_coordinates(mechanism: &Mechanism<f64>, modes: &Modes) -> Vec<usize> {
+    let sliding = |event: &EventElement<f64>| match event.unilateral {
+        Some(Unilateral::Friction { joint, sticking, .. }) if modes.is_on(sticking) => {
+            Some(mechanism.elements[joint].coordinates[2])
+        }
+        _ => None,
+    };
+    mechanism.events.iter().filter_map(sliding).collect()
 }
 
 /// Coordinates without mass at positions near `rest`, with their weights.

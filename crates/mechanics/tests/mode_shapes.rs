@@ -1,9 +1,11 @@
 //! Mode shapes against closed forms, and their derivatives against differences.
 
 use autodiff::Scalar;
-use linkwright_mechanics::derivatives::modal::About;
+use linkwright_mechanics::derivatives::modal::{About, differentiate_modes};
 use linkwright_mechanics::derivatives::mode_shapes::{differentiate_mode_shapes, mode_shapes};
+use linkwright_mechanics::motion::Fixed;
 use linkwright_mechanics::{Error, Mechanism, ParametricMechanism, Pose, Result, Statics};
+use std::f64::consts::PI;
 
 /// Two masses in a row on two springs: mass, stiffness of the first spring, stiffness of the second one.
 struct Chain;
@@ -132,4 +134,62 @@ fn equal_frequencies_and_missing_modes_are_named() {
     assert!(mode_shapes(&Equal, &[2.0], About::Assembled, 0.0, &[1]).is_ok());
     let error = mode_shapes(&Equal, &[2.0], About::Assembled, 0.0, &[2]).unwrap_err().to_string();
     assert!(error.contains("there are only 2"), "{error}");
+}
+
+/// Ziegler's double pendulum: masses 2 m and m, lengths and torsional stiffness one, a follower force at the tip; m and force.
+struct Ziegler;
+
+impl ParametricMechanism for Ziegler {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let [zero, one, small] = [0.0, 1.0, 1e-12].map(S::from);
+        let mut m = Mechanism::new();
+        let ground = m.ground();
+        let inner = m.body("inner", b[0] * 2.0, small, Pose { x: one, y: zero, theta: zero });
+        let outer = m.body("outer", b[0], small, Pose { x: one * 2.0, y: zero, theta: zero });
+        m.revolute("pin", ground.origin(), inner.at(-one, zero));
+        m.revolute("knee", inner.origin(), outer.at(-one, zero));
+        m.coordinate_spring("spring", ground.theta, inner.theta, [one, zero, zero, zero]);
+        m.coordinate_spring("second spring", inner.theta, outer.theta, [one, zero, zero, zero]);
+        m.follower_force("force", outer.origin(), S::from(PI), Fixed, &[b[1]]);
+        for body in [inner, outer] {
+            let sensor = m.coordinate_sensor("angle", ground.theta, body.theta);
+            let term = m.measure(sensor, "position")?;
+            m.output("angle", &[term]);
+        }
+        Ok(m)
+    }
+}
+
+/// ω⁴ m²·2 − ω² m (7 − 2 P) + 1 = 0, with the unsymmetric stiffness [2 − P, P − 1; −1, 1]: the least load of flutter is 7/2 − √2.
+///
+/// # Sources
+/// Ziegler, *Ing.-Arch.* 20 (1952) 49–56; Bolotin, *Nonconservative Problems of the Theory of Elastic Stability* (1963), Section 2.
+#[test]
+fn follower_forces_have_the_frequencies_of_their_unsymmetric_stiffness_and_flutter() {
+    let about = About::Equilibrium(Statics::default());
+    for p in [0.0, 0.5, 1.0, 2.0, 2.08] {
+        let (mass, coefficient) = (1.3, 7.0 - 2.0 * p);
+        let found = differentiate_modes(&Ziegler, &[mass, p], about, 0.0).unwrap();
+        let root = (coefficient * coefficient - 8.0f64).sqrt();
+        for (k, sign) in [-1.0, 1.0].into_iter().enumerate() {
+            let square = (coefficient + sign * root) / (4.0 * mass);
+            close(found.squares[k], square, 1e-9);
+            close(found.gradients[k][0], -square / mass, 1e-8);
+            close(found.gradients[k][1], (-2.0 - sign * 2.0 * coefficient / root) / (4.0 * mass), 1e-7);
+        }
+        // Shapes from the second equation: (1 − ω² m) θ₂ = (1 + ω² m) θ₁.
+        let shapes = differentiate_mode_shapes(&Ziegler, &[mass, p], about, 0.0, &[0, 1]).unwrap();
+        for (k, values) in shapes.values.iter().enumerate() {
+            let square = found.squares[k] * mass;
+            close((1.0 - square) * values[1], (1.0 + square) * values[0], 1e-9);
+            let rate = found.gradients[k][1] * mass;
+            let gradient = |output: usize| shapes.gradients[k][output][1];
+            let left = (1.0 - square) * gradient(1) - rate * values[1];
+            close(left, (1.0 + square) * gradient(0) + rate * values[0], 1e-7);
+        }
+    }
+    for p in [2.09, 3.0, 4.0] {
+        let error = differentiate_modes(&Ziegler, &[1.0, p], about, 0.0).unwrap_err().to_string();
+        assert!(error.contains("flutter"), "{p}: {error}");
+    }
 }

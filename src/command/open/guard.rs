@@ -8,9 +8,9 @@
 //! * its `Origin` and `Sec-Fetch-Site`, if the browser sends them, are those of our own page;
 //! * a `POST` contains JSON, which a form of another site cannot send.
 
-use super::super::output::visible;
 use anyhow::Context;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use linkwright::model_file::visible;
 use std::fmt::Write;
 use std::net::SocketAddr;
 use std::sync::Mutex;

@@ -226,7 +226,8 @@ impl RunDirectory {
                         argument(&path.to_string())
                     ),
                     _ => format!(
-                        "no older state is intact; restore the folder, or start anew with `linkwright optimize FILE --force --out {path}`"
+                        "no older state is intact; restore the folder, or start anew with `linkwright optimize FILE --force --out {}`",
+                        argument(&path.to_string())
                     ),
                 };
                 bail!("{error:#}; {remedy}")
@@ -243,7 +244,7 @@ impl RunDirectory {
             self.folder.place(STATE).display(),
             self.folder.place(HISTORY).display(),
             history.cycles.len(),
-            self.folder.directory().path().display()
+            argument(&self.folder.directory().path().display().to_string())
         );
         Ok(())
     }

@@ -164,7 +164,13 @@ pub fn changes(before: &str, after: &str) -> anyhow::Result<Vec<Change>> {
 /// The last cycle of a state as a line of `--json`: that of `history.jsonl` with the objective as stated.
 pub fn shown_cycle(problem: &Problem, state: &State, k: usize) -> anyhow::Result<String> {
     let mut line: serde_json::Value = serde_json::from_str(&cycle_line(&state.history[k])?)?;
-    line["objective"] = outcome::objective_of_step(problem, state, k)?.into();
+    if state.history[k].failure.is_some() {
+        for name in ["objective", "objective_error_pct", "constraint_error_pct", "violation_pct"] {
+            line[name] = serde_json::Value::Null;
+        }
+    } else {
+        line["objective"] = outcome::objective_of_step(problem, state, k)?.into();
+    }
     if let Some(predicted) = outcome::predicted_objective(problem, &state.history[k]) {
         line["prediction"]["objective"] = predicted.into();
     }

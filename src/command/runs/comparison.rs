@@ -71,6 +71,11 @@ impl RunComparison {
         Ok(text + self.quantities_table()?.text_with(digits).trim_end())
     }
 
+    /// Returns whether the runs solve one problem, up to start, bounds, method and title.
+    pub fn is_of_one_problem(&self) -> bool {
+        self.one_problem
+    }
+
     /// The conclusions of both runs in words.
     pub fn statuses(&self) -> [&str; 2] {
         self.runs.each_ref().map(|run| run.status.as_str())

@@ -70,6 +70,9 @@ pub struct CompiledExpression {
 /// Largest height of a stack without heap allocation.
 const LOW: usize = 16;
 
+/// Second difference of an argument, as a fraction of the first one, that is rounding.
+const LINEAR: f64 = 1e-9;
+
 impl CompiledExpression {
     /// A number.
     pub fn constant(value: f64) -> Self {
@@ -96,8 +99,20 @@ impl CompiledExpression {
     }
 
     fn run<S: Scalar>(&self, inputs: &Inputs<S>, stack: &mut [S]) -> S {
+        self.run_observed(inputs, stack, |_, _| {})
+    }
+
+    /// Calls `observe` with each operation that has operands, and these, at the end of the stack.
+    #[inline(always)]
+    fn run_observed<S: Scalar>(
+        &self,
+        inputs: &Inputs<S>,
+        stack: &mut [S],
+        mut observe: impl FnMut(Operation, &[S]),
+    ) -> S {
         let mut top = 0;
         for operation in &self.operations {
+            observe(*operation, &stack[..top]);
             let pushed = match *operation {
                 Constant(value) => S::from(value),
                 Design(i) => inputs.design[i],
@@ -129,6 +144,32 @@ impl CompiledExpression {
             top += 1;
         }
         stack[top - 1]
+    }
+
+    /// Times at which the function of time with these parameters changes its form: where a table is at one of its points, or an
+    /// `abs`, `sign`, `min`, `max`, `smooth_step` or a condition at its kink; as far as its argument is linear in time.
+    pub fn breaks(&self, parameters: &[f64]) -> Vec<f64> {
+        let [zero, one, two] = [0.0, 1.0, 2.0].map(|t| self.distances_to_kinks(&Inputs::at(parameters, t)));
+        let root = |((a, b), c): ((&f64, &f64), &f64)| {
+            let (rate, curvature) = (b - a, (c - b) - (b - a));
+            let is_linear = curvature.abs() <= LINEAR * rate.abs();
+            (is_linear && rate != 0.0).then(|| -a / rate)
+        };
+        zero.iter().zip(&one).zip(&two).filter_map(root).collect()
+    }
+
+    /// The arguments of functions with kinks, less the places of these.
+    fn distances_to_kinks(&self, inputs: &Inputs<f64>) -> Vec<f64> {
+        let mut distances = vec![];
+        self.run_observed(inputs, &mut vec![0.0; self.height], |operation, operands| match (operation, operands) {
+            (Table(k), [.., x]) => distances.extend(self.tables[k].points().iter().map(|point| x - point)),
+            (Of(MathFunction::Abs | MathFunction::Sign), [.., x]) => distances.push(*x),
+            (Of(MathFunction::SmoothStep), [.., x]) => distances.extend([*x, x - 1.0]),
+            (OfTwo(MathFunction::Min | MathFunction::Max), [.., x, y]) => distances.push(x - y),
+            (Choose(_), [.., test, _, _]) => distances.push(*test),
+            _ => {}
+        });
+        distances
     }
 
     /// The first operation whose result is not finite although its operands are, as in `asin(1.2) is not defined: asin takes −1 to 1`.

@@ -28,6 +28,11 @@ impl Table {
         Ok(Self { x, y, spline: is_cubic.then_some(spline) })
     }
 
+    /// The arguments of its points, increasing.
+    pub fn points(&self) -> &[f64] {
+        &self.x
+    }
+
     /// The value at `x`.
     pub fn at<S: Scalar>(&self, x: S) -> S {
         if let Some(spline) = &self.spline {

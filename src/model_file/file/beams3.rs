@@ -9,7 +9,7 @@ use crate::model_file::limits;
 use autodiff::Scalar;
 use mechanics::elements::Shear;
 use mechanics::elements::spatial::BeamSection3;
-use mechanics::mechanism::Pose3;
+use mechanics::mechanism::{Body3, Pose3};
 
 const COMMON: &[Key] = &[
     required("name", Accepts::Name, "name, unique in the file; its nodes are NAME.first, NAME.2, …, NAME.last"),
@@ -113,6 +113,9 @@ fn beam(shape: &[Key], section: &Section<'_>, names: &Names, parts: &Parts) -> R
     })
 }
 
+/// Distance in m, as a fraction of 1 m and the coordinate, below which a reference point is at the end of a beam.
+const AT_END: f64 = 1e-9;
+
 /// Sine of the angle between a beam and z of the world below which the beam counts as vertical.
 const VERTICAL: f64 = 1e-6;
 
@@ -128,7 +131,13 @@ impl BeamSpec3 {
     pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) {
         let world = Pose3::at([S::from(0.0); 3]);
         let [from, to] = self.ends.each_ref().map(|end| context.place(&world, end, b));
-        let ends = self.fixed_to.map(|end| end.map(|frame| context.frame3(frame)));
+        let bodies = self.fixed_to.map(|end| end.map(|frame| context.frame3(frame)));
+        // A body whose reference point is elsewhere is joined to a node of the beam, so that the names of the nodes are those of its ends.
+        let is_at = |body: &Body3, end: [S; 3]| {
+            let reference = context.mechanism.pose3(*body).position;
+            (0..3).all(|c| (reference[c].re() - end[c].re()).abs() <= AT_END * (1.0 + end[c].re().abs()))
+        };
+        let ends: [Option<Body3>; 2] = std::array::from_fn(|k| bodies[k].filter(|body| is_at(body, [from, to][k])));
         let up = match &self.up {
             Some(up) => context.numbers(up, b),
             None => default_up(from, to),
@@ -141,6 +150,13 @@ impl BeamSpec3 {
             .collect();
         let section = self.section(|expression: &CompiledExpression| expression.value(&Inputs::design(b)));
         let beam = context.mechanism.beam3(&self.name, &points, up, ends, &section, self.shear);
+        for (k, name) in ["start", "end"].into_iter().enumerate() {
+            if let (Some(body), None) = (bodies[k], ends[k]) {
+                let node = if k == 0 { beam.0[0] } else { beam.0[self.elements] };
+                let place = context.mechanism.marker_on(body, context.mechanism.pose3(node));
+                context.mechanism.fixed_joint3(&format!("{}.{name}", self.name), place, node.origin());
+            }
+        }
         context.beams3.push(beam);
     }
 

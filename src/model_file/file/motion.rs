@@ -92,6 +92,16 @@ impl Motion for MotionLaw {
             Self::Formula(_) | Self::ConstantSpeed | Self::Harmonic | Self::Table(_) => None,
         }
     }
+
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Formula(expression) => expression.breaks(p),
+            Self::ConstantSpeed | Self::Harmonic => vec![],
+            Self::StartUp(profile) => Motion::breaks(profile, p),
+            Self::Ramp(ramp) => Motion::breaks(ramp, p),
+            Self::Table(table) => Motion::breaks(table, p),
+        }
+    }
 }
 
 /// A function of time whose parameters are expressions of the design variables.

@@ -5,7 +5,7 @@ use super::replicate::replicate;
 pub use super::value::{FileSource, Read, Value, Word, find, ordered, tree, vector, wrong_type};
 use super::value::{count, numbers, text};
 use crate::model_file::expression::{CompiledExpression, Names, Scope, TextPlace, Tree};
-use crate::model_file::{Diagnostic, limits};
+use crate::model_file::{Diagnostic, limits, visible};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeTable;
@@ -138,9 +138,9 @@ impl<'a> Section<'a> {
         Ok(self.word(key)?.unwrap_or_else(|| Word { text: default.to_owned(), span: self.span.clone() }))
     }
 
-    /// The text of a key, its default, or an empty text.
+    /// The text of a key that is shown, its default, or an empty text; control characters are visible.
     pub fn text(&self, key: &str) -> Read<String> {
-        Ok(self.need_word(key)?.text)
+        Ok(visible(&self.need_word(key)?.text))
     }
 
     /// The truth value of a key, its default, or false.

@@ -52,7 +52,7 @@ pub fn write(robot: &Robot, tree: &Tree, source: &str) -> String {
     line(out, &format!("# Made from {} by `linkwright import`.", comment(source)));
     robot.left_out.iter().for_each(|sentence| line(out, &format!("# * {}", comment(sentence))));
     line(out, "version = 2\nspace = 3");
-    line(out, &format!("title = {:?}", comment(&robot.name).replace('\\', "/")));
+    line(out, &format!("title = {}", serde_json::Value::from(comment(&robot.name))));
     line(out, &format!("gravity = {}", exact(robot.gravity)));
     line(out, "\n[time]\nto = 1\npoints = 101\n\n[analysis]\nkind = \"dynamics\"");
     for part in &tree.parts {

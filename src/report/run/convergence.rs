@@ -13,13 +13,14 @@ use crate::report::table::{Cell, Table};
 use crate::sao::Cycle;
 
 /// Cells of a trial step: objective; errors E_f and E_g, violation and step in percent; numbers of variables at a move limit, of
-/// retained constraints and of active constraints (each at one time point).
+/// retained constraints and of active constraints (each at one time point). What a failed analysis would have shown is empty.
 pub fn step_cells(problem: &Problem, c: &Cycle, objective: f64) -> [Cell; 8] {
+    let analysed = |value: Option<f64>| value.filter(|_| c.failure.is_none()).map_or(Cell::Empty, Cell::from);
     [
-        objective.into(),
-        c.objective_error_pct.into(),
-        c.constraint_error_pct.into(),
-        outcome::violation(problem, c).map_or(Cell::Empty, Cell::from),
+        analysed(Some(objective)),
+        analysed(Some(c.objective_error_pct)),
+        analysed(Some(c.constraint_error_pct)),
+        analysed(outcome::violation(problem, c)),
         c.max_variable_change_pct.into(),
         c.active_limits.into(),
         c.retained.len().into(),
@@ -61,15 +62,15 @@ impl OptimizationReport<'_> {
     }
 
     fn measures(&self) -> Result<Figure> {
-        let history = &self.state.history;
-        let of = |value: fn(&Cycle) -> f64| -> Vec<f64> { history.iter().map(value).collect() };
+        let (history, objectives): (Vec<&Cycle>, Vec<f64>) = self.successful_steps().unzip();
+        let of = |value: fn(&Cycle) -> f64| -> Vec<f64> { history.iter().map(|c| value(c)).collect() };
         let (e_f, e_g) = (of(|c| c.objective_error_pct), of(|c| c.constraint_error_pct));
         let (violation, step) = (of(|c| c.violation_pct.max(0.0)), of(|c| c.max_variable_change_pct));
         let figure = plots::convergence(&Convergence {
             cycles: &history.iter().map(|c| c.cycle).collect::<Vec<_>>(),
             accepted: &history.iter().map(|c| c.accepted).collect::<Vec<_>>(),
             objective: QuantityLabel::literal(&self.problem.objective.name, &self.problem.objective.unit),
-            objective_values: &self.objectives,
+            objective_values: &objectives,
             objective_logarithmic: self.spans_decades(),
             measures: &[
                 ConvergenceMeasure { name: "*E*_f", values: &e_f },

@@ -117,8 +117,12 @@ impl EnergyWatch {
 pub fn is_conservative(mechanism: &Mechanism<f64>, start: &State<f64>) -> bool {
     let stands_still = |i: usize| {
         mechanism.coordinates[i].motion.as_ref().is_none_or(|(motion, parameters)| {
-            let at = |t: f64| f64::motion(motion.as_ref(), parameters, start.t + t);
-            [0.0, 0.371, 1.93].into_iter().all(|t| at(t) == [at(0.0)[0], 0.0, 0.0])
+            let at = |t: f64| f64::motion(motion.as_ref(), parameters, t);
+            let breaks = motion.breaks(parameters);
+            let between = breaks.windows(2).map(|ends| ends[0] + 0.371 * (ends[1] - ends[0]));
+            let times = [0.0, 0.371, 1.93].map(|t| start.t + t).into_iter().chain(between);
+            let mut times = times.chain(breaks.last().map(|last| last + 1.0));
+            times.all(|t| at(t) == [at(start.t)[0], 0.0, 0.0])
         })
     };
     let acts = |instance: &&ElementInstance<f64>| !instance.element.is_sensor();

@@ -6,25 +6,44 @@ use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::{Cholesky, Complex, DMatrix, DVector, Schur};
 
 /// Natural angular frequencies (rad/s, increasing) and mode shapes about a state, without damping.
 #[derive(Clone, Debug)]
 pub struct Modes {
     /// Angular frequencies in rad/s; −√(−ω²) for an unstable direction with ω² < 0.
     pub frequencies: Vec<f64>,
-    /// Mode shapes, normalized by mass: one row per coordinate, one column per mode.
+    /// Mode shapes φ, normalized by mass: one row per coordinate, one column per mode.
     pub shapes: DMatrix<f64>,
+    /// Left vectors ψ with ψᵀ K = ω² ψᵀ M and ψᵀ M φ = 1: the shapes, unless forces have no potential.
+    pub left: DMatrix<f64>,
+    /// True if the stiffness is symmetric: all forces have a potential.
+    pub is_symmetric: bool,
 }
+
+/// Difference of the stiffness from its transpose, as a fraction of its largest entry, that is rounding.
+const SYMMETRIC: f64 = 1e-12;
+
+/// Imaginary part of a square ω², as a fraction of it, that is rounding: at most that of a double eigenvalue.
+const REAL: f64 = 1e-7;
+
+/// Largest number of iterations for each eigenvalue.
+const ITERATIONS: usize = 200;
 
 /// Solves K φ = ω² M φ for the motions that satisfy the constraints.
 ///
 /// K and M are the derivatives of the residual with respect to positions (with the reactions of `state`) and
-/// accelerations; the constraints are eliminated by an orthogonal basis of the null space of Φ_q.
+/// accelerations; the constraints are eliminated by an orthogonal basis of the null space of Φ_q. Forces without a potential, such as
+/// follower forces and feedback, make K unsymmetric.
 ///
 /// # Errors
 ///
-/// [`Error::Analysis`] if a motion that satisfies the constraints has no mass; [`Error::Unsupported`] for dry friction that sticks.
+/// [`Error::Analysis`] if a motion that satisfies the constraints has no mass, or if two vibrations flutter: forces without a potential
+/// then have a pair of complex squares ω². [`Error::Unsupported`] for dry friction that sticks.
+///
+/// # Sources
+///
+/// Bolotin, *Nonconservative Problems of the Theory of Elastic Stability* (1963).
 pub fn modes(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<Modes> {
     refuse_friction(mechanism, "a vibration about a state at rest")?;
     let mut rows = vec![[0.0]; system.size()];
@@ -44,20 +63,82 @@ pub fn modes(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>
     let lower = Cholesky::new((&mass + mass.transpose()) * 0.5)
         .ok_or_else(|| Error::analysis("modes", "an allowed motion has no mass", "give every free coordinate mass"))?;
     let inverse = lower.l().try_inverse().expect("a Cholesky factor is regular");
-    let scaled = &inverse * ((&stiffness + stiffness.transpose()) * 0.5) * inverse.transpose();
-    let eigen = scaled.symmetric_eigen();
-    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
-    order.sort_by(|&i, &j| eigen.eigenvalues[i].total_cmp(&eigen.eigenvalues[j]));
-    let frequencies =
-        order.iter().map(|&k| eigen.eigenvalues[k].abs().sqrt() * eigen.eigenvalues[k].signum()).collect();
-    let reduced = &basis * inverse.transpose() * eigen.eigenvectors.select_columns(&order);
-    let mut shapes = DMatrix::zeros(mechanism.coordinates.len(), order.len());
-    for (row, &equation) in free.iter().enumerate() {
-        if let Unknown::Coordinate(i) = system.unknowns()[equation] {
-            shapes.row_mut(i).copy_from(&reduced.row(row));
+    let scaled = |stiffness: &DMatrix<f64>| &inverse * stiffness * inverse.transpose();
+    let asymmetry = scaled(&((&stiffness - stiffness.transpose()) * 0.5)).amax();
+    let symmetric = scaled(&((&stiffness + stiffness.transpose()) * 0.5));
+    let is_symmetric = asymmetry <= SYMMETRIC * symmetric.amax();
+    let eigen = match is_symmetric {
+        true => Eigen::of_symmetric(symmetric),
+        false => Eigen::of(scaled(&stiffness), state.t)?,
+    };
+    let mut order: Vec<usize> = (0..eigen.values.len()).collect();
+    order.sort_by(|&i, &j| eigen.values[i].total_cmp(&eigen.values[j]));
+    let frequencies = order.iter().map(|&k| eigen.values[k].abs().sqrt() * eigen.values[k].signum()).collect();
+    let by_coordinate = |vectors: &DMatrix<f64>| {
+        let reduced = &basis * inverse.transpose() * vectors.select_columns(&order);
+        let mut vectors = DMatrix::zeros(mechanism.coordinates.len(), order.len());
+        for (row, &equation) in free.iter().enumerate() {
+            if let Unknown::Coordinate(i) = system.unknowns()[equation] {
+                vectors.row_mut(i).copy_from(&reduced.row(row));
+            }
         }
+        vectors
+    };
+    let shapes = by_coordinate(&eigen.right);
+    let left = eigen.left.as_ref().map_or_else(|| shapes.clone(), by_coordinate);
+    Ok(Modes { frequencies, shapes, left, is_symmetric })
+}
+
+/// Real eigenvalues of a matrix with their unit vectors.
+struct Eigen {
+    values: Vec<f64>,
+    right: DMatrix<f64>,
+    /// Left vectors whose product with the right ones is one; `None` for a symmetric matrix, of which they are the right ones.
+    left: Option<DMatrix<f64>>,
+}
+
+impl Eigen {
+    fn of_symmetric(matrix: DMatrix<f64>) -> Self {
+        let eigen = matrix.symmetric_eigen();
+        Self { values: eigen.eigenvalues.iter().copied().collect(), right: eigen.eigenvectors, left: None }
     }
-    Ok(Modes { frequencies, shapes })
+
+    /// By the complex Schur form, whose vectors follow by substitution, at the time `t` in s.
+    fn of(matrix: DMatrix<f64>, t: f64) -> Result<Self> {
+        let n = matrix.nrows();
+        let failed = |why: String| {
+            let remedy = "reduce the forces without a potential (follower forces, feedback), or simulate the motion";
+            Error::analysis("modes", format!("{why} at t = {t:.6e} s"), remedy)
+        };
+        let schur = Schur::try_new(matrix.map(Complex::from), f64::EPSILON, ITERATIONS * n);
+        let (basis, triangle) = schur.ok_or_else(|| failed("the eigenvalues are not found".into()))?.unpack();
+        let values = triangle.diagonal();
+        if let Some(square) = values.iter().find(|square| square.im.abs() > REAL * square.norm()) {
+            let (re, im) = (square.re, square.im.abs());
+            let why = format!("two vibrations flutter: their squares ω² are {re:.6e} ± {im:.6e} i (rad/s)²");
+            return Err(failed(why));
+        }
+        let smallest = f64::EPSILON * values.iter().fold(0.0f64, |a, x| a.max(x.norm())).max(f64::MIN_POSITIVE);
+        let mut right = DMatrix::zeros(n, n);
+        for k in 0..n {
+            let mut vector = DVector::zeros(n);
+            vector[k] = Complex::from(1.0);
+            for i in (0..k).rev() {
+                let sum: Complex<f64> = (i + 1..=k).map(|j| triangle[(i, j)] * vector[j]).sum();
+                let difference = triangle[(i, i)] - triangle[(k, k)];
+                vector[i] = -sum / if difference.norm() > smallest { difference } else { Complex::from(smallest) };
+            }
+            let vector = &basis * vector;
+            // A real vector times a complex number.
+            let largest = vector.iter().copied().reduce(|a, b| if b.norm() > a.norm() { b } else { a });
+            let real = vector.map(|x| (x / largest.unwrap_or(Complex::from(1.0))).re);
+            right.set_column(k, &real.normalize());
+        }
+        let inverse = right.clone().try_inverse().filter(|inverse| inverse.iter().all(|x| x.is_finite()));
+        let inverse =
+            inverse.ok_or_else(|| failed("two vibrations are about to flutter: they have one shape".into()))?;
+        Ok(Self { values: values.iter().map(|square| square.re).collect(), right, left: Some(inverse.transpose()) })
+    }
 }
 
 /// Orthonormal basis of the null space of `constraints`, with `n` columns.

@@ -1,6 +1,5 @@
 //! Derivatives of natural frequencies with respect to the design.
 
-use crate::Result;
 use crate::analyses::modal::modes;
 use crate::analyses::statics::{Statics, find_equilibrium};
 use crate::derivatives::forward::initial_conditions::{InitialDerivatives, ProjectedPart, equilibrium};
@@ -10,8 +9,10 @@ use crate::events::unilateral::refuse_friction;
 use crate::initial_conditions::{Assembly, assemble};
 use crate::mechanism::scalars::{Dual8, ElementScalar, Jet2};
 use crate::mechanism::{Mechanism, ParametricMechanism};
+use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
+use crate::{Error, Result};
 use autodiff::WIDTH;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -41,22 +42,27 @@ pub struct ModeSensitivities {
 /// Squares whose relative difference is smaller count as one repeated frequency.
 const REPEATED: f64 = 1e-7;
 
+/// Singular value of Φ_q Φ_qᵀ, as a fraction of its largest entry, that is rounding: constraints are redundant.
+const REDUNDANT: f64 = 1e-13;
+
 /// Natural frequencies of `model` at the design `b` and time `t`, with exact derivatives.
 ///
-/// For a mode K φ + Φ_qᵀ μ = ω² M φ, Φ_q φ = 0, φᵀ M φ = 1, with K and M symmetric,
+/// For a mode K φ + Φ_qᵀ μ = ω² M φ, Φ_q φ = 0, with its left vector Kᵀ ψ + Φ_qᵀ ν = ω² M ψ, Φ_q ψ = 0, ψᵀ M φ = 1,
 ///
-/// $$ \frac{d\omega^2}{db} = \varphi^T\left(\frac{dK}{db} - \omega^2\frac{dM}{db}\right)\varphi
-///    + 2\,\mu^T\frac{d\Phi_q}{db}\varphi $$
+/// $$ \frac{d\omega^2}{db} = \psi^T\left(\frac{dK}{db} - \omega^2\frac{dM}{db}\right)\varphi
+///    + \psi^T\frac{d\Phi_q^T}{db}\mu + \nu^T\frac{d\Phi_q}{db}\varphi $$
 ///
-/// where K, M and Φ_q depend on the design also through the state. One evaluation of every element gives all terms, in
+/// where K, M and Φ_q depend on the design also through the state. If all forces have a potential, ψ = φ and ν = μ. One evaluation of every element gives all terms, in
 /// numbers with derivatives along φ and with respect to [`WIDTH`] design variables. For a repeated frequency the
 /// derivatives are the eigenvalues of the matrix of this expression for all pairs of its modes.
 ///
 /// # Errors
-/// As [`modes`], [`assemble`] and [`equilibria`](crate::analyses::statics::equilibria).
+/// As [`modes`], [`assemble`] and [`equilibria`](crate::analyses::statics::equilibria); [`Error::Unsupported`] for a repeated frequency
+/// with forces that have no potential.
 ///
 /// # Sources
-/// Fox & Kapoor, *AIAA J.* 6 (1968) 2426–2429; for repeated frequencies Seyranian, Lund & Olhoff, *Struct. Optim.* 8
+/// Fox & Kapoor, *AIAA J.* 6 (1968) 2426–2429; for an unsymmetric K, Rogers, *AIAA J.* 8 (1970) 943–944; for repeated
+/// frequencies Seyranian, Lund & Olhoff, *Struct. Optim.* 8
 /// (1994) 207–227.
 pub fn differentiate_modes<M: ParametricMechanism>(
     model: &M,
@@ -88,23 +94,39 @@ fn differentiate_seeded(
     let (values, states) = states_at_rest(&mut system, mechanism, chunks, about, t)?;
     let natural = modes(&mut system, mechanism, &values)?;
     let squares: Vec<f64> = natural.frequencies.iter().map(|w| w * w.abs()).collect();
-    let constraint_gradients = system.constraint_jacobian(mechanism, &values);
+    let matrices = VibrationMatrices::new(&mut system, mechanism, &values);
     let mut gradients = vec![vec![0.0; variables]; squares.len()];
     for cluster in clusters(&squares) {
+        if cluster.len() > 1 && variables > 0 && !natural.is_symmetric {
+            let (first, last) = (cluster.start + 1, cluster.end);
+            let why = format!(
+                "the equal frequencies {first} to {last} at t = {t} s have no derivatives: forces have no potential"
+            );
+            return Err(Error::unsupported("modes", why, "separate the frequencies, or reduce these forces"));
+        }
         let square = cluster.clone().map(|k| squares[k]).sum::<f64>() / cluster.len() as f64;
-        let shapes: Vec<Vec<f64>> =
-            cluster.clone().map(|k| natural.shapes.column(k).iter().copied().collect()).collect();
+        let column = |of: &DMatrix<f64>, k: usize| -> Vec<f64> { of.column(k).iter().copied().collect() };
+        let shapes: Vec<_> = cluster.clone().map(|k| column(&natural.shapes, k)).collect();
+        let reactions: Vec<_> = shapes.iter().map(|shape| matrices.reactions(shape, square, false)).collect();
+        let weights: Vec<_> = cluster
+            .clone()
+            .map(|k| {
+                let left = column(&natural.left, k);
+                let reactions = matrices.reactions(&left, square, true);
+                let weight = |unknown: &Unknown| match *unknown {
+                    Unknown::Coordinate(i) => left[i],
+                    Unknown::Multiplier(m) => reactions[m],
+                };
+                system.unknowns().iter().map(weight).collect::<Vec<f64>>()
+            })
+            .collect();
         for (c, (mechanism, state)) in chunks.iter().zip(&states).enumerate() {
-            let rows = |shape: &Vec<f64>| {
+            let rows = |(shape, reactions): (&Vec<f64>, &Vec<f64>)| {
                 let accelerations: Vec<f64> = shape.iter().map(|x| -square * x).collect();
-                let reactions = vec![0.0; state.l.len()];
-                let vibration = Vibration { positions: shape, accelerations: &accelerations, reactions: &reactions };
+                let vibration = Vibration { positions: shape, accelerations: &accelerations, reactions };
                 mode_rows(&system, mechanism, state, &vibration)
             };
-            let rows: Vec<_> = shapes.iter().map(rows).collect();
-            let weights =
-                |(shape, rows): (&Vec<f64>, &Vec<Dual8>)| weights(&system, &constraint_gradients, shape, rows);
-            let weights: Vec<_> = shapes.iter().zip(&rows).map(weights).collect();
+            let rows: Vec<_> = shapes.iter().zip(&reactions).map(rows).collect();
             for k in 0..WIDTH.min(variables - c * WIDTH) {
                 let dot =
                     |i: usize, j: usize| weights[i].iter().zip(&rows[j]).map(|(x, row)| x * row.eps[k]).sum::<f64>();
@@ -208,28 +230,48 @@ pub(crate) fn mode_rows(
     rows
 }
 
-/// Weights of a mode's rows: φ, and 2 μ from Φ_qᵀ μ = (ω² M − K) φ by least squares.
-fn weights(system: &System, constraint_gradients: &[Vec<f64>], shape: &[f64], rows: &[Dual8]) -> Vec<f64> {
-    let mut force = vec![0.0; shape.len()];
-    for (unknown, row) in system.unknowns().iter().zip(rows) {
-        if let Unknown::Coordinate(i) = *unknown {
-            force[i] = row.re;
-        }
-    }
-    let multipliers = modal_multipliers(constraint_gradients, &force);
-    let value = |unknown: &Unknown| match *unknown {
-        Unknown::Coordinate(i) => shape[i],
-        Unknown::Multiplier(m) => 2.0 * multipliers[m],
-    };
-    system.unknowns().iter().map(value).collect()
+/// K, M and Φ_q of vibrations about a state.
+pub(crate) struct VibrationMatrices {
+    /// For each equation, its unknown.
+    unknowns: Vec<Unknown>,
+    /// K, with Φ_q and Φ_qᵀ in the rows and columns of the multipliers.
+    pub stiffness: DMatrix<f64>,
+    /// M in the rows and columns of the coordinates.
+    pub mass: DMatrix<f64>,
+    constraint_gradients: Vec<Vec<f64>>,
 }
 
-/// Reactions μ of a mode, from Φ_qᵀ μ = −`force` by least squares, where the force is (K − ω² M) φ by coordinate.
-pub(crate) fn modal_multipliers(constraint_gradients: &[Vec<f64>], force: &[f64]) -> Vec<f64> {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let (n, rows) = (constraint_gradients.len(), constraint_gradients);
-    let normal = DMatrix::from_fn(n, n, |i, j| dot(&rows[i], &rows[j]));
-    let right = DVector::from_iterator(n, rows.iter().map(|row| -dot(row, force)));
-    let multipliers = if n == 0 { right } else { normal.lu().solve(&right).unwrap_or(right) };
-    multipliers.iter().copied().collect()
+impl VibrationMatrices {
+    pub fn new(system: &mut System, mechanism: &Mechanism<f64>, values: &State<f64>) -> Self {
+        let mut rows = vec![[0.0]; system.size()];
+        system.assemble(mechanism, values, Linearization::statics(), &mut rows);
+        let stiffness = system.dense();
+        system.assemble(mechanism, values, Linearization::accelerations(), &mut rows);
+        let (mass, constraint_gradients) = (system.dense(), system.constraint_jacobian(mechanism, values));
+        Self { unknowns: system.unknowns().to_vec(), stiffness, mass, constraint_gradients }
+    }
+
+    /// Reactions μ of a mode, of least norm: Φ_qᵀ μ = (ω² M − K) φ, or with the transposed K for a left vector.
+    pub fn reactions(&self, shape: &[f64], square: f64, transposed: bool) -> Vec<f64> {
+        let mut force = vec![0.0; shape.len()];
+        for (i, row) in self.unknowns.iter().enumerate() {
+            let Unknown::Coordinate(c) = *row else { continue };
+            for (j, column) in self.unknowns.iter().enumerate() {
+                if let Unknown::Coordinate(d) = *column {
+                    let stiffness = self.stiffness[if transposed { (j, i) } else { (i, j) }];
+                    force[c] += (stiffness - square * self.mass[(i, j)]) * shape[d];
+                }
+            }
+        }
+        let rows = &self.constraint_gradients;
+        if rows.is_empty() {
+            return Vec::new();
+        }
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let normal = DMatrix::from_fn(rows.len(), rows.len(), |i, j| dot(&rows[i], &rows[j]));
+        let right = DVector::from_iterator(rows.len(), rows.iter().map(|row| -dot(row, &force)));
+        let rounding = REDUNDANT * normal.amax();
+        let reactions = normal.svd(true, true).solve(&right, rounding).expect("both sides are computed");
+        reactions.iter().copied().collect()
+    }
 }

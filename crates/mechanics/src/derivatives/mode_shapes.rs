@@ -1,11 +1,10 @@
 //! Amplitudes of outputs in natural modes, with derivatives with respect to the design.
 
 use crate::analyses::modal::modes;
-use crate::derivatives::modal::{About, Vibration, clusters, modal_multipliers, mode_rows, states_at_rest};
+use crate::derivatives::modal::{About, Vibration, VibrationMatrices, clusters, mode_rows, states_at_rest};
 use crate::derivatives::seeding::{build_chunks, build_seeded};
 use crate::mechanism::scalars::{Dual8, HyperDual4};
 use crate::mechanism::{Mechanism, ParametricMechanism};
-use crate::system::linearization::Linearization;
 use crate::system::outputs::Sampler;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
@@ -96,7 +95,7 @@ fn shapes_seeded(
     let (values, states) = states_at_rest(&mut system, mechanism, chunks, about, t)?;
     let natural = modes(&mut system, mechanism, &values)?;
     let squares: Vec<f64> = natural.frequencies.iter().map(|w| w * w.abs()).collect();
-    let constraint_gradients = system.constraint_jacobian(mechanism, &values);
+    let matrices = VibrationMatrices::new(&mut system, mechanism, &values);
     let mut shapes = ModeShapes { values: Vec::new(), gradients: Vec::new() };
     for &mode in which {
         let Some(&square) = squares.get(mode) else {
@@ -110,8 +109,8 @@ fn shapes_seeded(
             return Err(Error::unsupported("modes", why, "separate the frequencies, or ask for another mode"));
         }
         let shape = with_sign(natural.shapes.column(mode).iter().copied().collect());
-        let solved = Mode::new(&mut system, mechanism, &values, &constraint_gradients, shape, square);
-        let derivatives = solved.derivatives(&mut system, mechanism, &values, (chunks, &states), variables)?;
+        let solved = Mode { reactions: matrices.reactions(&shape, square, false), shape, square };
+        let derivatives = solved.derivatives(&system, &matrices, (chunks, &states), variables)?;
         let mut gradients = vec![Vec::with_capacity(variables); mechanism.outputs.len()];
         let mut amplitudes = Vec::new();
         for (c, mechanism) in hyper.iter().enumerate() {
@@ -152,40 +151,11 @@ struct ModeDerivative {
 }
 
 impl Mode {
-    fn new(
-        system: &mut System,
-        mechanism: &Mechanism<f64>,
-        values: &State<f64>,
-        constraint_gradients: &[Vec<f64>],
-        shape: Vec<f64>,
-        square: f64,
-    ) -> Self {
-        let mut rows = vec![[0.0]; system.size()];
-        system.assemble(mechanism, values, Linearization::statics(), &mut rows);
-        let stiffness = system.dense();
-        system.assemble(mechanism, values, Linearization::accelerations(), &mut rows);
-        let mass = system.dense();
-        // (K − ω² M) φ by coordinate.
-        let mut force = vec![0.0; shape.len()];
-        let unknowns = system.unknowns();
-        for (i, row) in unknowns.iter().enumerate() {
-            let Unknown::Coordinate(c) = *row else { continue };
-            for (j, column) in unknowns.iter().enumerate() {
-                if let Unknown::Coordinate(d) = *column {
-                    force[c] += (stiffness[(i, j)] - square * mass[(i, j)]) * shape[d];
-                }
-            }
-        }
-        let reactions = modal_multipliers(constraint_gradients, &force);
-        Self { shape, reactions, square }
-    }
-
     /// Derivatives with respect to all design variables.
     fn derivatives(
         &self,
-        system: &mut System,
-        mechanism: &Mechanism<f64>,
-        values: &State<f64>,
+        system: &System,
+        matrices: &VibrationMatrices,
         (chunks, states): (&[Mechanism<Dual8>], &[State<Dual8>]),
         variables: usize,
     ) -> Result<Vec<ModeDerivative>> {
@@ -193,7 +163,7 @@ impl Mode {
             return Ok(Vec::new());
         }
         let n = system.size();
-        let matrix = self.bordered(system, mechanism, values);
+        let matrix = self.bordered(system, matrices);
         let mut right = DMatrix::zeros(n + 1, variables);
         let accelerations: Vec<f64> = self.shape.iter().map(|x| -self.square * x).collect();
         let zeros = vec![0.0; self.shape.len()];
@@ -240,12 +210,8 @@ impl Mode {
     }
 
     /// The bordered matrix, see [`differentiate_mode_shapes`].
-    fn bordered(&self, system: &mut System, mechanism: &Mechanism<f64>, values: &State<f64>) -> DMatrix<f64> {
-        let mut rows = vec![[0.0]; system.size()];
-        system.assemble(mechanism, values, Linearization::statics(), &mut rows);
-        let stiffness = system.dense();
-        system.assemble(mechanism, values, Linearization::accelerations(), &mut rows);
-        let (mass, n) = (system.dense(), system.size());
+    fn bordered(&self, system: &System, matrices: &VibrationMatrices) -> DMatrix<f64> {
+        let (VibrationMatrices { stiffness, mass, .. }, n) = (matrices, system.size());
         let unknowns = system.unknowns();
         let of_shape = |unknown: &Unknown| match *unknown {
             Unknown::Coordinate(i) => self.shape[i],

@@ -2,8 +2,10 @@
 
 use crate::constraint_rank::singular_position;
 use crate::elements::element::ElementWorkspace;
+use crate::initial_conditions::{CONTRADICTION, check_contradictions};
 use crate::integrators::consistent_ends::ConsistentEnds;
 use crate::integrators::predictor::Predictor;
+use crate::integrators::prescribed_jumps::refuse_position_jumps;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::StateScalar;
 use crate::reaction_loads::ReactionChange;
@@ -542,11 +544,23 @@ impl<'m> Integrator<'m> {
             let is_small =
                 rate * largest <= REMAINDER * self.newton.tolerance || (!is_reused && largest <= self.newton.tolerance);
             if is_settled && is_small {
-                return Ok(());
+                return self.check_redundant_constraints();
             }
             previous = Some(Correction { largest, rate, is_reused });
         }
         Err(self.failure(Linearization::step(position, velocity)))
+    }
+
+    /// Checks that redundant constraints hold: those that contradict each other leave no correction, and are not satisfied.
+    fn check_redundant_constraints(&mut self) -> Result<()> {
+        if !self.system.allows_redundancy() {
+            return Ok(());
+        }
+        let Self { system, mechanism, step, rows, .. } = self;
+        let rows = rows.as_flattened_mut();
+        rows.fill(0.0);
+        system.constraint_rates(mechanism, &step.new, 0, &mut ElementWorkspace::default(), rows);
+        check_contradictions(system, mechanism, step.new.t, (rows, "m or rad"), CONTRADICTION)
     }
 
     /// Estimated ratio of the next correction to this one of size `largest`.
@@ -569,6 +583,9 @@ impl<'m> Integrator<'m> {
             return error;
         }
         let (t, h) = (self.step.old.t, self.step.new.t - self.step.old.t);
+        if let Err(error) = refuse_position_jumps(&self.system, self.mechanism, [t, t + h], || self.step.old.clone()) {
+            return error;
+        }
         self.system.assemble(self.mechanism, &self.step.new, linearization, &mut self.rows);
         let what = diagnostics::dominant_residual(&self.system, self.mechanism, &self.step.new, &self.rows);
         let why = format!("Newton's iteration does not converge from t = {t:.6e} s with a step of {h:.3e} s");

@@ -15,18 +15,24 @@ use crate::system::state::State;
 /// Number of intervals of a motion between inspections, if output times are not closer.
 const INTERVALS: usize = 100;
 
+/// Places in a piece of a function of time at which it is inspected. In the middle of a smooth ramp there is no acceleration.
+const QUARTERS: [f64; 3] = [0.25, 0.5, 0.75];
+
 /// Times at which long steps are inspected: what acts for a short time only would lie between their ends.
 ///
-/// They are the output times, and times that divide the motion evenly. A step that contains none of them is not inspected: it is shorter
-/// than the distance of outputs.
+/// They are the output times, times that divide the motion evenly, and those at which functions of time change their form, with times
+/// between these. A step that contains none of them is not inspected: it is shorter than the distance of outputs.
 #[derive(Clone, Debug, Default)]
 pub struct InspectionTimes(Vec<f64>);
 
 impl InspectionTimes {
-    /// Times of a motion from `start` to `end` (s) with outputs at the increasing `times` (s).
-    pub fn new(start: f64, end: f64, times: &[f64]) -> Self {
+    /// Times of a motion from `start` to `end` (s) with outputs at the increasing `times` (s) and functions of time that change their form at
+    /// the increasing `breaks` (s).
+    pub fn new(start: f64, end: f64, times: &[f64], breaks: &[f64]) -> Self {
         let even = (1..INTERVALS).map(|k| start + (end - start) * (k as f64 / INTERVALS as f64));
-        let mut all: Vec<f64> = times.iter().copied().chain(even).filter(|t| start < *t && *t < end).collect();
+        let pieces = breaks.windows(2).flat_map(|ends| QUARTERS.map(|part| ends[0] + part * (ends[1] - ends[0])));
+        let all = times.iter().chain(breaks).copied().chain(even).chain(pieces);
+        let mut all: Vec<f64> = all.filter(|t| start < *t && *t < end).collect();
         all.sort_by(f64::total_cmp);
         let distance = 1e-9 * (end - start);
         all.dedup_by(|later, earlier| *later - *earlier <= distance);
@@ -40,6 +46,17 @@ impl InspectionTimes {
         let last = self.0.partition_point(|t| *t < end - tiny);
         &self.0[first..last.max(first)]
     }
+}
+
+/// Times in s at which the functions of time of a mechanism change their form, increasing.
+pub(crate) fn breaks(mechanism: &Mechanism<f64>) -> Vec<f64> {
+    let motions = mechanism.coordinates.iter().filter_map(|coordinate| coordinate.motion.as_ref());
+    let of_motions = motions.flat_map(|(motion, parameters)| motion.breaks(parameters));
+    let of_elements = mechanism.elements.iter().flat_map(|instance| instance.element.breaks(&instance.parameters));
+    let mut all: Vec<f64> = of_motions.chain(of_elements).filter(|t| t.is_finite()).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
 }
 
 /// Inspection of implicit steps.
@@ -126,11 +143,11 @@ mod tests {
 
     #[test]
     fn times_are_those_of_outputs_and_an_even_division() {
-        let times = InspectionTimes::new(1.0, 3.0, &[1.0, 1.013, 2.0, 3.0]);
+        let times = InspectionTimes::new(1.0, 3.0, &[1.0, 1.013, 2.0, 3.0], &[]);
         assert_eq!(times.0.len(), INTERVALS);
         assert_eq!(times.inside([1.0, 1.03]), [1.013, 1.02]);
         assert_eq!(times.inside([1.013, 1.02]), [0.0; 0]);
         assert_eq!(times.inside([2.99, 4.0]), [0.0; 0]);
-        assert_eq!(InspectionTimes::new(0.0, 0.0, &[0.0]).inside([0.0, 1.0]), [0.0; 0]);
+        assert_eq!(InspectionTimes::new(0.0, 0.0, &[0.0], &[]).inside([0.0, 1.0]), [0.0; 0]);
     }
 }

@@ -3,6 +3,7 @@
 //! | file | contents |
 //! |---|---|
 //! | `generalized_alpha` | one step of the generalized-α and HHT-α methods, Newton's iteration |
+//! | `prescribed_jumps` | prescribed positions and velocities that jump |
 //! | `predictor` | extrapolation of accelerations to the next step |
 //! | `inspection` | inspection of long steps: what happens between their ends |
 //! | `settings` | settings of a dynamic analysis, limits and counts of steps |
@@ -18,6 +19,7 @@ pub mod explicit;
 pub mod generalized_alpha;
 pub(crate) mod inspection;
 pub mod predictor;
+pub(crate) mod prescribed_jumps;
 pub mod settings;
 pub(crate) mod step_events;
 pub mod time_stepper;

@@ -1,6 +1,7 @@
 //! Implicit time stepping of a mechanism, with step control and events.
 
 use crate::analyses::sampling::interpolate;
+use crate::elements::spatial::bodies::normalization;
 use crate::events::settling::{assemble_closed, settle_start};
 use crate::events::unilateral::refuse_friction;
 use crate::initial_conditions::{
@@ -8,12 +9,13 @@ use crate::initial_conditions::{
 };
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::generalized_alpha::Integrator;
-use crate::integrators::inspection::{InspectionTimes, Inspector};
+use crate::integrators::inspection::{InspectionTimes, Inspector, breaks};
+use crate::integrators::prescribed_jumps::refuse_position_jumps;
 use crate::integrators::settings::{
     Dynamics, InitialAcceleration, InitialConfiguration, MOST_STEPS, StepSize, Work, is_before, too_many_steps,
 };
 use crate::integrators::step_events::StepEvents;
-use crate::mechanism::{EventElement, Mechanism};
+use crate::mechanism::{ElementInstance, EventElement, Mechanism};
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
@@ -50,6 +52,10 @@ const TINY: f64 = 1e-4;
 /// Smallest trial step, as a fraction of the first one.
 const SMALLEST: f64 = 1.0 / 1024.0;
 
+/// Rotation in rad of a body in space in an implicit step, above which the velocities of its Euler parameters can grow without bound:
+/// those along the parameters are not held to zero.
+const LONGEST_TURN: f64 = 0.1;
+
 impl<'m> TimeStepper<'m> {
     /// Assembles the mechanism at the start of the motion and makes its initial state consistent.
     ///
@@ -83,7 +89,7 @@ impl<'m> TimeStepper<'m> {
         };
         let end = times.last().copied().unwrap_or(settings.start);
         let locator = EventLocator::new(mechanism, &integrator.step.new, settings.step)?;
-        let inspections = InspectionTimes::new(settings.start, end, times);
+        let inspections = InspectionTimes::new(settings.start, end, times, &breaks(mechanism));
         let inspector = Inspector::new(&integrator);
         Ok(Self {
             integrator,
@@ -163,7 +169,9 @@ impl<'m> TimeStepper<'m> {
             (None, StepSize::Fixed(h)) => self.advance_fixed(h)?,
             (None, StepSize::Adaptive { tolerance, longest, .. }) => self.advance_adaptive(tolerance, longest)?,
         };
-        self.integrator.mechanism.tick(self.integrator.step.new.t);
+        let Integrator { mechanism, system, step, .. } = &self.integrator;
+        refuse_position_jumps(system, mechanism, [step.old.t, step.new.t], || step.new.clone())?;
+        mechanism.tick(step.new.t);
         let ([is_moved, has_moved_history], [since_event, _]) =
             (self.events.moves(), self.integrator.step.steps_since_event());
         let (closed, is_on_grid) = (self.locator.closed, self.is_on_grid);
@@ -189,7 +197,7 @@ impl<'m> TimeStepper<'m> {
                     Some(t) => trial = t - self.integrator.step.old.t,
                     None => break,
                 },
-                Err(error) if trial < h * SMALLEST => return Err(error),
+                Err(error) if trial < h * SMALLEST => return Err(self.with_turn(error, h)),
                 Err(_) => {
                     self.failed_steps += 1;
                     trial *= 0.5;
@@ -206,6 +214,31 @@ impl<'m> TimeStepper<'m> {
         let length = if self.locator.opened.is_some() { self.next } else { trial };
         self.next = (2.0 * length).min(h);
         Ok(taken)
+    }
+
+    /// The `error` of steps of the length `h` (s) that do not converge, with the body in space that turns too far in them.
+    fn with_turn(&self, error: Error, h: f64) -> Error {
+        let Error::Analysis { what, why, .. } = &error else { return error };
+        let Integrator { mechanism, step, .. } = &self.integrator;
+        let is_body = |instance: &&ElementInstance<f64>| {
+            instance.element.descriptor().is_some_and(|descriptor| std::ptr::eq(descriptor, &normalization::DESCRIPTOR))
+        };
+        let turn = |instance: &ElementInstance<f64>| {
+            2.0 * h * instance.coordinates[3..].iter().map(|&i| step.old.v[i].powi(2)).sum::<f64>().sqrt()
+        };
+        let turns = mechanism.elements.iter().filter(is_body).map(|instance| (&instance.name, turn(instance)));
+        match turns.max_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((name, turn)) if turn > LONGEST_TURN => {
+                let name = name.trim_end_matches(".e");
+                let why = format!(
+                    "{why}; {name} turns by {turn:.2} rad in a time step of {h} s, and implicit steps of more than \
+                     {LONGEST_TURN} rad are unstable in space"
+                );
+                let remedy = "take more than 60 steps in a turn, give a tolerance, or take the scheme rk8";
+                Error::analysis(what.clone(), why, remedy)
+            }
+            _ => error,
+        }
     }
 
     /// Takes the longest step whose local error is below the tolerance.

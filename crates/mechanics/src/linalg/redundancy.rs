@@ -29,6 +29,9 @@ pub(crate) struct Redundancy {
 /// ε as a fraction of the smallest estimated diagonal entry of Φ K⁻¹ Φᵀ.
 const SHIFT: f64 = 1e-4;
 
+/// Stiffness of a coordinate, as a fraction of the largest one, that is rounding.
+const NEGLIGIBLE: f64 = 1e-12;
+
 /// Largest number of corrections.
 const MOST_CORRECTIONS: usize = 40;
 
@@ -50,9 +53,13 @@ impl Redundancy {
         let n = self.multipliers.len();
         let (mut stiffness, mut compliance) = (vec![0.0f64; n], vec![0.0f64; n]);
         let entries = || self.places.iter().zip(&self.entries);
-        entries().filter(|([i, j, _], _)| i == j).for_each(|([i, ..], entry)| stiffness[*i] = entry.abs());
+        // In equilibria K can have zeros on its diagonal, and rounding errors.
+        for ([i, ..], entry) in entries().filter(|([i, j, _], _)| !self.multipliers[*i] && !self.multipliers[*j]) {
+            stiffness[*i] = stiffness[*i].max(entry.abs());
+        }
+        let least = NEGLIGIBLE * stiffness.iter().fold(0.0f64, |a, k| a.max(*k));
         for ([i, j, _], entry) in entries().filter(|([i, j, _], _)| self.multipliers[*i] && !self.multipliers[*j]) {
-            if stiffness[*j] > 0.0 {
+            if stiffness[*j] > least {
                 compliance[*i] += entry * entry / stiffness[*j];
             }
         }

@@ -1,7 +1,8 @@
 //! Placement of bodies in space.
 
 use crate::mechanism::rotation::{Rotation, e_transposed_times};
-use crate::mechanism::{Body3, Mechanism, Pose3};
+use crate::mechanism::vector::subtract;
+use crate::mechanism::{Body3, Marker3, Mechanism, Pose3};
 use autodiff::Scalar;
 
 impl<S: Scalar> Mechanism<S> {
@@ -44,6 +45,14 @@ impl<S: Scalar> Mechanism<S> {
             z: self.coordinate(format!("{name}.z"), z, zero),
             e: [0, 1, 2, 3].map(|k| self.coordinate(format!("{name}.e{k}"), e[k], zero)),
         }
+    }
+
+    /// The marker of a body that has this pose in the world at the start.
+    pub fn marker_on(&self, body: Body3, pose: Pose3<S>) -> Marker3<S> {
+        let own = self.pose3(body);
+        let to_body = own.orientation.inverse();
+        let point = to_body.rotate(subtract(pose.position, own.position));
+        Marker3 { body, point, orientation: to_body.then(pose.orientation) }
     }
 
     /// Initial pose of a body.

@@ -23,6 +23,11 @@ pub trait Motion: Send + Sync + 'static {
     fn validate_parameters(&self, _p: &[f64]) -> Option<String> {
         None
     }
+
+    /// Times in s at which its form changes: the ends of a ramp, the points of a table. Adaptive steps look at what acts between them.
+    fn breaks(&self, _p: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
 }
 
 /// [`Motion`] evaluated with one number type.
@@ -51,6 +56,9 @@ pub trait AnyMotion:
     /// See [`Motion::validate_parameters`].
     fn validate_parameters(&self, p: &[f64]) -> Option<String>;
 
+    /// See [`Motion::breaks`].
+    fn breaks(&self, p: &[f64]) -> Vec<f64>;
+
     /// Returns whether it is [`Fixed`].
     fn is_fixed(&self) -> bool;
 }
@@ -58,6 +66,10 @@ pub trait AnyMotion:
 impl<M: Motion> AnyMotion for M {
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         Motion::validate_parameters(self, p)
+    }
+
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        Motion::breaks(self, p)
     }
 
     fn is_fixed(&self) -> bool {

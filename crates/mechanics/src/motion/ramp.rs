@@ -37,6 +37,10 @@ impl Motion for Ramp {
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         (!(p[3] > 0.0)).then(|| format!("the duration of its ramp is {} s", p[3]))
     }
+
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        vec![p[2], p[2] + p[3]]
+    }
 }
 
 #[cfg(test)]

@@ -56,6 +56,10 @@ impl Motion for StartUp {
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         (!(p[2] >= 0.0)).then(|| format!("the duration of its start-up is {} s", p[2]))
     }
+
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        vec![0.0, p[2]]
+    }
 }
 
 #[cfg(test)]

@@ -64,6 +64,10 @@ impl Motion for TabulatedMotion {
         }
         p[0] * (s * (s * (s * ((m[i + 1] - m[i]) / (6.0 * h)) + 0.5 * m[i]) + slope) + y[i])
     }
+
+    fn breaks(&self, _p: &[f64]) -> Vec<f64> {
+        self.times.clone()
+    }
 }
 
 #[cfg(test)]

@@ -15,6 +15,9 @@ use crate::tree::space::placed::{Placed, Twist};
 use crate::tree::space::rigid::RigidProperties;
 use crate::{Error, Result};
 
+/// Entry of the Jacobian of a cut joint that is rounding, as a fraction of its gradient times a distance in m.
+const ROUNDING: f64 = 1e-12;
+
 impl Tree {
     /// Returns whether elements act on the bodies, other than these themselves.
     pub fn acts_on_bodies(&self) -> bool {
@@ -22,12 +25,22 @@ impl Tree {
     }
 
     /// Counts the independent equations of cut joints in the consistent `state`.
+    ///
+    /// An equation that the tree satisfies in all positions has a row of rounding errors.
     pub fn count_independent(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) {
         let (mut placed, mut geometry, mut rows) = (state.clone(), TreeGeometry::new(self), Vec::new());
         let y = self.joint_state(mechanism, state);
         self.place(&self.parameters(mechanism), &y, &mut placed, &mut geometry);
         let at = (&self.cuts[..], &y[..self.count]);
         CutWorkspace::default().jacobian(self, mechanism, at, &placed, &geometry, &mut rows);
+        let farthest = placed.q.iter().fold(1.0f64, |a, q| a.max(q.abs()));
+        let gradients = cut::gradients(mechanism, &self.cuts, &placed);
+        for (row, gradient) in rows.chunks_exact_mut(self.count.max(1)).zip(gradients) {
+            let size = gradient.iter().fold(0.0f64, |a, (_, x)| a.max(x.abs()));
+            if row.iter().all(|x| x.abs() <= ROUNDING * size * farthest) {
+                row.fill(0.0);
+            }
+        }
         self.independent_cuts = cut::independent_rows(&rows, self.count, self.cuts.len()).len();
     }
 

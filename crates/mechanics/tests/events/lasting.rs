@@ -6,10 +6,14 @@ use crate::models::{Linear, outputs};
 use autodiff::{Scalar, gradient, hessian};
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly, simulate_with_steps};
 use linkwright_mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
+use linkwright_mechanics::derivatives::adjoint::{
+    AdjointFunctional, differentiate_backwards_within, differentiate_explicitly_backwards,
+};
 use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright_mechanics::derivatives::modal::{About, differentiate_modes};
 use linkwright_mechanics::derivatives::mode_shapes::mode_shapes;
+use linkwright_mechanics::derivatives::second_order::{HessianPart, differentiate_explicitly_twice};
 use linkwright_mechanics::derivatives::semi_analytical::{STEP, differentiate_semi_analytically};
 use linkwright_mechanics::events::Action;
 use linkwright_mechanics::integrators::explicit::{Explicit, StepControl};
@@ -677,4 +681,65 @@ fn semi_analytical_derivatives_of_masses_at_rest_are_zero_but_for_rounding() {
         }
         assert!(ours.gradients[0][2][0].abs() < 1e-12, "{:?}", ours.gradients[0]);
     }
+}
+
+/// Two masses b₀ and b₁ joined by friction that sticks from the start, with the given velocities b₂ and b₃, and a third one held at rest on the
+/// ground with the velocity b₄. The first one is pushed by a spring of the stiffness b₅.
+struct StuckTogether;
+
+const STUCK: [f64; 6] = [1.0, 3.0, 1.0, 1.0, 0.0, 2.0];
+
+impl ParametricMechanism for StuckTogether {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let ground = m.ground();
+        let masses = [b[0], b[1], b[0]].map(|mass| m.point_mass("mass", mass, zero, zero));
+        for (mass, v) in masses.iter().zip(&b[2..5]) {
+            m.set_velocity(mass.x, *v);
+        }
+        let friction = m.dry_friction("together", masses[0].x, masses[1].x, [S::from(50.0), S::from(1.2), zero]);
+        m.dry_friction("at rest", ground.x, masses[2].x, [S::from(5.0), S::from(1.5), zero]);
+        m.coordinate_spring("spring", ground.x, masses[0].x, [b[5], zero, zero, zero]);
+        for mass in masses {
+            outputs(&mut m, mass.x)?;
+        }
+        let force = m.measure(friction, "generalized_force")?;
+        m.output("friction", &[force]);
+        Ok(m)
+    }
+}
+
+/// Friction that sticks stops the velocities that designs around the current one give it: momentum is kept, and a body on the ground stays.
+#[test]
+fn velocities_that_friction_stops_at_the_start_have_the_derivatives_of_an_impulse() {
+    let (t, b) = (0.8, STUCK);
+    let rate = (b[5] / (b[0] + b[1])).sqrt();
+    let [position, velocity] = [(rate * t).sin() / rate, (rate * t).cos()];
+    let share = |mass: usize| b[mass] / (b[0] + b[1]);
+    let is_exact = |gradients: &[Vec<Vec<f64>>], limit: f64| {
+        for (output, exact) in [(0, position), (1, velocity), (2, position), (3, velocity), (4, 0.0), (5, 0.0)] {
+            for (variable, share) in [(2, share(0)), (3, share(1)), (4, 0.0)] {
+                let ours = gradients[output][0][variable];
+                assert!((ours - exact * share).abs() < limit, "{output} by {variable}: {ours} for {}", exact * share);
+            }
+        }
+    };
+    for settings in [Explicit::eighth_order(1e-10), Explicit::adaptive(1e-9)] {
+        is_exact(&differentiate_explicitly(&StuckTogether, &b, &settings, &[t]).unwrap().gradients, 1e-6);
+        let error = differentiate_explicitly_twice(&StuckTogether, &b, &settings, &[t], HessianPart::Full).unwrap_err();
+        assert!(error.to_string().contains("sticks at the start"), "{error}");
+        let functionals: Vec<_> = (0..6).map(|output| AdjointFunctional::at(output, 0)).collect();
+        let rows = differentiate_explicitly_backwards(&StuckTogether, &b, &settings, &[t], &functionals).unwrap();
+        let rows: Vec<_> = (0..6).map(|output| vec![rows.row(output).iter().copied().collect()]).collect();
+        is_exact(&rows, 1e-6);
+    }
+    let settings = Dynamics::fixed(1e-3);
+    is_exact(&differentiate(&StuckTogether, &b, &settings, &[t]).unwrap().gradients, 1e-6);
+    is_exact(&differentiate_semi_analytically(&StuckTogether, &b, &settings, &[t], STEP).unwrap().gradients, 1e-5);
+    let functionals: Vec<_> = (0..6).map(|output| AdjointFunctional::at(output, 0)).collect();
+    let (rows, _) =
+        differentiate_backwards_within(usize::MAX, &StuckTogether, &b, &settings, &[t], &functionals).unwrap();
+    let rows: Vec<_> = (0..6).map(|output| vec![rows.row(output).iter().copied().collect()]).collect();
+    is_exact(&rows, 1e-6);
 }

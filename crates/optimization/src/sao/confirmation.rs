@@ -244,7 +244,7 @@ fn clearly_better(state: &State, accuracy: f64) -> Option<&Cycle> {
         let is_equally_feasible = state.evaluation.max_violation_pct() <= 100.0 * accuracy;
         !is_equally_feasible || objective - cycle.objective > least
     };
-    state.better_than_last(accuracy).filter(is_clear)
+    state.better_than_last(accuracy, accuracy).filter(is_clear)
 }
 
 /// The smaller one of the objective and its change over a run, the last of its objectives at a design whose slopes allow a change by

@@ -256,11 +256,11 @@ impl State {
 
     /// The trial step with the best design if that is better than the last accepted one; not every method descends.
     ///
-    /// Better is a smaller objective, by more than `tolerance` × the range of the objective over the accepted designs, among the
+    /// Better is a smaller objective, by more than `least` × the range of the objective over the accepted designs, among the
     /// designs that violate no constraint by more than `tolerance` (a fraction of its scale); if the last design violates one, any
-    /// design that does not, or the one with a violation smaller by more than `tolerance`. The objective of a min–max problem is the
+    /// design that does not, or the one with a violation smaller by more than `least`. The objective of a min–max problem is the
     /// peak. Of equals it is the earliest one with the least violation.
-    pub fn better_than_last(&self, tolerance: f64) -> Option<&Cycle> {
+    pub fn better_than_last(&self, tolerance: f64, least: f64) -> Option<&Cycle> {
         let merit = |cycle: &Cycle| {
             let violation = cycle.violation();
             if violation <= tolerance { [0.0, cycle.stated_objective()] } else { [violation, 0.0] }
@@ -270,10 +270,10 @@ impl State {
         let best = &self.history[trace.best(tolerance)?];
         let [violation, objective] = merit(best);
         let is_better = if last[0] > 0.0 {
-            last[0] - violation > tolerance
+            last[0] - violation > least
         } else {
             let size = trace.stated.width().min(last[1].abs().max(objective.abs()));
-            violation == 0.0 && last[1] - objective > tolerance * size
+            violation == 0.0 && last[1] - objective > least * size
         };
         is_better.then_some(best)
     }

@@ -15,7 +15,7 @@ use crate::derivatives::forward::initial_conditions::{
 use crate::derivatives::seeding::Activity;
 use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::Projection;
-use crate::initial_velocities::{VelocityMatrix, VelocityProjection};
+use crate::initial_velocities::{VelocityMatrix, VelocityProjection, sticking_coordinates};
 use crate::mechanism::Mechanism;
 use crate::system::modes::Modes;
 use crate::system::state::State;
@@ -87,6 +87,7 @@ impl<'m> InitialConditionAdjoint<'m> {
     ) -> Result<()> {
         let has_constraints = self.mechanism.multipliers > 0;
         if has_constraints {
+            self.stopped_velocities(system, values, batches)?;
             self.velocities(system, values, projection, batches)?;
         }
         match initial_configuration {
@@ -147,6 +148,31 @@ impl<'m> InitialConditionAdjoint<'m> {
     fn prescribed(&self) -> impl Iterator<Item = usize> + use<'_, 'm> {
         let coordinates = self.mechanism.coordinates.iter().enumerate();
         coordinates.filter(|(_, coordinate)| coordinate.motion.is_some()).map(|(i, _)| i)
+    }
+
+    /// Propagates from the velocities that friction has stopped to those before its impulse, see [`sticking_coordinates`].
+    fn stopped_velocities(
+        &mut self,
+        system: &mut System,
+        values: &State<f64>,
+        batches: &mut [&mut AdjointBatch],
+    ) -> Result<()> {
+        let held = sticking_coordinates(self.mechanism, &values.modes);
+        if held.is_empty() {
+            return Ok(());
+        }
+        let matrix = VelocityMatrix::new(system, self.mechanism, values, &held)?;
+        for batch in batches {
+            let by_equation = |unknown: &Unknown| match *unknown {
+                Unknown::Coordinate(i) => batch.state.v[i],
+                Unknown::Multiplier(_) => [0.0; BATCH],
+            };
+            let velocities: Vec<BatchValues> = self.unknowns.iter().map(by_equation).collect();
+            for (&i, rate) in held.iter().zip(matrix.stop_transposed(&velocities)) {
+                add(&mut batch.state.v[i], 1.0, &rate);
+            }
+        }
+        Ok(())
     }
 
     /// Propagates from consistent velocities to the given ones.

@@ -3,17 +3,17 @@
 //! Each of these problems has a matrix in `f64` and a residual in numbers that carry derivatives. The semi-analytical
 //! and the adjoint method factorize the same matrices.
 
-use crate::Result;
 use crate::analyses::dynamics::{Dynamics, InitialAcceleration, InitialConfiguration};
 use crate::derivatives::seeding::{set_values, take_values};
 use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::{Projection, acceleration_rows};
-use crate::initial_velocities::{VelocityMatrix, VelocityProjection};
+use crate::initial_velocities::{VelocityMatrix, VelocityProjection, sticking_coordinates};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
+use crate::{Error, Result};
 
 /// A projection of part of a state onto the constraints: x − x_guess + Φ_qᵀ μ = 0 with one of these constraints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +57,9 @@ impl ProjectedPart {
         factorize(system, mechanism, &at, Linearization::projection())
     }
 }
+
+/// Derivative of the velocity of friction that sticks which is rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// Factorizes the matrix of M q̈ + Φ_qᵀ λ = f, Φ̈ = 0 at `values`.
 pub(crate) fn factorize_accelerations(
@@ -143,6 +146,29 @@ where
 
     /// Differentiates the consistent velocities in `values`, from the given ones in `state`.
     fn velocities(&mut self, values: &State<f64>, projection: &Projection, state: &mut State<T>) -> Result<()> {
+        self.given_velocities(values, projection, state)?;
+        let held = sticking_coordinates(self.plain, &values.modes);
+        let rates: Vec<_> = held.iter().map(|&i| state.v[i].derivatives()).collect();
+        if rates.as_flattened().iter().all(|rate| rate.abs() <= ROUNDING) {
+            return Ok(());
+        }
+        if T::ORDER > 1 {
+            let why = "friction sticks at the start: a motion has no second derivatives with respect to velocities that it stops";
+            let remedy = "start with friction that slides, or leave these velocities out of the design";
+            return Err(Error::unsupported(&self.plain.coordinates[held[0]].name, why, remedy));
+        }
+        let matrix = VelocityMatrix::new(self.system, self.plain, values, &held)?;
+        matrix.stop(&rates, &mut self.changes);
+        for (change, unknown) in self.changes.iter().zip(self.system.unknowns()) {
+            if let Unknown::Coordinate(i) = *unknown {
+                state.v[i] += T::with(0.0, *change);
+            }
+        }
+        Ok(())
+    }
+
+    /// Differentiates the velocities that satisfy the constraints, without friction.
+    fn given_velocities(&mut self, values: &State<f64>, projection: &Projection, state: &mut State<T>) -> Result<()> {
         if !projection.nearest_velocity.is_empty() {
             return self.project(ProjectedPart::Velocities, values, projection, state);
         }

@@ -8,7 +8,7 @@ use crate::derivatives::forward::initial_conditions::{
 use crate::derivatives::semi_analytical::central_difference::CentralDifference;
 use crate::elements::element::ElementWorkspace;
 use crate::initial_conditions::{Projection, acceleration_rows};
-use crate::initial_velocities::{VelocityMatrix, VelocityProjection};
+use crate::initial_velocities::{VelocityMatrix, VelocityProjection, sticking_coordinates};
 use crate::mechanism::Mechanism;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
@@ -82,6 +82,33 @@ impl InitialDifferences<'_> {
 
     /// Differentiates the consistent velocities in `values`, from the given ones in `sensitivities`.
     fn velocities(
+        &mut self,
+        differences: &mut [CentralDifference],
+        values: &State<f64>,
+        projection: &Projection,
+        sensitivities: &mut [State<f64>],
+    ) -> Result<()> {
+        self.given_velocities(differences, values, projection, sensitivities)?;
+        let held = sticking_coordinates(self.plain, &values.modes);
+        if held.is_empty() {
+            return Ok(());
+        }
+        let matrix = VelocityMatrix::new(self.system, self.plain, values, &held)?;
+        let mut changes: Rows = vec![[0.0]; self.system.size()];
+        for sensitivity in sensitivities {
+            let rates: Rows = held.iter().map(|&i| [sensitivity.v[i]]).collect();
+            matrix.stop(&rates, &mut changes);
+            for ([change], unknown) in changes.iter().zip(self.system.unknowns()) {
+                if let Unknown::Coordinate(i) = *unknown {
+                    sensitivity.v[i] += change;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Differentiates the velocities that satisfy the constraints, without friction.
+    fn given_velocities(
         &mut self,
         differences: &mut [CentralDifference],
         values: &State<f64>,

@@ -54,6 +54,10 @@ impl<F: Motion> Element for LineLoad<F> {
         Some(&DESCRIPTOR)
     }
 
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        self.0.breaks(LineLoadInputs(p).load())
+    }
+
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         self.0.validate_parameters(LineLoadInputs(p).load())
     }

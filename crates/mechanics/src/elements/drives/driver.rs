@@ -71,6 +71,10 @@ impl<F: Motion> Element for Driver<F> {
         &[0, 1]
     }
 
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        self.0.breaks(DriverInputs(p).motion())
+    }
+
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         self.0.validate_parameters(DriverInputs(p).motion())
     }

@@ -50,6 +50,10 @@ impl<F: Motion> Element for LengthDriver<F> {
         1
     }
 
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        self.0.breaks(LengthDriverInputs(p).motion())
+    }
+
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         self.0.validate_parameters(LengthDriverInputs(p).motion())
     }

@@ -51,6 +51,10 @@ impl<F: Motion> Element for Actuator<F> {
         Some(&DESCRIPTOR)
     }
 
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        self.0.breaks(ActuatorInputs(p).tension())
+    }
+
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         self.0.validate_parameters(ActuatorInputs(p).tension())
     }

@@ -52,6 +52,10 @@ impl<F: Motion> Element for FollowerForce<F> {
         Some(&DESCRIPTOR)
     }
 
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        self.0.breaks(FollowerForceInputs(p).force())
+    }
+
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         self.0.validate_parameters(FollowerForceInputs(p).force())
     }

@@ -52,6 +52,10 @@ impl<F: Motion> Element for Load<F> {
         &[0, 1]
     }
 
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        self.0.breaks(LoadInputs(p).generalized_force())
+    }
+
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         self.0.validate_parameters(LoadInputs(p).generalized_force())
     }

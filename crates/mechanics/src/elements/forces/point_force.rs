@@ -50,6 +50,10 @@ impl<F: Motion> Element for PointForce<F> {
         Some(&DESCRIPTOR)
     }
 
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        self.0.breaks(PointForceInputs(p).force())
+    }
+
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         self.0.validate_parameters(PointForceInputs(p).force())
     }

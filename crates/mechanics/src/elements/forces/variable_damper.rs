@@ -54,6 +54,10 @@ impl<F: Motion> Element for VariableDamper<F> {
         Some(&DESCRIPTOR)
     }
 
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        self.0.breaks(VariableDamperInputs(p).damping())
+    }
+
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         self.0.validate_parameters(VariableDamperInputs(p).damping())
     }

@@ -56,6 +56,10 @@ impl<F: Motion> Element for VariableSpring<F> {
         Some(&DESCRIPTOR)
     }
 
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        self.0.breaks(VariableSpringInputs(p).stiffness())
+    }
+
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         self.0.validate_parameters(VariableSpringInputs(p).stiffness())
     }

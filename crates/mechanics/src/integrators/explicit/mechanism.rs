@@ -13,8 +13,8 @@ use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::relative::{RelativeRhs, relative_tree};
 use crate::integrators::explicit::settings::{Coordinates, Explicit, StepControl};
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
-use crate::integrators::explicit::velocity_jumps::refuse_velocity_jumps;
-use crate::integrators::inspection::InspectionTimes;
+use crate::integrators::inspection::{InspectionTimes, breaks};
+use crate::integrators::prescribed_jumps::refuse_jumps;
 use crate::integrators::settings::StepSize;
 use crate::linalg::factor::Factor;
 use crate::mechanism::Mechanism;
@@ -354,8 +354,12 @@ impl OdeRhs for MechanismRhs<'_> {
         self.drift.accept();
     }
 
+    fn breaks(&self) -> Vec<f64> {
+        breaks(self.mechanism)
+    }
+
     fn end_at_event(stepper: &mut Stepper<Self>, times: &InspectionTimes) -> Result<()> {
-        refuse_velocity_jumps(stepper)?;
+        refuse_jumps(stepper)?;
         end_at_event(stepper, times)
     }
 

@@ -9,7 +9,6 @@
 //! | `constraint_drift` | violation of the constraints along the steps |
 //! | `switching` | adaptive steps that end where contacts close or open |
 //! | `defect` | check of long steps for what acts between their stages |
-//! | `velocity_jumps` | prescribed velocities that jump |
 //! | `grading` | stages that are graded towards the start and the end of a contact |
 //! | `ode_driver` | step control |
 //! | `ode` | systems of ordinary differential equations |
@@ -31,7 +30,6 @@ pub mod settings;
 pub mod stepper;
 pub(crate) mod switching;
 pub mod tableau;
-pub(crate) mod velocity_jumps;
 
 pub use dop853::DOP853;
 pub use grading::Grading;

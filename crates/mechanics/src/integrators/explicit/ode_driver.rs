@@ -91,7 +91,8 @@ impl<F: OdeRhs> OdeDriver<F> {
         let steps = Vec::with_capacity(EXPECTED_STEPS);
         let (start, step_control, scratch) = (settings.start, settings.step_control.clone(), Vec::new());
         let given = GivenStep { end: start, count: 0 };
-        let inspections = InspectionTimes::new(start, end, settings.inspected.as_deref().unwrap_or(times));
+        let inspected = settings.inspected.as_deref().unwrap_or(times);
+        let inspections = InspectionTimes::new(start, end, inspected, &stepper.rhs.breaks());
         let defect = DefectControl::new(stepper.old.len());
         Ok(Self {
             stepper,

@@ -38,6 +38,11 @@ pub trait OdeRhs {
     /// Makes the rates those on one side of each switching function, positive if `sides` is true, whatever the signs of the functions are.
     fn hold_sides(&mut self, _sides: &[bool]) {}
 
+    /// Times in s at which functions of time in the rates change their form, increasing.
+    fn breaks(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// Shortens the completed step so that it ends at the first event in it, if there is one.
     ///
     /// Events are looked for at the `times`, too.

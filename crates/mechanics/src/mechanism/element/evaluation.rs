@@ -38,6 +38,8 @@ pub trait AnyElement:
     fn measures(&self) -> &'static [Measure];
     /// See [`Element::validate_parameters`].
     fn validate_parameters(&self, p: &[f64]) -> Option<String>;
+    /// See [`Element::breaks`].
+    fn breaks(&self, p: &[f64]) -> Vec<f64>;
     /// See [`Element::diagnose_state`].
     fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String>;
     /// See [`Element::warn_of_state`].
@@ -121,6 +123,9 @@ impl<E: Element> AnyElement for E {
     }
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         Element::validate_parameters(self, p)
+    }
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        Element::breaks(self, p)
     }
     fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
         Element::diagnose_state(self, x)

@@ -150,6 +150,11 @@ pub trait Element: Send + Sync + 'static {
         None
     }
 
+    /// Times in s at which a function of time changes its form, see [`Motion::breaks`](crate::motion::Motion::breaks).
+    fn breaks(&self, _p: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// Describes an inadmissible state, if it is one: points that coincide. Called only after an analysis has failed.
     fn diagnose_state(&self, _x: &ElementState<'_, f64>) -> Option<String> {
         None

@@ -32,6 +32,8 @@ const LEAST: f64 = 1e-4;
 /// Violation of a row relative to its scale, relative to its terms Σ |∂ĝ/∂bⱼ| |bⱼ|, and the part of Σ |∂ĝ/∂bⱼ| ℓⱼ that is rounding. A
 /// converged design meets one of them with its own slopes.
 const BY_ITSELF: [f64; 3] = [1e-6, 1e-9, 1e-12];
+/// Largest violation of a converged design relative to the scale of its row, whatever its slopes and terms are.
+const MOST: f64 = 1e-3;
 /// Largest change of the objective by a row, with its slopes at the last designs, relative to F and to that by the slopes of the
 /// objective. Rows whose slopes vanish or oppose each other have no bounded multipliers.
 const LARGEST_MULTIPLIER: f64 = 1e5;
@@ -188,7 +190,11 @@ impl StopTest<'_> {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let Optimality { residual, complementarity, largest_change, .. } = self.optimality;
         let unit = self.objective_unit();
-        if !self.is_feasible || !self.is_compatible || self.unbounded_multipliers().is_some() || !unit.is_finite() {
+        // Numbers near the largest one overflow, and then tell nothing.
+        if ![objective, unit, residual, complementarity, largest_change, self.predicted].iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        if !self.is_feasible || !self.is_compatible || self.unbounded_multipliers().is_some() {
             return None;
         }
         if self.objectives.len() == 1 {
@@ -245,6 +251,9 @@ pub(super) fn is_feasible_by_itself(
 ) -> bool {
     let sum = |sizes: &[f64]| slopes.iter().zip(sizes).map(|(g, size)| (g * size).abs()).sum::<f64>();
     let [of_scale, of_terms, rounding] = BY_ITSELF;
+    if violation > factor * MOST {
+        return false;
+    }
     violation <= factor * of_scale.max(of_terms * sum(design)) || violation <= rounding * sum(lengths)
 }
 

@@ -253,19 +253,12 @@ impl<S: Scalar> Mechanism<S> {
             .collect();
         let elements = (0..sections.len())
             .map(|k| {
-                let markers = [k, k + 1].map(|node| self.section_marker(nodes[node], points[node], sections[k]));
+                let markers = [k, k + 1].map(|node| self.marker_on(nodes[node], Pose3::new(points[node], sections[k])));
                 let length = dot(chords[k], chords[k]).sqrt();
                 self.beam_element3(&format!("{name} element {}", k + 1), markers, length, section, shear)
             })
             .collect();
         (nodes, elements)
-    }
-
-    /// The marker of a body that is at a point with an orientation in the world, at the start.
-    fn section_marker(&self, body: Body3, point: [S; 3], orientation: Rotation<S>) -> Marker3<S> {
-        let pose = self.pose3(body);
-        let to_body = pose.orientation.inverse();
-        Marker3 { body, point: to_body.rotate(subtract(point, pose.position)), orientation: to_body.then(orientation) }
     }
 }
 

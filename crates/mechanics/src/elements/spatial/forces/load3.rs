@@ -113,6 +113,10 @@ impl<F: Motion> Element for Load3<F> {
         })
     }
 
+    fn breaks(&self, p: &[f64]) -> Vec<f64> {
+        self.magnitude.breaks(Load3Inputs(p).magnitude())
+    }
+
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
         let p = Load3Inputs(p);
         let direction = p.direction();

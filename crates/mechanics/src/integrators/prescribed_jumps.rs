@@ -1,4 +1,5 @@
-//! Prescribed velocities that jump, which cause impulses that explicit steps do not have.
+//! Prescribed positions that jump, which no force follows, and prescribed velocities that jump, which cause impulses that explicit steps
+//! do not have.
 
 use crate::events::impact::{Jump, joint_rows};
 use crate::integrators::explicit::mechanism::MechanismRhs;
@@ -24,25 +25,24 @@ const ROUNDED: f64 = 1e-2;
 /// Largest effect of a jump on the equations, per unit of the jump, that is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Checks that no prescribed velocity jumps in the completed step in such a way that velocities of free coordinates jump with it.
+/// Part of a change of position over a step that a jump keeps at its place.
+const KEPT: f64 = 1e-3;
+
+/// Change of a position over a step, in units of the largest of three velocities times the length, below which nothing jumps.
+const CONTINUOUS: f64 = 4.0;
+
+/// Checks that no prescribed velocity or position jumps in the completed step in such a way that free coordinates would jump with it.
 ///
 /// # Errors
 ///
 /// [`Error::Unsupported`] naming the coordinate, the time and the jump.
-pub(crate) fn refuse_velocity_jumps(stepper: &Stepper<MechanismRhs<'_>>) -> Result<()> {
-    let mechanism = stepper.rhs.mechanism;
-    let moving = mechanism.coordinates.iter().enumerate().filter_map(|(i, coordinate)| {
-        let (motion, parameters) = coordinate.motion.as_ref()?;
-        (!motion.is_fixed()).then_some((i, motion, parameters))
-    });
-    for (i, motion, parameters) in moving {
-        let at = |t: f64| -> [f64; 2] {
-            let [q, v, _] = f64::motion(motion.as_ref(), parameters, t);
-            [q, v]
-        };
-        let Some((t, jump)) = velocity_jump(at, stepper.t) else { continue };
-        let state = stepper.rhs.state_of(stepper.t[1], &stepper.new);
-        if moves_others(&stepper.rhs.system, mechanism, &state, (i, jump)) {
+pub(crate) fn refuse_jumps(stepper: &Stepper<MechanismRhs<'_>>) -> Result<()> {
+    let (mechanism, system) = (stepper.rhs.mechanism, &stepper.rhs.system);
+    let state = || stepper.rhs.state_of(stepper.t[1], &stepper.new);
+    refuse_position_jumps(system, mechanism, stepper.t, state)?;
+    for i in moving(mechanism) {
+        let Some((t, jump)) = velocity_jump(motion_of(mechanism, i), stepper.t) else { continue };
+        if moves_others(system, mechanism, &state(), (i, jump)) {
             let why = format!(
                 "its prescribed velocity jumps by {jump:.3e} m/s or rad/s at t = {t:.6e} s, which takes an impulse: explicit steps \
                  have none"
@@ -52,6 +52,70 @@ pub(crate) fn refuse_velocity_jumps(stepper: &Stepper<MechanismRhs<'_>>) -> Resu
         }
     }
     Ok(())
+}
+
+/// Checks that no prescribed position of other bodies jumps between the `ends` of a step (s), the last one with this `state`.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] naming the coordinate, the time and the jump.
+pub(crate) fn refuse_position_jumps(
+    system: &System,
+    mechanism: &Mechanism<f64>,
+    ends: [f64; 2],
+    state: impl Fn() -> State<f64>,
+) -> Result<()> {
+    for i in moving(mechanism) {
+        let Some((t, jump)) = position_jump(motion_of(mechanism, i), ends) else { continue };
+        if moves_others(system, mechanism, &state(), (i, jump)) {
+            let why = format!(
+                "its prescribed position jumps by {jump:.3e} m or rad at t = {t:.6e} s: no finite force does that"
+            );
+            let remedy = "take a motion with a continuous position, such as a ramp over a short time";
+            return Err(Error::unsupported(&mechanism.coordinates[i].name, why, remedy));
+        }
+    }
+    Ok(())
+}
+
+/// The coordinates with a prescribed motion.
+fn moving(mechanism: &Mechanism<f64>) -> impl Iterator<Item = usize> + use<'_> {
+    let is_moving = |i: &usize| mechanism.coordinates[*i].motion.as_ref().is_some_and(|(motion, _)| !motion.is_fixed());
+    (0..mechanism.coordinates.len()).filter(is_moving)
+}
+
+/// Position and velocity of the prescribed coordinate number `i` at a time.
+fn motion_of(mechanism: &Mechanism<f64>, i: usize) -> impl Fn(f64) -> [f64; 2] + use<'_> {
+    move |t| {
+        let coordinate = &mechanism.coordinates[i];
+        let (motion, parameters) = coordinate.motion.as_ref().expect("it is prescribed");
+        let [q, v, _] = f64::motion(motion.as_ref(), parameters, t);
+        [q, v]
+    }
+}
+
+/// Time in s of a jump of the position between the `ends` (s), and the jump: a change that remains in intervals without length.
+fn position_jump(at: impl Fn(f64) -> [f64; 2], [mut begin, mut end]: [f64; 2]) -> Option<(f64, f64)> {
+    let (mut first, mut last) = (at(begin), at(end));
+    let (whole, inside) = ((last[0] - first[0]).abs(), at(0.5 * (begin + end)));
+    let fastest = [first, inside, last].iter().fold(0.0f64, |a, [_, v]| a.max(v.abs()));
+    if !(whole > CONTINUOUS * fastest * (end - begin) && whole > 1e3 * f64::EPSILON * first[0].abs().max(last[0].abs()))
+    {
+        return None;
+    }
+    loop {
+        let middle = 0.5 * (begin + end);
+        if !(begin < middle && middle < end) {
+            break;
+        }
+        let inside = at(middle);
+        match (inside[0] - first[0]).abs() >= (last[0] - inside[0]).abs() {
+            true => (end, last) = (middle, inside),
+            false => (begin, first) = (middle, inside),
+        }
+    }
+    let jump = last[0] - first[0];
+    (jump.abs() > KEPT * whole).then_some((end, jump))
 }
 
 /// Time in s of a jump of the velocity between the `ends` (s), and the jump, for the position and the velocity `at` a time.
@@ -107,6 +171,24 @@ fn moves_others(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>,
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn jumps_of_the_position_are_found_and_nothing_else() {
+        let found = |f: &dyn Fn(f64) -> f64, ends: [f64; 2]| {
+            let rate = |t: f64| (f(t + 1e-9) - f(t - 1e-9)) / 2e-9;
+            position_jump(|t| [f(t), if (f(t + 1e-9) - f(t - 1e-9)).abs() > 1e-3 { 0.0 } else { rate(t) }], ends)
+        };
+        for place in [0.001, 0.25, 0.5, 0.505, 0.999] {
+            let step = |t: f64| 0.2 * t + if t > place { 3.0 } else { 0.0 };
+            let (t, jump) = found(&step, [0.0, 1.0]).unwrap();
+            assert!((t - place).abs() < 1e-12 && (jump - 3.0).abs() < 1e-9, "{place}: {t} {jump}");
+        }
+        let ramp = |t: f64| 0.1 * ((t - 0.4) / 1e-6).clamp(0.0, 1.0);
+        let steep = |t: f64| (1e7 * (t - 0.3)).tanh();
+        for smooth in [&ramp as &dyn Fn(f64) -> f64, &steep, &|t| (30.0 * t).sin(), &|_| 5.0] {
+            assert_eq!(found(smooth, [0.0, 1.0]), None);
+        }
+    }
 
     #[test]
     fn jumps_of_the_velocity_are_found_and_nothing_else() {
