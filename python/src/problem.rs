@@ -6,6 +6,7 @@ use super::work::{raise, raise_as, raise_report, work};
 use linkwright::gradient_check::GradientStatus;
 use linkwright::model_file::{self, Model};
 use linkwright::problem::{Analysis, AnalyzedDesign, Evaluation, Goal, ResponseAt, Responses};
+use linkwright::report::outcome;
 use linkwright::responses::Differences;
 use linkwright::sao::{Method, PostOptimal, Status, preset};
 use linkwright::{Error, Result};
@@ -282,7 +283,7 @@ impl Problem {
         }
     }
 
-    /// Runs a method to its end: status, objective, violation in percent, accepted cycles, analyses, sensitivity analyses,
+    /// Runs a method to its end: status, objective as it is stated, violation in percent, accepted cycles, analyses, sensitivity analyses,
     /// residual of the optimality conditions; or the reason why it did not run.
     #[expect(clippy::type_complexity, reason = "one tuple for one row of a table")]
     fn compare(&self, py: Python<'_>, name: &str) -> PyResult<(String, f64, f64, usize, usize, usize, f64, Vec<f64>)> {
@@ -302,7 +303,8 @@ impl Problem {
                 let violation = evaluation.max_violation_pct();
                 let status = super::state::word(end.status).to_owned();
                 let (analyses, derivatives) = (counters.analyses, counters.sensitivity_analyses);
-                (status, evaluation.objective, violation, end.cycles(), analyses, derivatives, kkt, end.design)
+                let objective = outcome::objective(&self.problem, &end.design, evaluation);
+                (status, objective, violation, end.cycles(), analyses, derivatives, kkt, end.design)
             }
             Err(error) => (format!("refused: {error}"), f64::NAN, f64::NAN, 0, 0, 0, f64::NAN, vec![]),
         })

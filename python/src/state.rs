@@ -43,10 +43,12 @@ impl State {
         PyArray1::from_slice(py, &self.0.design)
     }
 
-    /// Minimized value of the objective, and the largest violation in percent.
+    /// Minimized value of the objective, of a peak its own value and not the variable that bounds it, and the largest violation in percent.
     #[getter]
     fn values(&self) -> (f64, f64) {
-        (self.0.evaluation.objective, self.0.evaluation.max_violation_pct())
+        let last = self.0.history.iter().rev().find(|cycle| cycle.accepted);
+        let objective = last.map_or(self.0.evaluation.objective, |cycle| cycle.peak.unwrap_or(cycle.objective));
+        (objective, self.0.evaluation.max_violation_pct())
     }
 
     /// Numbers of accepted cycles, analyses, sensitivity analyses, and iterations of the subproblem solver.

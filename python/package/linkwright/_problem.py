@@ -266,7 +266,7 @@ class BaseProblem:
                 {
                     "method": name,
                     "status": status,
-                    "objective": self._objective(objective),
+                    "objective": objective,
                     "violation_pct": violation,
                     "cycles": cycles,
                     "analyses": analyses,

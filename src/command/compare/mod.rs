@@ -15,6 +15,7 @@ use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, catalogue, compare,
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 use linkwright::report::benchmark::{distances, profile, summary, table};
+use linkwright::report::outcome;
 use linkwright::report::table::{Cell, Table};
 use linkwright::sao::{Method, Preset, State, preset, presets};
 use rayon::prelude::*;
@@ -275,9 +276,17 @@ fn file_table(model: &Model, problem: &Problem, rows: &[FileRun]) -> linkwright:
         "violation_pct",
         "kkt_residual",
     ];
+    let stated = |state: &State| outcome::objective(problem, &state.design, &state.evaluation);
+    let sign = problem.objective.signed().sign;
     let solutions = rows.iter().filter_map(|row| row.end.as_ref().ok()).filter(|end| end.state.status.is_success());
-    let best = solutions.map(|end| end.state.evaluation.objective).fold(f64::INFINITY, f64::min);
-    let mut table = Table::new(model.title(), columns);
+    let best = sign * solutions.map(|end| sign * stated(&end.state)).fold(f64::INFINITY, f64::min);
+    let unit = &problem.objective.unit;
+    let heading = |name: &str| match name {
+        "objective" if !unit.is_empty() => format!("objective [{unit}]"),
+        "violation_pct" => "violation [%]".to_owned(),
+        name => name.replace('_', " "),
+    };
+    let mut table = Table::new(model.title(), columns).headed(columns.map(heading))?;
     for row in rows {
         let name = Cell::from(row.method);
         let Ok(FinalState { state, kkt }) = &row.end else {
@@ -285,7 +294,7 @@ fn file_table(model: &Model, problem: &Problem, rows: &[FileRun]) -> linkwright:
             table.push([name, "refused".into()].into_iter().chain(nothing))?;
             continue;
         };
-        let objective = state.evaluation.objective;
+        let objective = stated(state);
         let number = |v: f64| if v.is_finite() { Cell::Number(v) } else { Cell::Empty };
         table.push([
             name,
@@ -294,7 +303,7 @@ fn file_table(model: &Model, problem: &Problem, rows: &[FileRun]) -> linkwright:
             state.counters.analyses.into(),
             state.counters.sensitivity_analyses.into(),
             number(objective),
-            number((objective - best) / best.abs()),
+            number(sign * (objective - best) / best.abs()),
             if problem.constraints.is_empty() { Cell::Empty } else { number(state.evaluation.max_violation_pct()) },
             number(*kkt),
         ])?;

@@ -8,9 +8,10 @@
 //! most lets go, until no impulse pulls.
 
 use crate::constraint_rank::ConstraintRank;
-use crate::events::impact::{apply_impact, gap_rounding, make_consistent};
+use crate::events::impact::{apply_impact, apply_switch, gap_rounding, make_consistent, switch_offset};
 use crate::events::unilateral::{AT_REST, TOUCHING, sign, sliding};
 use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
+use crate::integrators::consistent_ends;
 use crate::mechanism::{EventElement, Mechanism, Unilateral};
 use crate::system::System;
 use crate::system::modes::Modes;
@@ -85,6 +86,66 @@ pub(crate) fn passage(
     Ok(Passage { stays: false, jump: rebound, after: state.modes })
 }
 
+/// The state in which the motion goes on after the events `at_event`, of which `contact` ends the step in the state `end`, with its
+/// accelerations and multipliers. Forces that jump are those at most the time `longest` (s) later.
+pub(crate) fn state_after(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    (contact, at_event): (usize, &[usize]),
+    passage: Passage,
+    end: &State<f64>,
+    longest: f64,
+) -> Result<State<f64>> {
+    let mut state = State { modes: passage.jump, ..end.clone() };
+    match mechanism.events[contact].is_open_contact(&end.modes) {
+        true => apply_impact(system, mechanism, (contact, passage.stays), &mut state)?,
+        false => make_consistent(system, mechanism, &mut state)?,
+    };
+    state.modes = passage.after;
+    let offset = switch_offset(mechanism, at_event, &state, longest);
+    apply_switch(system, mechanism, offset, &mut state)?;
+    Ok(state)
+}
+
+/// Events whose conditions become true by the jumps of the motion at the event `contact` and the `simultaneous` ones, which end a step in the
+/// state `end`: of velocities at an impact, of forces and accelerations at a switch. They may cause further ones.
+///
+/// # Errors
+///
+/// As [`passage`].
+pub(crate) fn triggered_events(
+    system: &System,
+    mechanism: &Mechanism<f64>,
+    (contact, simultaneous): (usize, &[usize]),
+    end: &State<f64>,
+    step: f64,
+) -> Result<Vec<usize>> {
+    let mut at_event = [simultaneous, &[contact]].concat();
+    let is_pending =
+        |k: &usize| mechanism.events[*k].when.is_some() && !end.modes.has_happened(*k) && !at_event.contains(k);
+    let pending: Vec<usize> = (0..mechanism.events.len()).filter(is_pending).collect();
+    let mut triggered = Vec::new();
+    if pending.is_empty() {
+        return Ok(triggered);
+    }
+    let mut system = system.clone();
+    let before = consistent_ends::at_event(&mut system, mechanism, end);
+    loop {
+        let passage = passage(&mut system, mechanism, (contact, &at_event), end, step)?;
+        let after = state_after(&mut system, mechanism, (contact, &at_event), passage, end, 0.0)?;
+        let happens = |k: &usize| {
+            let event = &mechanism.events[*k];
+            !triggered.contains(k) && event.gap(&before) > 0.0 && event.gap(&after) < 0.0
+        };
+        let new: Vec<usize> = pending.iter().copied().filter(happens).collect();
+        if new.is_empty() {
+            return Ok(triggered);
+        }
+        at_event.extend(&new);
+        triggered.extend(new);
+    }
+}
+
 /// The state with accelerations and multipliers after an event in the state `held`, with its modes, and the modes during the jump.
 ///
 /// `jump` and `after` are the modes before anything lets go. A rigid contact that `stays` closed has no restitution, and is held as long
@@ -114,6 +175,7 @@ fn after_event(
         make_consistent(system, mechanism, &mut state)?;
     }
     state.modes = after;
+    let state_before = state.clone();
     let mut released = Vec::new();
     for &k in at_event {
         let event = &mechanism.events[k];
@@ -126,7 +188,10 @@ fn after_event(
         }
     }
     if !released.is_empty() {
-        close_touching(mechanism, &mut state, at_event, velocity_error(mechanism, held));
+        let error = velocity_error(mechanism, held);
+        close_touching(mechanism, &mut state, error, |k| {
+            at_event.contains(&k) || released.iter().any(|&released| opens_with(mechanism, &state_before, k, released))
+        });
     }
     let resting = |k: usize| {
         let law = mechanism.events[k].unilateral.filter(|law| law.is_resting(&held.modes) && !at_event.contains(&k))?;
@@ -159,10 +224,24 @@ fn velocity_error(mechanism: &Mechanism<f64>, state: &State<f64>) -> f64 {
     frictions.map(|event| sliding(event, &state.v).abs()).fold(0.0, f64::max)
 }
 
-/// Closes the contacts, other than those `at_event`, that touch at rest: the forces to come may press them together. Velocities have the
-/// `error` (m/s or rad/s).
-fn close_touching(mechanism: &Mechanism<f64>, state: &mut State<f64>, at_event: &[usize], error: f64) {
-    for event in (0..mechanism.events.len()).filter(|k| !at_event.contains(k)).map(|k| &mechanism.events[k]) {
+/// Returns whether the gap of a contact opens where friction that is `released` slides in its direction.
+fn opens_with(
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    contact: usize,
+    (friction, direction): (usize, f64),
+) -> bool {
+    let (contact, still) = (&mechanism.events[contact], vec![0.0; state.v.len()]);
+    let [a, b] = [0, 1].map(|end| mechanism.events[friction].gap.coordinates[end]);
+    let mut along = still.clone();
+    (along[a], along[b]) = (-direction, direction);
+    contact.rate(state, &along) > contact.rate(state, &still)
+}
+
+/// Closes the contacts that touch at rest, unless they `stay`: the forces to come may press them together. Velocities have the `error` (m/s or
+/// rad/s).
+fn close_touching(mechanism: &Mechanism<f64>, state: &mut State<f64>, error: f64, stay: impl Fn(usize) -> bool) {
+    for event in (0..mechanism.events.len()).filter(|k| !stay(*k)).map(|k| &mechanism.events[k]) {
         if let Some(Unilateral::Contact { closed, .. }) = event.unilateral {
             let jet = event.gap_jet(state, &state.v);
             if jet.re.abs() <= TOUCHING && jet.v1.abs() <= TOUCHING.max(2.0 * error) {
@@ -370,7 +449,7 @@ pub(crate) fn settle_start(
         return Ok(false);
     }
     let is_closed = |law: Unilateral, modes: &Modes| is_contact(law) && law.is_held(modes);
-    close_touching(mechanism, state, &[], 0.0);
+    close_touching(mechanism, state, 0.0, |_| false);
     follow_velocities(mechanism, &state.clone(), (state, &vec![0.0; mechanism.events.len()]), |_| false);
     let mut settled = state.clone();
     // More contacts than can carry independent forces: those of least norm decide.

@@ -125,7 +125,8 @@ impl<'m> TimeStepper<'m> {
 
     /// Returns whether the current step ends at an event that ends the motion.
     pub fn has_ended(&self) -> bool {
-        self.locator.has_ended(self.integrator.mechanism, &self.integrator.step.new, self.length)
+        let Integrator { mechanism, system, step, .. } = &self.integrator;
+        self.locator.has_ended(system, mechanism, &step.new, self.length)
     }
 
     /// Returns whether the motion goes on and the current step ends before `t` (s).

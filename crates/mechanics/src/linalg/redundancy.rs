@@ -29,7 +29,7 @@ pub(crate) struct Redundancy {
 /// ε as a fraction of the smallest estimated diagonal entry of Φ K⁻¹ Φᵀ.
 const SHIFT: f64 = 1e-4;
 
-/// Stiffness of a coordinate, as a fraction of the largest one, that is rounding.
+/// Stiffness of a coordinate, and entry of a constraint, as a fraction of the largest one, that is rounding.
 const NEGLIGIBLE: f64 = 1e-12;
 
 /// Largest number of corrections.
@@ -58,8 +58,11 @@ impl Redundancy {
             stiffness[*i] = stiffness[*i].max(entry.abs());
         }
         let least = NEGLIGIBLE * stiffness.iter().fold(0.0f64, |a, k| a.max(*k));
-        for ([i, j, _], entry) in entries().filter(|([i, j, _], _)| self.multipliers[*i] && !self.multipliers[*j]) {
-            if stiffness[*j] > least {
+        let gradients = || entries().filter(|([i, j, _], _)| self.multipliers[*i] && !self.multipliers[*j]);
+        let mut largest = vec![0.0f64; n];
+        gradients().for_each(|([i, ..], entry)| largest[*i] = largest[*i].max(entry.abs()));
+        for ([i, j, _], entry) in gradients() {
+            if stiffness[*j] > least && entry.abs() > NEGLIGIBLE * largest[*i] {
                 compliance[*i] += entry * entry / stiffness[*j];
             }
         }

@@ -743,3 +743,101 @@ fn velocities_that_friction_stops_at_the_start_have_the_derivatives_of_an_impuls
     let rows: Vec<_> = (0..6).map(|output| vec![rows.row(output).iter().copied().collect()]).collect();
     is_exact(&rows, 1e-6);
 }
+
+/// A turning rod falls without gravity onto a wall with its corner, and rests on it for a while: the impacts have no restitution.
+#[test]
+fn a_corner_without_restitution_lands_and_leaves_within_a_turn() {
+    let mut m = Mechanism::<f64>::new();
+    let rod = m.body("rod", 0.7, 0.05, Pose { x: 0.2, y: 0.6, theta: 0.0 });
+    m.set_velocity(rod.y, -2.0);
+    m.set_velocity(rod.theta, 2.0);
+    let ground = m.ground();
+    m.rigid_wall("wall", ground.origin(), 0.0, rod.at(0.1, -0.15), 0.0);
+    outputs(&mut m, rod.y).unwrap();
+    let times: Vec<f64> = (0..=100).map(|k| 0.01 * f64::from(k)).collect();
+    for settings in [Explicit::eighth_order(1e-8), Explicit::adaptive(1e-8)] {
+        let history = simulate_explicitly(&m, &settings, &times).unwrap();
+        println!("{:?} {:?}", history.values[0].last(), history.impacts);
+        assert!((history.values[0][100] - 0.010968943).abs() < 1e-6);
+    }
+}
+
+/// One mass with friction and a stop: where the friction breaks away beside the closed stop, the stop opens.
+#[test]
+fn friction_breaks_away_beside_a_stop() {
+    let mut m = Mechanism::<f64>::new();
+    let mass = m.point_mass("mass", 0.632, 0.0, 0.0);
+    let ground = m.ground();
+    m.load("load", ground.x, mass.x, Harmonic, &[0.0, -6.34, 3.07, 1.1]);
+    m.dry_friction("friction", ground.x, mass.x, [1.16, 1.0, 0.0]);
+    m.rigid_stop("stop", ground.x, mass.x, -0.059, 0.0);
+    outputs(&mut m, mass.x).unwrap();
+    let times: Vec<f64> = (0..=150).map(|k| 0.02 * f64::from(k)).collect();
+    for settings in [Explicit::eighth_order(1e-8), Explicit::adaptive(1e-8)] {
+        let history = simulate_explicitly(&m, &settings, &times).unwrap();
+        assert!((history.values[0][150] - 2.923151).abs() < 1e-5, "{:?}", history.values[0][150]);
+    }
+    let history = simulate(&m, &Dynamics::fixed(1e-3), &times).unwrap();
+    assert!((history.values[0][150] - 2.923151).abs() < 1e-3, "{:?}", history.values[0][150]);
+}
+
+/// A ball that falls from the height b₀ under the gravity b₁ and is pushed sideways by b₂ from its rebound on: the velocity jumps over the
+/// limit of the condition.
+struct PushedAtRebound {
+    ends: bool,
+}
+
+impl ParametricMechanism for PushedAtRebound {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[1]);
+        let ball = m.point_mass("ball", S::from(1.0), zero, b[0]);
+        let ground = m.ground();
+        m.rigid_stop("floor", ground.y, ball.y, zero, S::from(0.5));
+        let push = m.load("push", ground.x, ball.x, Fixed, &[b[2]]);
+        let sensor = m.coordinate_sensor("ball", ground.y, ball.y);
+        let rate = m.measure(sensor, "velocity")?;
+        let mut actions = vec![Action::Activate(push)];
+        actions.extend(self.ends.then_some(Action::Terminate));
+        m.when("rebound", Linear(vec![1.0], 0.0), &[rate], &actions)?;
+        outputs(&mut m, ball.x)?;
+        Ok(m)
+    }
+}
+
+#[test]
+fn events_happen_where_a_jump_makes_their_condition_true() {
+    let (b, end) = ([1.2f64, 9.81, 3.0], 0.9f64);
+    let impact = (2.0 * b[0] / b[1]).sqrt();
+    let (position, by_height) = (0.5 * b[2] * (end - impact).powi(2), -b[2] * (end - impact) * 0.5 * impact / b[0]);
+    let is_exact = |values: f64, gradient: &[f64], limit: f64| {
+        let expected = [by_height, -by_height * b[0] / b[1], position / b[2]];
+        assert!((values - position).abs() < limit, "{values} for {position}");
+        gradient
+            .iter()
+            .zip(expected)
+            .for_each(|(a, b)| assert!((a - b).abs() < limit, "{gradient:?} for {expected:?}"));
+    };
+    let model = PushedAtRebound { ends: false };
+    for settings in [Explicit::eighth_order(1e-10), Explicit::adaptive(1e-10)] {
+        let found = differentiate_explicitly(&model, &b, &settings, &[end]).unwrap();
+        is_exact(found.values[0][0], &found.gradients[0][0], 1e-7);
+    }
+    let settings = Dynamics::fixed(1e-3);
+    let found = differentiate(&model, &b, &settings, &[end]).unwrap();
+    is_exact(found.values[0][0], &found.gradients[0][0], 1e-4);
+    let differences = differentiate_semi_analytically(&model, &b, &settings, &[end], STEP).unwrap();
+    is_exact(differences.values[0][0], &differences.gradients[0][0], 1e-4);
+    let at_end = [AdjointFunctional::at(0, 0)];
+    let (rows, _) = differentiate_backwards_within(usize::MAX, &model, &b, &settings, &[end], &at_end).unwrap();
+    is_exact(found.values[0][0], rows.row(0).transpose().as_slice(), 1e-4);
+    // The same event may end the motion.
+    let m = PushedAtRebound { ends: true }.build(&b).unwrap();
+    let explicit = simulate_explicitly(&m, &Explicit::eighth_order(1e-10), &[end]).unwrap();
+    let implicit = simulate(&m, &settings, &[end]).unwrap();
+    for history in [explicit, implicit] {
+        let last = history.impacts.last().unwrap();
+        assert!(last.contact == "floor" || (last.t - impact).abs() < 1e-5, "{:?}", history.impacts);
+        assert_eq!(history.values[0][0], 0.0);
+    }
+}

@@ -23,15 +23,20 @@ pub struct DesignVariable {
     pub upper: f64,
 }
 
+/// Size of a bound that stands for none.
+const NO_BOUND: f64 = 1e15;
+
 impl DesignVariable {
     /// A variable without bounds.
     pub fn new(name: impl Into<String>, unit: impl Into<String>, start: f64) -> Self {
         Self { name: name.into(), unit: unit.into(), start, lower: f64::NEG_INFINITY, upper: f64::INFINITY }
     }
 
-    /// Replaces the bounds; ∓∞ for none.
+    /// Replaces the bounds; ∓∞ for none, for which other programs write numbers of 10¹⁵ and more.
     #[must_use]
     pub fn within(self, lower: f64, upper: f64) -> Self {
+        let lower = if lower <= -NO_BOUND { f64::NEG_INFINITY } else { lower };
+        let upper = if upper >= NO_BOUND { f64::INFINITY } else { upper };
         Self { lower, upper, ..self }
     }
 

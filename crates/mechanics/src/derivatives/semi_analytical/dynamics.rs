@@ -14,7 +14,7 @@ use crate::derivatives::semi_analytical::central_difference::{CentralDifference,
 use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
 use crate::elements::element::ElementWorkspace;
 use crate::events::impact::{apply_impact, apply_switch, make_consistent, simultaneous_switches, switch_offset};
-use crate::events::settling::passage;
+use crate::events::settling::{passage, triggered_events};
 use crate::integrators::consistent_ends::at_event;
 use crate::integrators::generalized_alpha::Step;
 use crate::integrators::velocity_violation::consistent_velocities;
@@ -266,7 +266,7 @@ impl<'m> DifferenceSensitivity<'m> {
 
     /// Differentiates a step that ends when `contact` closes, at a time that depends on the design.
     fn close_contact(&mut self, step: &ConvergedStep, contact: usize) -> Result<()> {
-        let simultaneous = simultaneous_switches(self.plain, contact, &step.end, step.h);
+        let mut simultaneous = simultaneous_switches(self.plain, contact, &step.end, step.h);
         self.differentiate_step(step, 0.0)?;
         let fixed = self.gap_rate(step, contact);
         let others: Vec<f64> = simultaneous.iter().map(|&event| self.gap_rate(step, event)).collect();
@@ -297,6 +297,8 @@ impl<'m> DifferenceSensitivity<'m> {
                 return Err(separated(name, &self.plain.events[event].gap.name, step.end.t));
             }
         }
+        let (system, nominal) = (System::at(self.plain, self.settings.start)?, self.settings.step.nominal());
+        simultaneous.extend(triggered_events(&system, self.plain, (contact, &simultaneous), &step.end, nominal)?);
         self.closed = Some(ClosedContact { contact, simultaneous, values: step.end.clone() });
         Ok(())
     }

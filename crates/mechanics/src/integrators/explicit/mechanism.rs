@@ -369,7 +369,7 @@ impl OdeRhs for MechanismRhs<'_> {
 
     fn has_ended(&self) -> bool {
         let is_end = |(locator, ends): (&EventLocator, &StepEnds)| {
-            locator.has_ended(self.mechanism, &ends.states[1], ends.length)
+            locator.has_ended(&self.system, self.mechanism, &ends.states[1], ends.length)
         };
         self.locator.as_ref().zip(self.step_ends.as_ref()).is_some_and(is_end)
     }

@@ -10,6 +10,8 @@ use crate::sao::trace::Trace;
 const LEAST_OF_RANGE: f64 = 0.02;
 /// Largest length from a range or from rows, relative to the variable, or to |F| / |∂F/∂b| of one that is zero.
 const WIDEST: [f64; 2] = [3e4, 1e3];
+/// Length from a range, relative to the variable, above which it is a guess: bounds of 1e6 may stand for none.
+const GUESSED: f64 = 10.0;
 /// A length from slopes is at most this times the median of the others. Slopes beside a point where they vanish are very small.
 const LARGEST: f64 = 1e6;
 /// Gradients below this fraction of the largest one do not determine a length.
@@ -23,7 +25,7 @@ const FAR: [f64; 2] = [1e6, 1e10];
 const LEAST_OF_OBJECTIVE: f64 = 1e-3;
 
 /// Start lengths d: |b|, at least 2 % of the range of a bounded variable and at most its range; a range of more than 1.5·10⁶ |b| counts as
-/// less. A start value is as good as zero if the first-order changes by it of objective and rows are negligible beside those by the
+/// less, and a length from a range of more than 500 |b| is a guess. A start value is as good as zero if the first-order changes by it of objective and rows are negligible beside those by the
 /// others, or if those of all variables together are negligible beside what they would have to be.
 ///
 /// A variable without range that starts at zero has the median of |cᵢ| / |∂cᵢ/∂bⱼ| over the rows; failing that, |F| / |∂F/∂bⱼ|;
@@ -52,7 +54,7 @@ pub(super) fn start_lengths(
     // Bounds and limits may be as good as none.
     let size = |j: usize| {
         let known = Some(start_sizes[j]).filter(|size| *size > 0.0);
-        known.or_else(|| by_objective(j)).unwrap_or(f64::INFINITY)
+        known.or_else(|| by_objective(j)).or_else(|| seen(j)).unwrap_or(f64::INFINITY)
     };
     let one = |j: usize| {
         let variable = &problem.variables[j];
@@ -65,7 +67,8 @@ pub(super) fn start_lengths(
         (known > 0.0).then_some(known)
     };
     let mut lengths: Vec<Option<f64>> = (0..n).map(one).collect();
-    let guessed = lengths.iter().map(Option::is_none).collect();
+    let is_guess = |(j, length): (usize, &Option<f64>)| length.is_none_or(|length| length > GUESSED * size(j));
+    let guessed = lengths.iter().enumerate().map(is_guess).collect();
     let largest = median(lengths.iter().flatten().copied().collect()).map_or(f64::INFINITY, |d| LARGEST * d);
     for (j, length) in lengths.iter_mut().enumerate().filter(|(_, length)| length.is_none()) {
         *length = seen(j).filter(|d| *d <= largest).map(|d| d.min(WIDEST[1] * size(j)));

@@ -19,6 +19,7 @@ use crate::diagnostics::check_finite;
 use crate::elements::element::{ElementState, ElementWorkspace, Sides};
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::simultaneous_switches;
+use crate::events::settling::triggered_events;
 use crate::initial_conditions::acceleration_rows;
 use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::mechanism::{
@@ -319,7 +320,7 @@ where
             self.repeat_step(record, h);
             return Ok(());
         };
-        let simultaneous = simultaneous_switches(self.plain, contact, values, length);
+        let mut simultaneous = simultaneous_switches(self.plain, contact, values, length);
         for &event in &simultaneous {
             let [fixed, moved] = [given, h].map(|h| {
                 self.repeat_step(record, h);
@@ -332,6 +333,8 @@ where
             }
         }
         self.repeat_step(record, h);
+        let nominal = self.event_step.nominal();
+        simultaneous.extend(triggered_events(&self.system, self.plain, (contact, &simultaneous), values, nominal)?);
         self.closed = Some(ClosedContact { contact, simultaneous, values: values.clone() });
         Ok(())
     }
