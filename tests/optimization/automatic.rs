@@ -260,6 +260,32 @@ fn bounds_far_away_are_no_lengths() {
     }
 }
 
+/// Other programs write 1e6 or 1e20 for no bound. Lengths from such ranges made the conditions of an optimum so strict that runs ended as stalled at it.
+#[test]
+fn wide_bounds_in_place_of_none_do_not_change_the_verdict() {
+    let names =
+        ["hs1", "hs6", "hs26", "hs39", "hs43", "hs48", "hs77", "hs79", "hs100", "hs112", "saddle", "slider-crank"];
+    for name in names {
+        let entry = suite::problems().find(|entry| entry.name == name).unwrap();
+        let free = Transformation::default().build(entry).unwrap();
+        for bound in [1e6, 1e10, 1e20] {
+            let mut problem = Transformation::default().build(entry).unwrap();
+            for variable in &mut problem.variables {
+                let [lower, upper] = [variable.lower.max(-bound), variable.upper.min(bound)];
+                *variable = variable.clone().within(lower, upper);
+            }
+            let end = solve(&problem);
+            assert_eq!(end.status, Status::Converged, "{name} within {bound:e}: {}", end.reason);
+            let judged =
+                suite::judge(entry, &Transformation::default(), &free, end.status.into(), &end.design).unwrap();
+            assert!(
+                matches!(judged.verdict, Verdict::Optimum | Verdict::LocalOptimum),
+                "{name} within {bound:e}: {judged:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn an_objective_is_not_zero_beside_that_of_a_start_far_away() {
     for (name, start) in [("hs49", "start=1e4"), ("quartic", "start=1e4"), ("hs57", "start=-1e2"), ("hs1", "start=1e6")]

@@ -12,6 +12,8 @@ const LEAST_OF_RANGE: f64 = 0.02;
 const WIDEST: [f64; 2] = [3e4, 1e3];
 /// Length from a range, relative to the variable, above which it is a guess: bounds of 1e6 may stand for none.
 const GUESSED: f64 = 10.0;
+/// Range above which it tells nothing about a variable whose size is not known: it starts at zero, and so does all that depends on it.
+const LONGEST_RANGE: f64 = 1e5;
 /// A length from slopes is at most this times the median of the others. Slopes beside a point where they vanish are very small.
 const LARGEST: f64 = 1e6;
 /// Gradients below this fraction of the largest one do not determine a length.
@@ -59,7 +61,8 @@ pub(super) fn start_lengths(
     let one = |j: usize| {
         let variable = &problem.variables[j];
         let range = variable.upper - variable.lower;
-        let known = if range.is_finite() && range > 0.0 {
+        let tells_a_size = range.is_finite() && range > 0.0 && (size(j).is_finite() || range <= LONGEST_RANGE);
+        let known = if tells_a_size {
             start_sizes[j].max((LEAST_OF_RANGE * range).min(WIDEST[0] * size(j))).min(range)
         } else {
             start_sizes[j]
