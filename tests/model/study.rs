@@ -263,6 +263,35 @@ fn a_failed_run_is_a_row_with_its_reason() {
     assert!(error.contains("all 3 runs failed") && error.contains("`stress` is NaN"), "{error}");
 }
 
+/// Also without an objective, where each output is a result.
+#[test]
+fn an_undefined_output_is_a_failure_with_its_reason() {
+    let study = "version = 1\nmodel = \"bar.toml\"\nkind = \"grid\"\n[vary.x]\nfrom = -1\nto = 1\npoints = 5\n";
+    let place = place("undefined", study);
+    let model = "version = 2\n[design.x]\nstart = 0.5\nlower = -1.0\nupper = 1.0\n[[output]]\nname = \"y\"\nvalue = \"sqrt(x)\"\n";
+    let simulated = "version = 2\n[time]\nto = 2.0\npoints = 3\n[[output]]\nname = \"y\"\nvalue = \"ln(1 - time)\"\n";
+    std::fs::write(place.0.join("bar.toml"), model).unwrap();
+    std::fs::write(place.0.join("late.toml"), simulated).unwrap();
+    let shown = place.run(&["study", "s"], 0);
+    assert!(shown.contains("2 of 5 runs failed") && shown.contains("3 of 5 analyses have results"), "{shown}");
+    let rows = place.read("out/s/runs.csv");
+    assert!(rows.contains("0,-1,,failed,response `y` is NaN at x = -1 (sqrt(-1) is not defined)"), "{rows}");
+    let shown = place.run(&["analyze", "bar", "--at", "x=-0.25"], 1);
+    assert!(
+        shown.contains("response `y` is NaN at x = -0.25 (sqrt(-0.25) is not defined)") && shown.contains("bar.toml:"),
+        "{shown}"
+    );
+    assert!(place.run(&["analyze", "late"], 1).contains("response `y` is -inf at time 1 s (ln(0) is not defined)"));
+    // Tolerances around a mean without a result have no conclusion.
+    std::fs::write(
+        place.0.join("s.toml"),
+        "version = 1\nmodel = \"bar.toml\"\nkind = \"tolerance\"\ncount = 4\n[vary.x]\nmean = -0.5\ndeviation = 0.01\n",
+    )
+    .unwrap();
+    let shown = place.run(&["study", "s", "--out", "t"], 1);
+    assert!(shown.contains("response `y` is NaN at x = -0.5"), "{shown}");
+}
+
 #[test]
 fn lines_of_json_are_rows_and_a_summary() {
     let place = place("json", SAMPLE);

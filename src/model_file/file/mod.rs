@@ -65,7 +65,7 @@ use super::{Diagnostic, DiagnosticReport, limits, settings};
 use crate::model_file::expression::{CompiledExpression, Inputs, TextPlace, Tree};
 use crate::model_file::unit::Unit;
 #[cfg(feature = "report")]
-use crate::problem::{Analysis, Analytic, Responses};
+use crate::problem::{Analysis, Analytic, ResponseAt, Responses, not_finite};
 use crate::problem::{
     ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity, TimeGrid,
 };
@@ -541,7 +541,7 @@ impl Model {
     /// The outputs at a design, which has a value for each of the [`variables`](Self::variables).
     ///
     /// # Errors
-    /// Those of the analysis.
+    /// Those of the analysis; [`Error::NotFinite`] for an output that is undefined there.
     #[cfg(feature = "report")]
     pub fn simulate(&self, design: &[f64]) -> Result<Responses> {
         Error::check_length("design", self.variables.len(), design.len())?;
@@ -555,9 +555,26 @@ impl Model {
             (_, grid) => {
                 let grids: Vec<_> = self.outputs.iter().map(|o| grid.as_ref().filter(|_| o.is_transient)).collect();
                 let formulas = Formulas(self.outputs.iter().map(|o| o.formula.expression.clone()).collect());
-                Analytic::new(formulas, &grids).analyze(design)
+                let analysis = Analytic::new(formulas, &grids);
+                let responses = analysis.analyze(design)?;
+                self.check_finite(&analysis, design, &responses)?;
+                Ok(responses)
             }
         }
+    }
+
+    /// The error about the first output that is not finite. Mechanisms and programs check their outputs themselves.
+    #[cfg(feature = "report")]
+    fn check_finite(&self, analysis: &impl Analysis, design: &[f64], responses: &Responses) -> Result<()> {
+        for (response, (output, values)) in self.outputs.iter().zip(&responses.values).enumerate() {
+            if let Some(point) = values.iter().position(|value| !value.is_finite()) {
+                let time = self.grid.as_ref().filter(|_| output.is_transient).map(|grid| (grid, point));
+                let why = analysis.undefined(design, ResponseAt { response, point });
+                let what = format!("response `{}`", output.name);
+                return Err(not_finite(what, values[point], time, &self.variables, design, why));
+            }
+        }
+        Ok(())
     }
 
     fn build(&self, add_objective: impl FnOnce(&mut ProblemBuilder)) -> Result<Problem> {

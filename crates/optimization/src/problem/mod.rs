@@ -26,6 +26,7 @@ mod reduced_histories;
 mod scaling;
 mod sensitivities;
 mod variable;
+mod words;
 
 pub use analysis::{Analysis, ContinuousTime, GradientMethod, Response, ResponseAt, ResponseSum, Responses};
 pub use builder::ProblemBuilder;
@@ -51,3 +52,4 @@ pub use quantity::{Quantity, SignedQuantity};
 pub use scaling::ScalingAdvice;
 pub use sensitivities::Sensitivities;
 pub use variable::DesignVariable;
+pub use words::not_finite;

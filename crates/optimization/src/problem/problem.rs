@@ -5,8 +5,8 @@ use super::{
     Analysis, AnalyzedDesign, Constraint, DesignVariable, Evaluation, Intermediates, Objective, Quantity, Response,
     ResponseAt, Responses, RowId, TimeGrid,
 };
-use super::{PeakTime, maxima};
-use error::{Error, Readable, Result};
+use super::{PeakTime, maxima, words};
+use error::{Error, Result};
 use rayon::prelude::*;
 use std::collections::HashSet;
 
@@ -116,13 +116,9 @@ impl Problem {
         for (response, (declared, values)) in self.responses.iter().zip(&responses.values).enumerate() {
             if let Some(point) = values.iter().position(|v| !v.is_finite()) {
                 let what = format!("response `{}`", declared.name);
-                let error = self.not_finite(what, values[point], declared.grid, point, b);
-                return Err(match (self.analysis.undefined(b, ResponseAt { response, point }), error) {
-                    (Some(why), Error::NotFinite { what, value, place, remedy }) => {
-                        Error::NotFinite { what, value, place: format!("{place} ({why})"), remedy }
-                    }
-                    (_, error) => error,
-                });
+                let time = declared.grid.map(|grid| (&self.grids[grid], point));
+                let why = self.analysis.undefined(b, ResponseAt { response, point });
+                return Err(words::not_finite(what, values[point], time, &self.variables, b, why));
             }
         }
         Ok(responses)
@@ -254,21 +250,12 @@ impl Problem {
 
     /// The time of point `p` in words, with the unit of its grid.
     pub fn time_in_words(&self, grid: Option<usize>, p: usize) -> String {
-        match grid {
-            Some(g) => {
-                let grid = &self.grids[g];
-                format!("{} {} {}", grid.name, Readable(rounded(grid.shown(grid.points[p]))), grid.unit)
-            }
-            None => "no particular time".to_owned(),
-        }
+        grid.map_or_else(|| "no particular time".to_owned(), |grid| self.grids[grid].point_in_words(p))
     }
 
     /// The design in words: `k = 1 N/m, c = 0.3 N·s/m`.
     pub fn design_in_words(&self, b: &[f64]) -> String {
-        let one = |(v, b): (&DesignVariable, &f64)| {
-            format!("{} = {} {}", v.name, Readable(rounded(*b)), v.unit).trim_end().to_owned()
-        };
-        self.variables.iter().zip(b).map(one).collect::<Vec<_>>().join(", ")
+        words::design(&self.variables, b)
     }
 
     /// A constraint and its time in words: `displacement at time 1.2 s`.
@@ -282,17 +269,7 @@ impl Problem {
     }
 
     pub(super) fn not_finite(&self, what: String, value: f64, grid: Option<usize>, p: usize, b: &[f64]) -> Error {
-        let design = self.design_in_words(b);
-        let place = match grid {
-            Some(_) => format!("{} and {design}", self.time_in_words(grid, p)),
-            None => design,
-        };
-        Error::NotFinite {
-            what,
-            value,
-            place,
-            remedy: "bound the design away from where it is undefined: a root of a negative number, a level that `crossing` does not reach",
-        }
+        words::not_finite(what, value, grid.map(|grid| (&self.grids[grid], p)), &self.variables, b, None)
     }
 
     /// A hash of all names, bounds, limits, windows and time points, which identifies a problem. Units for display are not a part of it.
@@ -423,11 +400,6 @@ impl Problem {
         }
         Ok(())
     }
-}
-
-/// A number for messages: at most nine significant digits.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.8e}").parse().unwrap_or(value)
 }
 
 fn unique<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Result<()> {
