@@ -2,7 +2,7 @@
 
 use super::function::{FunctionAnalysis, Functions};
 use super::state::State;
-use super::work::{raise, raise_as, raise_report, work};
+use super::work::{raise, raise_as, raise_report, work, work_with_programs};
 use linkwright::gradient_check::GradientStatus;
 use linkwright::model_file::{self, Model};
 use linkwright::problem::{Analysis, AnalyzedDesign, Evaluation, Goal, ResponseAt, Responses};
@@ -62,7 +62,8 @@ impl Problem {
         let functions = functions.map(read_functions).transpose()?;
         let is_function = functions.is_some();
         let read = if is_function { model_file::read_generated } else { model_file::read };
-        let (model, problem) = work(py, || {
+        let has_program = programs.is_some();
+        let (model, problem) = work_for(py, has_program, || {
             Ok(read(name, text).map(|mut model| {
                 if let Some(folder) = programs {
                     model.allow_programs(&folder);
@@ -290,7 +291,7 @@ impl Problem {
         self.check_objective(py)?;
         let preset = preset(name).map_err(|error| raise(py, &error))?;
         let method = Method { stop: self.model.method().stop, ..(preset.method)() };
-        let outcome = work(py, || {
+        let outcome = self.work(py, || {
             Ok(method.solve(&self.problem, |_| ()).map(|end| {
                 let kkt = PostOptimal::new(&self.problem, &end).map_or(f64::NAN, |post| post.kkt(&self.problem));
                 (end, kkt)
@@ -321,7 +322,7 @@ impl Problem {
         while all.len() < designs.len() {
             let begun = Instant::now();
             let some = &designs[all.len()..designs.len().min(all.len() + size)];
-            all.extend(work(py, || Ok(self.problem.analyze_designs(some)))?);
+            all.extend(self.work(py, || Ok(self.problem.analyze_designs(some)))?);
             py.check_signals()?;
             size = if begun.elapsed() < CALL_TIME { 2 * size } else { size };
         }
@@ -337,9 +338,14 @@ impl Problem {
         Err(raise(py, &Error::definition(self.model.title(), why, "add [objective] with minimize = \"…\"")))
     }
 
+    /// Does work, which may use the program of the model.
+    pub fn work<T: Send>(&self, py: Python<'_>, task: impl FnOnce() -> Result<T> + Send) -> PyResult<T> {
+        work_for(py, self.model.program().is_some(), task)
+    }
+
     /// Does work; an error shows the part of the model file that it names.
     fn located<T: Send>(&self, py: Python<'_>, task: impl FnOnce() -> Result<T> + Send) -> PyResult<T> {
-        work(py, || Ok(task()))?.map_err(|error| {
+        self.work(py, || Ok(task()))?.map_err(|error| {
             let report = if self.is_function { None } else { self.model.locate(&error) };
             let text = report.map_or_else(|| error.to_string(), |report| report.to_string());
             raise_as(py, &error, text)
@@ -365,6 +371,11 @@ impl Problem {
         }
         differences(analysis, name, None)?.with_variables(&self.problem.variables).sensitivities(b, here, wanted)
     }
+}
+
+/// Does work with a program or without one.
+fn work_for<T: Send>(py: Python<'_>, has_program: bool, task: impl FnOnce() -> Result<T> + Send) -> PyResult<T> {
+    if has_program { work_with_programs(py, task) } else { work(py, task) }
 }
 
 /// Names of finite differences.

@@ -156,7 +156,7 @@ impl State {
                 linkwright::Error::definition("report", "the run belongs to another problem", "give its problem");
             return Err(raise(py, &error));
         }
-        work(py, || {
+        problem.work(py, || {
             let run = OptimizationReport::new(problem.model.title(), &problem.problem, &self.0)?;
             // Designs of a slice are analysed in several threads, which Python functions are not.
             let slice = if problem.is_function || slice < 2 {

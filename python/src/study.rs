@@ -1,6 +1,6 @@
 //! Studies: their runs, rows and conclusions, and the file of rows.
 
-use super::work::{raise, raise_report, work};
+use super::work::{raise, raise_report, work, work_with_programs};
 use linkwright::storage::{Appender, Directory, Lock};
 use linkwright::study::{self, ModelSource, Part, Rows, StudyError, StudyFile};
 use linkwright::{Error, Result};
@@ -71,7 +71,7 @@ impl Study {
 
     /// Does runs of a phase, given the lines of the rows that they need, and returns their lines in the same order.
     fn run(&self, py: Python<'_>, phase: usize, runs: Vec<usize>, known: Vec<String>) -> PyResult<Vec<String>> {
-        work(py, || {
+        let task = || {
             use rayon::prelude::*;
             let known = self.rows(&known)?;
             let count = self.0.phases().get(phase).map_or(0, |phase| phase.runs);
@@ -84,7 +84,8 @@ impl Study {
             }
             let line = |run: &usize| Ok(self.0.row(phase, *run, &known)?.line());
             runs.par_iter().with_max_len(1).map(line).collect()
-        })
+        };
+        if self.0.source().programs.is_some() { work_with_programs(py, task) } else { work(py, task) }
     }
 
     /// The whole row file: header, and rows in their order.

@@ -2,6 +2,7 @@
 
 use linkwright::Error;
 use linkwright::model_file::DiagnosticReport;
+use linkwright::responses::program::{end_programs, permit_programs};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -10,6 +11,12 @@ use std::any::Any;
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
+
+/// Time between two looks at signals while programs compute.
+const PAUSE: Duration = Duration::from_millis(50);
 
 /// True once work was done in this process, so that there may be worker threads.
 static USED: AtomicBool = AtomicBool::new(false);
@@ -44,15 +51,56 @@ pub fn is_interrupted() -> bool {
 /// An exception of a Python function that was called, then the error of the work. A panic becomes a `RuntimeError`, and so does
 /// work in a forked process, whose worker threads do not exist.
 pub fn work<T: Send>(py: Python<'_>, task: impl FnOnce() -> Result<T, Error> + Send) -> PyResult<T> {
-    if FORKED.load(Relaxed) {
-        return Err(PyRuntimeError::new_err(
-            "linkwright was used before this process was forked, and its threads do not exist here; start processes with \
-             multiprocessing.get_context(\"forkserver\") or \"spawn\"",
-        ));
+    check_threads()?;
+    let (outcome, raised) = py.detach(|| done(task));
+    concluded(py, outcome, raised)
+}
+
+/// Does work during which programs may compute: Ctrl-C ends them, and the work with them.
+///
+/// The work is done by another thread, because this one handles signals. Python functions must not be called by it.
+///
+/// # Errors
+///
+/// `KeyboardInterrupt`, or another exception of a signal handler; those of [`work`].
+pub fn work_with_programs<T: Send>(py: Python<'_>, task: impl FnOnce() -> Result<T, Error> + Send) -> PyResult<T> {
+    check_threads()?;
+    let (ended, interrupt) = py.detach(|| {
+        thread::scope(|scope| {
+            let (working, end) = channel::<()>();
+            let worker = scope.spawn(move || {
+                let _working = working;
+                done(task)
+            });
+            let mut interrupt = None;
+            while end.recv_timeout(PAUSE) == Err(RecvTimeoutError::Timeout) {
+                let signal = Python::attach(|py| py.check_signals());
+                if let (None, Err(error)) = (&interrupt, signal) {
+                    end_programs();
+                    interrupt = Some(error);
+                }
+            }
+            (worker.join(), interrupt)
+        })
+    });
+    if let Some(error) = interrupt {
+        permit_programs();
+        return Err(error);
     }
-    USED.store(true, Relaxed);
-    let outcome = py.detach(|| catch_unwind(AssertUnwindSafe(task)));
-    if let Some(error) = RAISED.take() {
+    let (outcome, raised) = ended.unwrap_or_else(|panic| (Err(panic), None));
+    concluded(py, outcome, raised)
+}
+
+/// A result, or the value of a panic.
+type Outcome<T> = std::thread::Result<Result<T, Error>>;
+
+fn done<T>(task: impl FnOnce() -> Result<T, Error>) -> (Outcome<T>, Option<PyErr>) {
+    let outcome = catch_unwind(AssertUnwindSafe(task));
+    (outcome, RAISED.take())
+}
+
+fn concluded<T>(py: Python<'_>, outcome: Outcome<T>, raised: Option<PyErr>) -> PyResult<T> {
+    if let Some(error) = raised {
         return Err(error);
     }
     match outcome {
@@ -62,6 +110,18 @@ pub fn work<T: Send>(py: Python<'_>, task: impl FnOnce() -> Result<T, Error> + S
             message(&*panic)
         ))),
     }
+}
+
+/// Rejects work in a forked process, whose worker threads do not exist.
+fn check_threads() -> PyResult<()> {
+    if FORKED.load(Relaxed) {
+        return Err(PyRuntimeError::new_err(
+            "linkwright was used before this process was forked, and its threads do not exist here; start processes with \
+             multiprocessing.get_context(\"forkserver\") or \"spawn\"",
+        ));
+    }
+    USED.store(true, Relaxed);
+    Ok(())
 }
 
 fn message(panic: &(dyn Any + Send)) -> &str {

@@ -1,6 +1,7 @@
 """Interpreter lock, threads, processes, signals, panics."""
 
 import multiprocessing
+import os
 import pickle
 import signal
 import subprocess
@@ -99,6 +100,62 @@ def test_exceptions_stay_in_their_thread():
 
     with ThreadPoolExecutor(4) as pool:
         assert all(pool.map(one, range(200)))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no process groups")
+@pytest.mark.parametrize("call", ["model.optimize()", "model.analyze_many([[1.0], [2.0], [3.0]])", "study.run()", "stop"])
+def test_a_signal_ends_the_program_of_a_model(tmp_path, call):
+    """Ctrl-C raises KeyboardInterrupt while the program computes, and the library still works; SIGTERM leaves no process behind."""
+    (tmp_path / "hang.py").write_text(
+        "import json, os, sys, time\nopen('id', 'w').write(f'{os.getpid()} ')\n"
+        "for line in sys.stdin:\n    asked = json.loads(line)\n    time.sleep(1000 if os.path.exists('hang') else 0)\n"
+        "    print(json.dumps({'id': asked['id'], 'responses': {'f': 1.0}}), flush=True)\n"
+    )
+    (tmp_path / "m.toml").write_text(
+        f"version = 2\n[analysis]\nkind = 'program'\ncommand = [{sys.executable!r}, 'hang.py']\nderivatives = 'central'\nretries = 0\n"
+        "[design.x]\nstart = 1.0\nlower = 0.0\nupper = 5.0\n[[output]]\nname = 'f'\nprogram = 'number'\n[objective]\nminimize = 'f'\n"
+    )
+    (tmp_path / "s.toml").write_text('version = 1\nmodel = "m.toml"\nkind = "grid"\n[vary.x]\nfrom = 0\nto = 2\npoints = 3\n')
+    (tmp_path / "hang").touch()
+    done = run(
+        f"""
+import linkwright, os
+os.chdir({str(tmp_path)!r})
+model = linkwright.Model.from_file("m.toml", allow_programs=True)
+study = linkwright.Study.from_file("s.toml", allow_programs=True)
+print("ready", flush=True)
+try:
+    {call if call != "stop" else "model.analyze()"}
+except KeyboardInterrupt:
+    os.remove("hang")
+    print("interrupted", model.analyze()["f"])
+""",
+        after=lambda process: (
+            wait_for(lambda: (tmp_path / "id").exists() and (tmp_path / "id").read_text().endswith(" ")),
+            time.sleep(0.2),
+            process.send_signal(signal.SIGTERM if call == "stop" else signal.SIGINT),
+        ),
+    )
+    if call == "stop":
+        assert done.returncode == -signal.SIGTERM
+    else:
+        assert done.stdout.splitlines()[-1] == "interrupted 1.0", done.stderr
+    wait_for(lambda: not is_running(int((tmp_path / "id").read_text())))
+
+
+def wait_for(condition):
+    until = time.monotonic() + TIMEOUT
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+def is_running(process):
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 def test_ctrl_c_ends_a_run():

@@ -208,12 +208,14 @@ fn a_study_whose_program_is_not_started_has_no_rows() {
 }
 
 #[test]
-fn ctrl_c_ends_the_program() {
+fn no_end_of_a_command_leaves_its_program_behind() {
     let place = TempFolder::new("program-interrupted");
     let text = truss(&place).replace("[\"sh\", \"truss.sh\"]", "[\"sh\", \"hang.sh\"]");
     std::fs::write(place.0.join("truss.toml"), text).unwrap();
     std::fs::write(place.0.join("hang.sh"), "sleep 1000 & echo $$ $! > processes; wait\n").unwrap();
-    for command in ["optimize", "analyze"] {
+    let cases =
+        [("optimize", "-INT"), ("analyze", "-INT"), ("optimize", "-TERM"), ("analyze", "-HUP"), ("optimize", "-KILL")];
+    for (command, signal) in cases {
         drop(std::fs::remove_file(place.0.join("processes")));
         let mut running = std::process::Command::new(env!("CARGO_BIN_EXE_linkwright"))
             .args([command, "truss.toml", "--allow-programs"])
@@ -224,7 +226,7 @@ fn ctrl_c_ends_the_program() {
             .unwrap();
         let until = std::time::Instant::now() + std::time::Duration::from_secs(60);
         let wait = || {
-            assert!(std::time::Instant::now() < until, "{command}");
+            assert!(std::time::Instant::now() < until, "{command} {signal}");
             std::thread::sleep(std::time::Duration::from_millis(20));
         };
         let processes = || std::fs::read_to_string(place.0.join("processes")).unwrap_or_default();
@@ -234,8 +236,8 @@ fn ctrl_c_ends_the_program() {
         let kill = |arguments: &[&str]| {
             std::process::Command::new("kill").args(arguments).stderr(std::process::Stdio::null()).status().unwrap()
         };
-        assert!(kill(&["-INT", &running.id().to_string()]).success());
-        assert_eq!(running.wait().unwrap().code(), Some(130));
+        assert!(kill(&[signal, &running.id().to_string()]).success());
+        assert_eq!(running.wait().unwrap().code(), (signal == "-INT").then_some(130), "{signal}");
         let is_running = |process: &str| {
             // A process for which nobody has waited is a zombie.
             let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();

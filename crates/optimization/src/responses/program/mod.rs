@@ -26,7 +26,7 @@ mod protocol;
 mod tests;
 
 pub use analysis::{ProgramAnalysis, WithThreads};
-pub use process::end_programs;
+pub use process::{end_programs, permit_programs};
 
 use std::path::PathBuf;
 use std::time::Duration;

@@ -17,30 +17,35 @@ const KEPT: usize = 4096;
 const FAREWELL: Duration = Duration::from_millis(500);
 
 /// The programs that run.
-static RUNNING: Mutex<Running> = Mutex::new(Running { ids: BTreeSet::new(), has_ended: false });
+static RUNNING: Mutex<Running> = Mutex::new(Running { groups: BTreeSet::new(), are_ended: false });
 
 struct Running {
-    /// Process ids.
-    ids: BTreeSet<u32>,
-    /// True after [`end_programs`].
-    has_ended: bool,
+    /// Process groups.
+    groups: BTreeSet<u32>,
+    /// True from [`end_programs`] to [`permit_programs`].
+    are_ended: bool,
 }
 
 fn running() -> MutexGuard<'static, Running> {
     RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Kills all programs of this process, with the processes that they started, and lets no other one start: for the end of this
-/// process by [`std::process::exit`], at which values are not dropped.
+/// Kills all programs of this process, with the processes that they started, and lets no other one start before [`permit_programs`]: for the
+/// end of this process by [`std::process::exit`], at which values are not dropped, and for an interrupt.
 pub fn end_programs() {
     let mut running = running();
-    running.has_ended = true;
-    running.ids.iter().for_each(|id| kill_group_of(*id));
+    running.are_ended = true;
+    running.groups.iter().for_each(|id| kill_group(*id));
 }
 
-/// Kills the group of a process, where there are groups.
+/// Lets programs start again after [`end_programs`].
+pub fn permit_programs() {
+    running().are_ended = false;
+}
+
+/// Kills a process group, where there are groups.
 #[cfg_attr(not(unix), expect(unused_variables, reason = "there are no groups"))]
-fn kill_group_of(id: u32) {
+fn kill_group(id: u32) {
     #[cfg(unix)]
     if let Some(group) = i32::try_from(id).ok().and_then(rustix::process::Pid::from_raw) {
         // Fails only if there is no such group any more.
@@ -48,9 +53,38 @@ fn kill_group_of(id: u32) {
     }
 }
 
+/// Puts a command into a process group other than that of this process, so that the processes which the program starts end with it.
+///
+/// Returns the leader of the group: a guard that kills the group when this process ends in any way, even by a signal that cannot be caught. Its
+/// input, which it only reads, then ends, and so does that of the program, which has a second to end by itself. While the guard runs, no other
+/// group has the number of this one.
+#[cfg(unix)]
+fn start_group(command: &mut Command) -> Option<Child> {
+    use std::os::unix::process::CommandExt;
+    let mut guard = Command::new("/bin/sh");
+    guard.args(["-c", "read -r _; sleep 1; kill -KILL 0"]).current_dir("/").process_group(0);
+    let guard = guard.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok();
+    let leader = guard.as_ref().and_then(|guard| i32::try_from(guard.id()).ok());
+    command.process_group(leader.unwrap_or(0));
+    guard
+}
+
+#[cfg(not(unix))]
+fn start_group(_: &mut Command) -> Option<Child> {
+    None
+}
+
+/// Kills a process and waits for its end.
+fn end(mut process: Child) {
+    drop(process.kill());
+    drop(process.wait());
+}
+
 /// A running program with threads that write to and read from it, so that a time limit holds for both.
 pub struct Process {
     child: Child,
+    /// Leader of its process group; `None` where there are no groups, or no shell.
+    guard: Option<Child>,
     requests: Option<Sender<Vec<u8>>>,
     lines: Receiver<Incoming>,
     complaints: Arc<Mutex<Vec<u8>>>,
@@ -62,34 +96,42 @@ enum Incoming {
     TooLong,
 }
 
+/// Why no program starts after [`end_programs`].
+const INTERRUPTED: &str = "the program cannot be started: it was interrupted";
+
+fn cannot_start(program: &Program, why: &str) -> Error {
+    let remedy = "check the command of the program".to_owned();
+    Error::File { file: program.command.join(" "), why: why.to_owned(), remedy }
+}
+
 impl Process {
     /// Starts the program; a line of more than `longest` bytes is no answer.
     ///
     /// # Errors
     /// [`Error::File`] if it cannot be started.
     pub fn start(program: &Program, longest: usize) -> Result<Self> {
-        let failed = |why: String| Error::File {
-            file: program.command.join(" "),
-            why,
-            remedy: "check the command of the program".to_owned(),
-        };
+        let failed = |why: &str| cannot_start(program, why);
         let Some((name, arguments)) = program.command.split_first() else {
-            return Err(failed("the command is empty".to_owned()));
+            return Err(failed("the command is empty"));
         };
         let mut command = Command::new(name);
         command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         if let Some(folder) = &program.folder {
             command.current_dir(folder);
         }
-        // A group of its own, so that the processes which the program starts end with it.
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut running = running();
-        if running.has_ended {
-            return Err(failed("the program cannot be started: this process is at its end".to_owned()));
+        if running.are_ended {
+            return Err(failed(INTERRUPTED));
         }
-        let mut child = command.spawn().map_err(|why| failed(format!("the program cannot be started: {why}")))?;
-        running.ids.insert(child.id());
+        let guard = start_group(&mut command);
+        let mut child = match command.spawn() {
+            Ok(child) => child,
+            Err(why) => {
+                guard.into_iter().for_each(end);
+                return Err(failed(&format!("the program cannot be started: {why}")));
+            }
+        };
+        running.groups.insert(guard.as_ref().unwrap_or(&child).id());
         drop(running);
         let (requests, to_write) = channel::<Vec<u8>>();
         let (read, lines) = sync_channel(2);
@@ -110,7 +152,20 @@ impl Process {
             let complaints = Arc::clone(&complaints);
             thread::spawn(move || keep_end(errors, &complaints));
         }
-        Ok(Self { child, requests: Some(requests), lines, complaints })
+        Ok(Self { child, guard, requests: Some(requests), lines, complaints })
+    }
+
+    /// Checks that programs may start.
+    ///
+    /// # Errors
+    /// [`Error::File`] from [`end_programs`] to [`permit_programs`].
+    pub fn check_permission(program: &Program) -> Result<()> {
+        if running().are_ended { Err(cannot_start(program, INTERRUPTED)) } else { Ok(()) }
+    }
+
+    /// True unless the program has ended.
+    pub fn is_alive(&mut self) -> bool {
+        matches!(self.child.try_wait(), Ok(None))
     }
 
     /// Sends a request and waits for its answer.
@@ -169,10 +224,12 @@ impl Process {
     }
 
     fn kill_group(&mut self) {
-        running().ids.remove(&self.child.id());
-        kill_group_of(self.child.id());
+        let group = self.guard.as_ref().unwrap_or(&self.child).id();
+        running().groups.remove(&group);
+        kill_group(group);
         drop(self.child.kill());
         drop(self.child.wait());
+        self.guard.take().into_iter().for_each(end);
     }
 }
 
@@ -180,9 +237,7 @@ impl Drop for Process {
     /// Ends the input of the program, gives it a moment to end by itself, and leaves nothing behind.
     fn drop(&mut self) {
         self.requests = None;
-        if !matches!(self.child.try_wait(), Ok(Some(_))) {
-            self.wait(FAREWELL);
-        }
+        self.wait(FAREWELL);
         self.kill_group();
     }
 }

@@ -65,6 +65,8 @@ impl Processes {
                 }
             }
         }
+        // A process that was killed by an interrupt says nothing about the design.
+        Process::check_permission(&self.program)?;
         let times = self.program.retries + 1;
         let remedy = "run the program by hand with this request, or allow more time (docs/programs.md)";
         Err(self.failed(if times == 1 { why } else { format!("{why} ({times} tries)") }, remedy))
@@ -93,9 +95,15 @@ impl Processes {
 struct Place<'a>(&'a Processes);
 
 impl Place<'_> {
-    /// A process that waits for a request, if there is one.
+    /// A process that waits for a request, if there is one. Those that have ended meanwhile, as by an interrupt, are dropped.
     fn process(&self) -> Option<Process> {
-        self.0.lock().idle.pop()
+        let mut state = self.0.lock();
+        while let Some(mut process) = state.idle.pop() {
+            if process.is_alive() {
+                return Some(process);
+            }
+        }
+        None
     }
 
     fn keep(&self, process: Process) {
