@@ -1,5 +1,7 @@
 """`minimize` and `scipy_method`, beside SciPy's own methods."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,36 @@ from scipy import optimize  # noqa: E402
 
 def rosenbrock(x):
     return optimize.rosen(x)
+
+
+def sum_of_squares(x, centre):
+    return float(((x - centre) ** 2).sum())
+
+
+def slopes(x, centre):
+    return 2 * (x - centre)
+
+
+def both(x, centre):
+    return sum_of_squares(x, centre), slopes(x, centre)
+
+
+@pytest.mark.parametrize("fun, jac", [(sum_of_squares, None), (sum_of_squares, slopes), (both, True)])
+def test_results_pickle_if_the_functions_do(fun, jac):
+    limits = [
+        optimize.LinearConstraint([[1.0, 1.0]], -np.inf, 2.0),
+        optimize.NonlinearConstraint(np.prod, -np.inf, 5.0),
+        {"type": "ineq", "fun": sum_of_squares, "jac": slopes, "args": (0.5,)},
+    ]
+    keywords = {"args": (2.0,), "jac": jac, "constraints": limits}
+    for found in [
+        linkwright.minimize(fun, [0.0, 0.2], **keywords),
+        optimize.minimize(fun, [0.0, 0.2], method=linkwright.scipy_method, **keywords),
+    ]:
+        copy = pickle.loads(pickle.dumps(found))
+        assert copy.x.tolist() == found.x.tolist() and copy.success
+        # The problem of the copy is the same.
+        assert copy.result.problem.analyze(copy.x).objective == found.fun
 
 
 def hs71():

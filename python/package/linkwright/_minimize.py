@@ -142,6 +142,45 @@ def scipy_method(
     return minimize(fun, x0, args, constraints=constraints, method=preset, options=keywords, **known)
 
 
+# Results pickle if the user's functions do: functions are objects here, not closures.
+
+
+class _WithArguments:
+    """A function of x with further arguments."""
+
+    def __init__(self, function: Callable[..., Any], args: tuple[Any, ...]) -> None:
+        self.function, self.args = function, args
+
+    def __call__(self, x: Array) -> Any:
+        return self.function(x, *self.args)
+
+
+class _Linear:
+    """The product of a matrix and x, and its derivative."""
+
+    def __init__(self, matrix: Array) -> None:
+        self.matrix = matrix
+
+    def value(self, x: Array) -> Array:
+        return self.matrix @ x
+
+    def derivative(self, _: Array) -> Array:
+        return self.matrix
+
+
+class _Stack:
+    """The values of all blocks, and their derivatives."""
+
+    def __init__(self, blocks: list[Block]) -> None:
+        self.blocks = blocks
+
+    def values(self, x: Array) -> list[float]:
+        return np.concatenate([block.value(x) for block in self.blocks]).tolist()
+
+    def derivatives(self, x: Array) -> list[Array]:
+        return list(np.concatenate([block.jacobian(x) for block in self.blocks]))
+
+
 class Block:
     """A vector function of x with its limits, and its derivatives: those of the user, or central differences inside the bounds."""
 
@@ -189,11 +228,11 @@ class Counted(Block):
         if not callable(fun):
             raise DefinitionError(f"`fun` is not a function: {fun!r}")
         self._last: tuple[bytes, Any] = (b"", None)
-        derivative: Any = (lambda x: jac(x, *args)) if callable(jac) else None
-        function: Any = lambda x: fun(x, *args)
+        self._pair = _WithArguments(fun, args)
+        function: Any = self._pair
+        derivative: Any = _WithArguments(jac, args) if callable(jac) else None
         if jac is True:
             function, derivative = self._first, self._second
-        self._pair = lambda x: fun(x, *args)
         super().__init__(function, derivative, x0, (lower, upper), "`fun`")
         if self.size != 1:
             raise DefinitionError(f"`fun` returned {self.size} values; the objective is one number")
@@ -246,15 +285,16 @@ def _constraint(constraint: Any, name: str, x0: Array, box: tuple[Array, Array])
         if kind not in ("eq", "ineq") or not callable(constraint.get("fun")):
             raise DefinitionError(f"{name}: give `type` (`eq` or `ineq`) and the function `fun`")
         jac = constraint.get("jac")
-        derivative = (lambda x: jac(x, *args)) if callable(jac) else None
-        block = Block(lambda x: constraint["fun"](x, *args), derivative, x0, box, name)
+        derivative = _WithArguments(jac, args) if callable(jac) else None
+        block = Block(_WithArguments(constraint["fun"], args), derivative, x0, box, name)
         block.upper = np.full(block.size, 0.0 if kind == "eq" else np.inf)
         return block
     if hasattr(constraint, "A"):
         matrix = np.atleast_2d(_numbers(_dense(constraint.A), name))
         if matrix.shape[1] != len(x0):
             raise DefinitionError(f"{name}: A has the shape {matrix.shape}, but there are {len(x0)} variables")
-        block = Block(lambda x: matrix @ x, lambda x: matrix, x0, box, name)
+        linear = _Linear(matrix)
+        block = Block(linear.value, linear.derivative, x0, box, name)
     elif hasattr(constraint, "fun") and hasattr(constraint, "lb"):
         block = Block(constraint.fun, constraint.jac, x0, box, name)
     else:
@@ -271,11 +311,12 @@ def _problem(
     limits = [limit for block in blocks[1:] for limit in zip(block.lower.tolist(), block.upper.tolist())]
     constraints = {name: _limits(name, *limit) for name, limit in zip(names[1:], limits) if limit != (-np.inf, np.inf)}
     labels = variables or [f"x{k}" for k in range(len(x0))]
+    stack = _Stack(blocks)
     return Problem(
         {label: {"start": x0[k], "lower": lower[k], "upper": upper[k]} for k, label in enumerate(labels)},
         names,
-        lambda x: np.concatenate([block.value(x) for block in blocks]).tolist(),
-        derivatives=lambda x: list(np.concatenate([block.jacobian(x) for block in blocks])),
+        stack.values,
+        derivatives=stack.derivatives,
         objective="objective",
         constraints=constraints,
         name="minimize",
