@@ -154,12 +154,51 @@ pub fn parse(text: &str) -> Result<DeTable<'_>, Diagnostic> {
     Ok(all)
 }
 
+/// The key or the heading of a table that is given twice, where the parser noticed it in the line at `byte`: its name, and both places.
+fn given_twice(text: &str, byte: usize) -> Option<(&str, [Range<usize>; 2])> {
+    let start = text.get(..byte)?.rfind('\n').map_or(0, |end| end + 1);
+    let name_of = |line: &str| -> Option<Range<usize>> {
+        let content = line.trim();
+        let name =
+            if content.starts_with('[') { content.split(']').next()? } else { content.split('=').next()?.trim_end() };
+        let name = name.trim_start_matches('[');
+        let begin = line.find(name)?;
+        (!name.is_empty()).then(|| begin..begin + name.len())
+    };
+    let line = text[start..].lines().next()?;
+    let is_heading = line.trim_start().starts_with('[');
+    let second = name_of(line)?;
+    let name = &line[second.clone()];
+    let mut first = None;
+    let mut from = 0;
+    for earlier in text[..start].split_inclusive('\n') {
+        let starts_table = earlier.trim_start().starts_with('[');
+        if starts_table && !is_heading {
+            first = None;
+        }
+        if starts_table == is_heading
+            && let Some(at) = name_of(earlier).filter(|at| earlier[at.clone()] == *name)
+        {
+            first = Some(from + at.start..from + at.end);
+        }
+        from += earlier.len();
+    }
+    Some((name, [first?, start + second.start..start + second.end]))
+}
+
 /// A part of a text as a table, with places in the whole text.
 fn part(text: &str, offset: usize) -> Result<DeTable<'_>, Diagnostic> {
     let broken = |e: toml::de::Error| {
         let message = e.message().lines().next().unwrap_or("");
         let span = e.span().unwrap_or(0..0);
         let error = |message: &str| Diagnostic::new(span.start + offset..span.end + offset, message);
+        if message.starts_with("duplicate key")
+            && let Some((name, [first, second])) = given_twice(text, span.start)
+        {
+            let [first, second] = [first, second].map(|at| at.start + offset..at.end + offset);
+            let error = Diagnostic::new(second, format!("`{name}` is given twice")).label("second use");
+            return Diagnostic { first_use: Some(first), ..error };
+        }
         if message.contains("recurs") {
             error("tables and lists are nested too deeply").help("a model needs three levels")
         } else {

@@ -33,12 +33,22 @@ pub struct Diagnostic {
     pub help: Option<String>,
     /// The unknown name, if the diagnostic is about one.
     pub(super) unknown_name: Option<String>,
+    /// The name that the underlined bytes use again, if the diagnostic is about that.
+    pub(super) used_again: Option<String>,
+    /// The bytes of its first use, if they are known.
+    pub first_use: Option<Range<usize>>,
 }
 
 impl Diagnostic {
     /// An error about these bytes.
     pub fn new(span: Range<usize>, message: impl Into<String>) -> Self {
         Self { message: message.into(), span, ..Self::default() }
+    }
+
+    /// An error about a name that is used again.
+    pub fn used_again(span: Range<usize>, name: &str) -> Self {
+        let diagnostic = Self::new(span, format!("the name `{name}` is taken twice")).label("second use");
+        Self { used_again: Some(name.to_owned()), ..diagnostic }
     }
 
     /// Sets the text after the underlined bytes.
@@ -203,7 +213,13 @@ impl DiagnosticReport {
         let own = |byte: usize| byte.clamp(part.start, part.end) - part.start;
         let underlined = AnnotationKind::Primary.span(own(span.start)..own(span.end)).label(label);
         let path = name.map_or(self.file.clone(), |name| beside(&self.file, name));
-        let snippet = Snippet::source(&self.text[part.clone()]).path(path).annotation(underlined);
+        let mut snippet = Snippet::source(&self.text[part.clone()]).path(path).annotation(underlined);
+        let first = diagnostic.first_use.as_ref().map(|first| self.first_line(first));
+        if let Some(first) = first.filter(|first| part.start <= first.start && first.end <= part.end && *first != span)
+        {
+            let first = AnnotationKind::Context.span(own(first.start)..own(first.end)).label("first use");
+            snippet = snippet.annotation(first);
+        }
         let help = diagnostic.help.as_deref().map(|help| {
             let lines: Vec<String> = help.lines().map(normalize_untrusted_str).collect();
             Level::HELP.message(lines.join("\n"))
@@ -310,9 +326,13 @@ impl DiagnosticLog {
 
     /// All errors in the order of the file, and the locations of parts.
     pub fn into_parts(self) -> (Vec<Diagnostic>, HashMap<String, Range<usize>>) {
-        let mut errors = self.errors.into_inner();
+        let (mut errors, locations) = (self.errors.into_inner(), self.locations.into_inner());
         errors.sort_by_key(|e| e.span.start);
-        (errors, self.locations.into_inner())
+        for error in &mut errors {
+            let first = error.used_again.as_ref().and_then(|name| locations.get(name));
+            error.first_use = first.cloned().or(error.first_use.take());
+        }
+        (errors, locations)
     }
 }
 

@@ -75,3 +75,24 @@ fn usual_words_for_sections_lead_to_their_names() {
         assert!(shown.contains(&format!("did you mean `{name}`?")), "{word}: {shown}");
     }
 }
+
+/// Both uses of a name are shown, as both places of a key.
+#[test]
+fn a_name_that_is_used_twice_has_both_places() {
+    let head = "version = 2\n[design.x]\nstart = 1\n";
+    let output = "[[output]]\nname = \"y\"\nvalue = \"x\"\n";
+    let constraint = "[[constraint]]\nname = \"c\"\nvalue = \"x\"\nat_most = 2\n";
+    for (text, says) in [
+        (format!("{head}{output}{output}"), "the name `y` is taken twice"),
+        (format!("{head}{output}").replace("\"y\"", "\"x\""), "the name `x` is taken twice"),
+        (format!("{head}[objective]\nminimize = \"x\"\n{constraint}{constraint}"), "the name `c` is taken twice"),
+        (format!("{head}start = 2\n"), "`start` is given twice"),
+        (format!("{head}{output}[design.x]\nstart = 2\n"), "`design.x` is given twice"),
+        (format!("{head}{output}value = \"2*x\"\n"), "`value` is given twice"),
+    ] {
+        let shown = linkwright::model_file::read("m.toml", &text).map(|_| ()).unwrap_err().to_string();
+        for part in [says, "first use", "second use"] {
+            assert!(shown.contains(part), "{part}: {shown}");
+        }
+    }
+}

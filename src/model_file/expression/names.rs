@@ -139,7 +139,7 @@ impl Names {
         if !(is_axis || self.meanings.contains_key(name) || self.tables.contains_key(name)) {
             return Ok(());
         }
-        Err(Diagnostic::new(span, format!("the name `{name}` is taken twice")).label("second use"))
+        Err(Diagnostic::used_again(span, name))
     }
 
     /// Appends expression `k` to `done` after all that it uses. `path` holds the expressions that led to it.

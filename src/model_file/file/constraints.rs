@@ -54,7 +54,8 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constra
         let section = Section::of(table, span, "constraint", &[KEYS], file.source())?;
         for constraint in one(&section, known)? {
             if all.iter().any(|c| c.name == constraint.name) {
-                return Err(section.error_at("name", format!("the name `{}` is taken twice", constraint.name)));
+                let span = section.error_at("name", "").span;
+                return Err(Diagnostic::used_again(span, &constraint.name));
             }
             rows += if constraint.quantity.is_transient() { known.grid.map_or(1, TimeGrid::len) } else { 1 };
             if rows > limits::ROWS {

@@ -133,9 +133,7 @@ pub fn read(
         let word = section.need_word("name")?;
         names.check(&word.text, word.span.clone())?;
         if outputs.iter().any(|o| o.name == word.text) {
-            return Err(
-                Diagnostic::new(word.span, format!("two outputs have the name `{}`", word.text)).label("second use")
-            );
+            return Err(Diagnostic::used_again(word.span, &word.text));
         }
         if outputs.len() >= most {
             let (count, limit) = (outputs.len() + 1, limits::VALUES);

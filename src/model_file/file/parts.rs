@@ -177,10 +177,7 @@ impl Parts {
     pub fn add(&mut self, word: &Word, named: NamedPart) -> Read<()> {
         crate::model_file::expression::check_name(&word.text, word.span.clone())?;
         if self.named.contains_key(&word.text) {
-            let message = format!("the name `{}` is taken twice", word.text);
-            return Err(Diagnostic::new(word.span.clone(), message)
-                .label("second use")
-                .help("give every part its own name"));
+            return Err(Diagnostic::used_again(word.span.clone(), &word.text).help("give every part its own name"));
         }
         self.named.insert(word.text.clone(), named);
         self.order.push(word.text.clone());
