@@ -364,7 +364,7 @@ impl Shown {
         progress.cycles(&state, before.saturating_sub(1), 0)?;
         while state.status == Status::Running {
             let shown = state.history.len();
-            state = model.method().step(problem, state)?;
+            state = located(model, model.method().step(problem, state))?;
             summary = folder.save(model, problem, &mut state)?;
             save(warm);
             progress.cycles(&state, shown, state.history.len() - before)?;

@@ -415,3 +415,36 @@ fn a_model_without_a_title_has_the_name_of_its_file() {
     assert_eq!(read.title(), "bad.toml");
     assert_eq!(read.copied_from("a/b/c.toml").title(), "c.toml");
 }
+/// No method can improve a value that changes in steps, and a run says so before it begins.
+#[test]
+fn values_in_steps_are_told_before_a_run() {
+    let place = TempFolder::new("everyday-steps");
+    let model = |objective: &str| {
+        format!(
+            "version = 2\n[design.a]\nstart = 2\nlower = 0.5\nupper = 3\n[time]\nto = 2\npoints = 21\n[[output]]\nname = \"y\"\n\
+             value = \"a*sin(3*time)\"\n[[output]]\nname = \"s\"\nvalue = \"sign(a - 1)\"\n[objective]\nminimize = \"{objective}\"\n"
+        )
+    };
+    for objective in ["if(a > 1, 1, 2)", "sign(a)", "2*s + 3", "max(sign(y)*2)"] {
+        std::fs::write(place.0.join("m.toml"), model(objective)).unwrap();
+        for command in ["optimize", "check"] {
+            let shown = place.run(&[command, "m", "-q"], 0);
+            assert!(
+                shown.contains("this value changes in steps") && shown.contains("m.toml:15:12"),
+                "{objective}: {shown}"
+            );
+        }
+    }
+    for objective in ["a", "if(a > 1, a, 2)", "sign(a)*a", "max(y)", "rms(y) + sign(a)", "3", "time_of_max(y)"] {
+        std::fs::write(place.0.join("m.toml"), model(objective)).unwrap();
+        assert!(!place.run(&["check", "m", "-q"], 0).contains("changes in steps"), "{objective}");
+    }
+    // A derivative that does not exist is an error with the variable and the place.
+    for (objective, what) in [("sqrt(a - 2)", "inf"), ("atan2(a - 2, 0*a)", "NaN")] {
+        std::fs::write(place.0.join("m.toml"), model(objective)).unwrap();
+        let shown = place.run(&["optimize", "m", "-q"], 1);
+        assert!(shown.contains(&format!("derivative of objective `{objective}` to `a` is {what} at a = 2")), "{shown}");
+        assert!(shown.contains("m.toml:") && !shown.contains("the program"), "{shown}");
+    }
+}
+

@@ -67,6 +67,17 @@ pub struct CompiledExpression {
     pub(super) height: usize,
 }
 
+/// How a value changes with the design.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Change {
+    /// Not at all.
+    Constant,
+    /// In steps: the derivative is zero where there is one.
+    Steps,
+    /// With a derivative that need not be zero.
+    Slopes,
+}
+
 /// Largest height of a stack without heap allocation.
 const LOW: usize = 16;
 
@@ -186,6 +197,31 @@ impl CompiledExpression {
             top = (top + operation.pushes()) - operation.pops();
         }
         None
+    }
+
+    /// How the value changes with the design, if the other names change as given.
+    pub fn change(&self, other: impl Fn(usize) -> Change) -> Change {
+        let mut stack: Vec<Change> = vec![];
+        for operation in &self.operations {
+            let pushed = match *operation {
+                Constant(_) | Time => Change::Constant,
+                Design(_) => Change::Slopes,
+                Other(i) => other(i),
+                Copy(place) => stack[place],
+                Of(MathFunction::Sign) => stack.pop().unwrap_or(Change::Constant).min(Change::Steps),
+                Choose(_) => {
+                    let [test, yes, no] = [0, 1, 2].map(|k| stack[stack.len() - 3 + k]);
+                    stack.truncate(stack.len() - 3);
+                    yes.max(no).max(test.min(Change::Steps))
+                }
+                other => {
+                    let operands = stack.split_off(stack.len() - 1 - other.pops());
+                    operands.into_iter().max().unwrap_or(Change::Constant)
+                }
+            };
+            stack.push(pushed);
+        }
+        stack.pop().unwrap_or(Change::Constant)
     }
 
     /// The number, if the expression is a constant.

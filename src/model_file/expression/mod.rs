@@ -38,7 +38,7 @@ mod tree;
 
 pub use axis::Axis;
 pub use compile::{OtherUnit, Scope};
-pub use compiled::{CompiledExpression, Inputs};
+pub use compiled::{Change, CompiledExpression, Inputs};
 pub use dimension::CYCLES;
 pub use function::MathFunction;
 pub use known::Known;

@@ -197,6 +197,7 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         values = vec![known.compile(&last, key)?];
     }
     let Some(value) = values.first().cloned() else {
+    trees.iter().zip(&values).for_each(|(tree, value)| known.remark_steps(&section, tree, value));
         return Err(section.error_at(key, "the list is empty"));
     };
     if values.len() > 1 && over != Some(Over::Peak) {

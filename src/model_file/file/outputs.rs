@@ -111,6 +111,13 @@ pub struct OutputSpec {
     pub intermediates: Intermediates,
 }
 
+impl OutputSpec {
+    /// True for the value of the formula itself: not of a natural mode, and not at an event.
+    pub fn is_plain(&self) -> bool {
+        self.modal.is_none() && self.event.is_none()
+    }
+}
+
 /// Reads the outputs. With a mechanism they are histories of its measures.
 pub fn read(
     file: &Section<'_>,

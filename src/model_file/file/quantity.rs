@@ -5,7 +5,7 @@ use super::outputs::{OutputSpec, intermediates};
 use super::section::{Read, Section, ordered, tree, wrong_type};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{
-    CompiledExpression, Inputs, Known, Names, Node, OtherUnit, Reduction, Scope, Tree,
+    Change, CompiledExpression, Inputs, Known, Names, Node, OtherUnit, Reduction, Scope, Tree,
 };
 use crate::model_file::unit::Unit;
 use crate::problem::{DesignVariable, Function, Functional, Point, Quantity, TimeGrid};
@@ -84,6 +84,7 @@ pub struct CompiledQuantity {
     is_output: bool,
     /// The reductions of the formula, if it has some.
     reduced: Option<ReducedFormula>,
+    change: Change,
 }
 
 /// A formula of reductions of histories, such as `range(x)/final(x)`.
@@ -148,8 +149,9 @@ impl QuantityContext<'_> {
         let (uses, series) = self.used(&expression);
         let is_transient = self.is_history(&expression);
         let is_output = matches!(&tree.node, Node::Name(name) if self.outputs.iter().any(|o| o.name == *name));
+        let change = expression.change(|other| self.change_of(other));
         let function = self.formula(expression, &uses, &series);
-        Ok(CompiledQuantity { function, uses, is_transient, is_output, reduced: None })
+        Ok(CompiledQuantity { function, uses, is_transient, is_output, reduced: None, change })
     }
 
     /// An expression whose other names are the outputs, then the series, then the reductions.
@@ -172,6 +174,25 @@ impl QuantityContext<'_> {
             ..Scope::MOTION
         };
         self.names.compile(tree, &scope)
+    }
+
+    /// How an output or a series changes with the design: in steps, or in any other way.
+    fn change_of(&self, other: usize) -> Change {
+        let output = self.outputs.get(other).filter(|output| output.is_plain());
+        match output.map(|output| output.formula.expression.change(|_| Change::Slopes)) {
+            Some(Change::Steps) => Change::Steps,
+            _ => Change::Slopes,
+        }
+    }
+
+    /// Notes that a value has no derivative by which it could be improved.
+    pub fn remark_steps(&self, section: &Section<'_>, tree: &Tree, value: &CompiledQuantity) {
+        if value.change == Change::Steps {
+            let message =
+                "this value changes in steps: its derivative is zero, and no method can tell how to change the design";
+            let help = "use a smooth function, such as `smooth_step(x, a, b)` in place of `sign(x)` or `if`";
+            section.source().log.remark(Diagnostic::new(tree.span.clone(), message).help(help));
+        }
     }
 
     /// The dimension of an output, as far as it is known.
@@ -238,6 +259,8 @@ impl QuantityContext<'_> {
         uses.sort_unstable();
         uses.dedup();
         let first = self.outputs.len() + self.series.len();
+        let of_history = |k: usize| parts[k].3.change(|other| self.change_of(other));
+        let change = whole.change(|k| if k < first { self.change_of(k) } else { of_history(k - first) });
         let kept: Vec<usize> = uses.iter().copied().chain((0..parts.len()).map(|k| first + k)).collect();
         let histories = parts.into_iter().map(|(reduction, number, points, expression)| {
             let series = self.used(&expression).1;
@@ -247,7 +270,7 @@ impl QuantityContext<'_> {
         let formula = whole.with_others(&kept);
         let function = OutputFormula { expression: CompiledExpression::constant(0.0), series: vec![] };
         let reduced = Some(ReducedFormula { histories, formula, points: grid.len() });
-        Ok(CompiledQuantity { function, uses, is_transient: false, is_output: false, reduced })
+        Ok(CompiledQuantity { function, uses, is_transient: false, is_output: false, reduced, change })
     }
 
     /// The unit in which the values of a quantity are stored, if it is an output that is shown in a unit; otherwise they are in SI.

@@ -29,7 +29,7 @@ impl CycleData {
     ///
     /// # Errors
     ///
-    /// As [`Problem::sensitivities`].
+    /// As [`Problem::sensitivities`] and [`Problem::check_derivatives`].
     pub fn differentiate(
         problem: &Problem,
         design: &[f64],
@@ -50,7 +50,12 @@ impl CycleData {
             false => problem.sensitivities(design, responses, &at)?,
         };
         let curvatures = if second_order { problem.curvatures(design, responses, &at)? } else { None };
-        Ok(Self { retained, sensitivities: Sensitivities { at, rows }, curvatures, peaks })
+        let sensitivities = Sensitivities { at, rows };
+        // Constraints in continuous time are differentiated at their peaks.
+        let is_on_grid = |row: &RowId| !problem.constraints[row.constraint].is_continuous;
+        let on_grid: Vec<RowId> = retained.iter().copied().filter(is_on_grid).collect();
+        problem.check_derivatives(design, responses, &sensitivities, &on_grid)?;
+        Ok(Self { retained, sensitivities, curvatures, peaks })
     }
 
     /// First derivatives at an analyzed design.

@@ -1,6 +1,6 @@
 //! Derivatives of responses, and of quantities made from them.
 
-use super::{Problem, Quantity, ResponseAt, Responses, SignedQuantity};
+use super::{Problem, Quantity, ResponseAt, Responses, RowId, SignedQuantity};
 use autodiff::{Dual, PolynomialDegree, WIDTH, gradient, partials, seed};
 use error::{Error, Result};
 use nalgebra::{DMatrix, SVector};
@@ -96,6 +96,35 @@ impl Problem {
             partials(&value, b.len() - first)
         };
         (0..b.len()).step_by(WIDTH).flat_map(chunk).collect()
+    }
+
+    /// Checks that the objective and the constraints in `rows` have finite derivatives: a root has none where its argument is zero.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotFinite`] with the quantity, the design variable and the design.
+    pub fn check_derivatives(
+        &self,
+        b: &[f64],
+        responses: &Responses,
+        sensitivities: &Sensitivities,
+        rows: &[RowId],
+    ) -> Result<()> {
+        let objective = std::iter::once((self.objective.signed(), None));
+        let constraints = rows.iter().map(|row| (self.constraints[row.constraint].signed(), Some(row)));
+        for (signed, row) in objective.chain(constraints) {
+            let p = row.map_or(0, |row| row.point);
+            let slope = self.total_derivative(signed, p, b, responses, sensitivities);
+            if let Some(k) = slope.iter().position(|slope| !slope.is_finite()) {
+                let name = match row {
+                    Some(row) => format!("constraint `{}`", self.constraints[row.constraint].name),
+                    None => format!("objective `{}`", self.objective.name),
+                };
+                let what = format!("derivative of {name} to `{}`", self.variables[k].name);
+                return Err(self.not_finite(what, slope[k], signed.quantity.grid().filter(|_| row.is_some()), p, b));
+            }
+        }
+        Ok(())
     }
 
     /// The total derivative with one seed for each response instead of each variable.
