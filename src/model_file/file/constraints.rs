@@ -124,7 +124,8 @@ fn unit(section: &Section<'_>, tree: &Tree, known: &QuantityContext<'_>) -> Read
     if let Some(unit) = known.shown_in(&value) {
         return Ok((Some(unit.clone()), false));
     }
-    Ok(if known.is_output(&value) { (None, false) } else { (first, true) })
+    let is_own = |unit: &Unit| unit.text == known.unit_of(&value);
+    Ok(if known.is_output(&value) && first.as_ref().is_none_or(is_own) { (None, false) } else { (first, true) })
 }
 
 /// The number of a key in the unit of the value.

@@ -214,14 +214,20 @@ pub fn variable_from(
 ) -> Read<DesignVariable> {
     let bound = |key, none| Ok(number_in(unit, key, section, names)?.unwrap_or(none));
     let (lower, upper) = (bound("lower", f64::NEG_INFINITY)?, bound("upper", f64::INFINITY)?);
+    let shown = |numbers: [f64; 3]| {
+        let unit = unit.map_or("", |unit| unit.text.as_str());
+        // At most nine digits.
+        let rounded = |number: f64| format!("{number:.8e}").parse().unwrap_or(number);
+        numbers.map(|number| format!("{} {unit}", Readable(rounded(number))).trim_end().to_owned())
+    };
     if lower > upper {
-        let [lower, upper] = [lower, upper].map(Readable);
+        let [lower, upper, _] = shown([lower, upper, start]);
         let message = format!("the lower bound {lower} of `{name}` is above the upper bound {upper}");
         return Err(section.error_at("lower", message).help("raise the upper bound or lower the lower bound"));
     }
     if !(section.source().is_of_run || (lower..=upper).contains(&start)) {
-        let [start, lower, upper] = [start, lower, upper].map(Readable);
-        let message = format!("the start {start} of `{name}` is outside its bounds {lower} to {upper}");
+        let [start, lower, upper] = shown([start, lower, upper]);
+        let message = format!("the start {start} of `{name}` is outside its bounds, {lower} to {upper}");
         return Err(section.error_at("start", message).help("move the start inside or widen the bounds"));
     }
     Ok(DesignVariable::new(name, section.text("unit")?, start).within(lower, upper))

@@ -154,6 +154,14 @@ fn stored_unit(section: &Section<'_>, outputs: &[OutputSpec]) -> Read<Option<Uni
     Ok(units.into_iter().next().flatten())
 }
 
+/// The unit to which the values of the objective are converted: `shown_in`, or that of a design variable that is minimized itself.
+fn conversion(section: &Section<'_>, known: &QuantityContext<'_>, trees: &[Tree]) -> Read<Option<Unit>> {
+    let [Tree { node: Node::Name(name), .. }] = trees else { return shown_in(section) };
+    let is_variable = known.variables.iter().any(|variable| variable.name == *name);
+    let own = known.names.unit_of(name).filter(|_| is_variable && !section.has("unit")).cloned();
+    Ok(shown_in(section)?.or(own))
+}
+
 /// Name of the variable that bounds a peak, unless the file names it.
 const PEAK: &str = "peak";
 
@@ -178,9 +186,10 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         over = Some(Over::Peak);
         trees = trees.iter().filter_map(peak_of).cloned().collect();
     }
-    let unit = stored_unit(&section, known.outputs)?;
+    let unit =
+        conversion(&section, known, &trees)?.map_or_else(|| stored_unit(&section, known.outputs), |u| Ok(Some(u)))?;
     let dimension = trees.first().and_then(|tree| known.dimension(tree).ok().flatten());
-    if let Some(unit) = shown_in(&section)? {
+    if let Some(unit) = conversion(&section, known, &trees)? {
         let convert = |tree: Tree| {
             let dimension = known.dimension(&tree)?;
             converted(tree, dimension, &unit)
@@ -188,6 +197,7 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         trees = trees.into_iter().map(convert).collect::<Read<_>>()?;
     }
     let mut values: Vec<CompiledQuantity> = trees.iter().map(|tree| known.compile(tree, key)).collect::<Read<_>>()?;
+    trees.iter().zip(&values).for_each(|(tree, value)| known.remark_steps(&section, tree, value));
     let is_instant = over.is_none() && known.grid.is_some_and(|grid| grid.len() == 1);
     if let ([tree], [value], true) = (&trees[..], &values[..], is_instant)
         && value.is_transient
@@ -197,7 +207,6 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         values = vec![known.compile(&last, key)?];
     }
     let Some(value) = values.first().cloned() else {
-    trees.iter().zip(&values).for_each(|(tree, value)| known.remark_steps(&section, tree, value));
         return Err(section.error_at(key, "the list is empty"));
     };
     if values.len() > 1 && over != Some(Over::Peak) {
