@@ -2,7 +2,7 @@
 
 use super::report::mechanism;
 use linkwright::model_file::Model;
-use linkwright::report::figure::QuantityLabel;
+use linkwright::report::figure::{QuantityLabel, literal};
 use linkwright::report::page::{Page, PageSection};
 use linkwright::report::plots::{ResponseHistory, TimeHistory, time_history};
 use linkwright::report::table::Table;
@@ -35,7 +35,8 @@ pub fn analysis_page(
 
 /// The history of each output that changes with time.
 fn histories(model: &Model, values: &[Vec<f64>]) -> anyhow::Result<PageSection> {
-    let mut section = PageSection::new("histories", "Histories over time");
+    let over = model.grid().map_or("time", |grid| grid.name.as_str());
+    let mut section = PageSection::new("histories", format!("Histories over {over}"));
     let Some(grid) = model.grid().filter(|grid| grid.len() > 1) else { return Ok(section) };
     let all = model.output_names().zip(values).filter(|((.., time), _)| time.is_some());
     let all: Vec<_> = all.map(|((name, unit, _), values)| (name, unit, values)).collect();
@@ -44,7 +45,7 @@ fn histories(model: &Model, values: &[Vec<f64>]) -> anyhow::Result<PageSection> 
             time: QuantityLabel::literal(&grid.name, &grid.unit),
             response: QuantityLabel::literal(name, unit),
             times: &grid.shown_points(),
-            histories: &[ResponseHistory { name, values }],
+            histories: &[ResponseHistory { name: &literal(name), values }],
             bounds: &[],
             kept: &[],
             active: &[],

@@ -11,7 +11,7 @@ use super::tables;
 use clap::Args;
 use linkwright::model_file::Model;
 use linkwright::problem::{self, DesignVariable, Evaluation, Problem, ResponseAt, Responses, SignedQuantity, TimeGrid};
-use linkwright::report::number::{readable, with_unit, without_rounding};
+use linkwright::report::number::{readable, unit_of_derivative, with_unit, without_rounding};
 use linkwright::report::outcome;
 use linkwright::report::table::{Cell, Table, one_line};
 use serde::Serialize;
@@ -196,8 +196,8 @@ impl OutputRange {
 }
 
 /// The outputs as a table: times only where values change with time.
-fn ranges(title: &str, outputs: &[OutputRange], time: &str, digits: usize) -> linkwright::Result<Table> {
-    let at = format!("at {time}");
+fn ranges(title: &str, outputs: &[OutputRange], grid: Option<&TimeGrid>, digits: usize) -> linkwright::Result<Table> {
+    let at = at_time(grid);
     let columns = ["output", "unit", "minimum", at.as_str(), "maximum", at.as_str(), "at the end"];
     let mut table = Table::new(title, columns);
     let size = |output: &OutputRange| output.minimum.value.abs().max(output.maximum.value.abs());
@@ -221,9 +221,30 @@ fn ranges(title: &str, outputs: &[OutputRange], time: &str, digits: usize) -> li
     Ok(table)
 }
 
+/// The heading of a column of times.
+fn at_time(grid: Option<&TimeGrid>) -> String {
+    let (name, unit) = grid.map_or(("time", ""), |grid| (&grid.name, &grid.unit));
+    if unit.is_empty() { format!("at {name}") } else { format!("at {name} [{unit}]") }
+}
+
+/// The objective as a table.
+fn goal(problem: &Problem, objective: &NamedValue, digits: usize) -> linkwright::Result<Table> {
+    let mut table = Table::new("Objective", ["objective", "unit", "value", "goal"]);
+    let NamedValue { name, unit, value } = objective;
+    let value = Cell::Text(readable(*value, digits));
+    table.push([name.as_str().into(), unit.as_str().into(), value, outcome::goal(problem).into()])?;
+    Ok(table)
+}
+
 /// Constraints as a table, in their own terms.
-fn limits(constraints: &[outcome::ConstraintValue], digits: usize) -> linkwright::Result<Table> {
-    let mut table = Table::new("Constraints", ["constraint", "unit", "value", "", "limit", "status"]);
+fn limits(
+    constraints: &[outcome::ConstraintValue],
+    grid: Option<&TimeGrid>,
+    digits: usize,
+) -> linkwright::Result<Table> {
+    let at = at_time(grid);
+    let columns = ["constraint", "unit", "value", "", "limit", "margin", at.as_str(), "status"];
+    let mut table = Table::new("Constraints at their smallest margins", columns);
     for c in constraints {
         table.push([
             c.name.as_str().into(),
@@ -231,6 +252,8 @@ fn limits(constraints: &[outcome::ConstraintValue], digits: usize) -> linkwright
             Cell::Text(readable(c.shown(), digits)),
             c.relation().into(),
             Cell::Text(readable(c.limit, digits)),
+            Cell::Text(readable(without_rounding(c.margin, c.size), digits)),
+            c.time.map_or(Cell::Empty, |time| Cell::Text(readable(time, digits))),
             c.status().into(),
         ])?;
     }
@@ -251,7 +274,7 @@ impl Analyze {
         let outputs: Vec<OutputRange> =
             all.map(|((name, unit, grid), v)| OutputRange::new(name, unit, grid.and(model.grid()), v)).collect();
         let time = model.grid().map_or("time", |grid| grid.name.as_str());
-        let listed = ranges("Outputs", &outputs, time, self.given.digits.count())?;
+        let listed = ranges("Outputs", &outputs, model.grid(), self.given.digits.count())?;
         if self.given.json {
             let values = model.variables().iter().zip(&design);
             let named =
@@ -273,7 +296,8 @@ impl Analyze {
         } else {
             self.given.say(&one_line(model.title()))?;
             self.given.say_notes(&responses.notes)?;
-            self.given.say(ranges("", &outputs, time, self.given.digits.count())?.text().trim_end())?;
+            let table = ranges("", &outputs, model.grid(), self.given.digits.count())?;
+            self.given.say(table.text().trim_end())?;
         }
         let mut table = Table::new("Responses", std::iter::once(time).chain(model.output_names().map(|o| o.0)));
         for p in 0..times.as_ref().map_or(1, Vec::len) {
@@ -347,8 +371,7 @@ impl Analyze {
             for constraint in constraints {
                 self.given.say(&constraint.text(self.given.digits.count()))?;
             }
-            let time = problem.grids.first().map_or("time", |grid| grid.name.as_str());
-            let table = ranges("", &outputs, time, self.given.digits.count())?;
+            let table = ranges("", &outputs, problem.grids.first(), self.given.digits.count())?;
             self.given.say(table.text().trim_end())?;
         }
         self.given.write("responses.csv", &tables::responses(problem, responses)?.csv())?;
@@ -358,11 +381,12 @@ impl Analyze {
             return Ok(());
         }
         let digits = self.given.digits.count();
-        let time = problem.grids.first().map_or("time", |grid| grid.name.as_str());
-        let mut tables = vec![ranges("Outputs", &analysed.outputs(), time, digits)?];
-        if !problem.constraints.is_empty() {
-            tables.push(limits(&outcome::constraints(problem, design, evaluation), digits)?);
+        let grid = problem.grids.first();
+        let mut tables = vec![goal(problem, &analysed.objective(), digits)?];
+        if outcome::stated_constraints(problem).next().is_some() {
+            tables.push(limits(&outcome::constraints(problem, design, evaluation), grid, digits)?);
         }
+        tables.push(ranges("Outputs", &analysed.outputs(), grid, digits)?);
         let own = model.variables().iter().zip(design);
         let page = analysis_page(&model, design, &responses.values, &in_words(own, digits), tables)?;
         self.given.write(PAGE, &page)
@@ -444,15 +468,33 @@ impl Sensitivities {
             };
             say(&serde_json::to_string(&record)?)?;
         } else {
-            let head = objective.derivatives.iter().map(|d| format!(" {:>13}", format!("d/d {}", d.variable)));
-            self.given.say(&format!("  {:<40}{}", "", head.collect::<String>()))?;
-            for Gradient { words, derivatives, .. } in std::iter::once(&objective).chain(&constraints) {
-                let number = |d: &Derivative| format!(" {:>13}", readable(d.value, self.given.digits.count()));
-                let numbers: String = derivatives.iter().map(number).collect();
-                self.given.say(&one_line(&format!("  {words:<40}{numbers}")))?;
-            }
+            self.list(&std::iter::once(&objective).chain(&constraints).collect::<Vec<_>>(), problem)?;
         }
         self.given.write("sensitivities.csv", &table.csv())
+    }
+
+    /// Prints gradients, a line for each: words, and the derivatives with their units in columns that are aligned on the right.
+    fn list(&self, gradients: &[&Gradient], problem: &Problem) -> anyhow::Result<()> {
+        let unit_of = |name: &str| problem.variables.iter().find(|v| v.name == name).map_or("", |v| v.unit.as_str());
+        let head = gradients[0].derivatives.iter().map(|d| format!("d/d {}", d.variable));
+        let mut lines = vec![std::iter::once(String::new()).chain(head).collect::<Vec<String>>()];
+        for gradient in gradients {
+            let cell = |d: &Derivative| {
+                let unit = unit_of_derivative(&gradient.unit, unit_of(&d.variable));
+                one_line(&with_unit(d.value, &unit, self.given.digits.count()))
+            };
+            lines.push(
+                std::iter::once(one_line(&gradient.words)).chain(gradient.derivatives.iter().map(cell)).collect(),
+            );
+        }
+        let width = |text: &str| text.chars().count();
+        let widths: Vec<usize> =
+            (0..lines[0].len()).map(|k| lines.iter().map(|line| width(&line[k])).max().unwrap_or(0)).collect();
+        lines.iter().try_for_each(|line| {
+            let padded = |k: usize| " ".repeat(widths[k] - width(&line[k]));
+            let numbers = (1..line.len()).map(|k| format!("  {}{}", padded(k), line[k]));
+            self.given.say(format!("  {}{}{}", line[0], padded(0), numbers.collect::<String>()).trim_end())
+        })
     }
 
     /// The gradients of the objective and of the constrained quantities at their smallest margins, without the variable that bounds a peak.
@@ -488,7 +530,7 @@ impl Sensitivities {
         let constraint = |c: outcome::ConstraintValue| {
             let quantity = &problem.constraints[c.row.constraint].quantity;
             let at = c.time.map(|_| format!(" at {}", problem.time_in_words(quantity.grid(), c.row.point)));
-            let limit = readable(c.limit, self.given.digits.count());
+            let limit = with_unit(c.limit, &c.unit, self.given.digits.count());
             Gradient {
                 words: format!("{} {} {limit}{}", c.name, c.relation(), at.unwrap_or_default()),
                 time_unit: unit_of(quantity.grid().filter(|_| c.time.is_some())),

@@ -41,6 +41,32 @@ pub fn with_unit(value: f64, unit: &str, digits: usize) -> String {
     format!("{} {unit}", readable(value, digits)).trim_end().to_owned()
 }
 
+/// A number of things: `1 analysis`, `2 analyses`.
+///
+/// ```
+/// use linkwright::report::number::counted;
+/// assert_eq!([counted(1, ["analysis", "analyses"]), counted(2, ["analysis", "analyses"])], ["1 analysis", "2 analyses"]);
+/// ```
+pub fn counted(count: usize, [one, many]: [&str; 2]) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// The unit of a derivative of a quantity with respect to another one; empty for a plain number.
+///
+/// ```
+/// use linkwright::report::number::unit_of_derivative as unit;
+/// assert_eq!([unit("N", "mm"), unit("N", "N/m"), unit("", "s"), unit("mm", ""), unit("m", "m")], ["N/mm", "N/(N/m)", "1/s", "mm", ""]);
+/// ```
+pub fn unit_of_derivative(unit: &str, by: &str) -> String {
+    let above = if unit.is_empty() { "1" } else { unit };
+    match by {
+        "" => unit.to_owned(),
+        _ if by == unit => String::new(),
+        _ if by.contains(['/', '·', '*', ' ']) => format!("{above}/({by})"),
+        _ => format!("{above}/{by}"),
+    }
+}
+
 fn trimmed(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
 }

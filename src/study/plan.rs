@@ -16,22 +16,25 @@ pub struct Column {
     pub unit: String,
     /// The words that its values number; empty for a column of numbers.
     pub words: Vec<String>,
+    /// True if an earlier column has the same values, which tables do not repeat.
+    pub is_repeated: bool,
 }
 
 impl Column {
     /// A column of numbers.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: unit.into(), words: vec![] }
+        Self { name: name.into(), unit: unit.into(), words: vec![], is_repeated: false }
     }
 
     /// The name with the unit, for tables.
     pub fn heading(&self) -> String {
-        if self.unit.is_empty() { self.name.clone() } else { format!("{} [{}]", self.name, self.unit) }
+        let name = self.name.strip_suffix("_pct").filter(|_| self.unit == "%").unwrap_or(&self.name);
+        if self.unit.is_empty() { name.to_owned() } else { format!("{name} [{}]", self.unit) }
     }
 
     /// A column of words, stored as their numbers.
     pub fn of_words(name: impl Into<String>, words: Vec<String>) -> Self {
-        Self { name: name.into(), unit: String::new(), words }
+        Self { words, ..Self::new(name, "") }
     }
 }
 
@@ -68,10 +71,11 @@ impl Phase {
     /// # Errors
     /// Never fails: every row has a value for each column.
     pub fn table<'r>(&self, title: &str, rows: impl Iterator<Item = &'r Row>) -> Result<Table> {
+        let columns = || self.columns.iter().filter(|column| !column.is_repeated);
         let name = |c: &Column| c.name.clone();
-        let names = ["run".to_owned()].into_iter().chain(self.columns.iter().map(name));
+        let names = ["run".to_owned()].into_iter().chain(columns().map(name));
         let ends = ["status".to_owned(), "failure".to_owned()];
-        let headings = ["run".to_owned()].into_iter().chain(self.columns.iter().map(Column::heading));
+        let headings = ["run".to_owned()].into_iter().chain(columns().map(Column::heading));
         let headings = headings.chain(ends.clone());
         let mut table = Table::new(title, names.chain(ends)).headed(headings)?;
         for row in rows {
@@ -80,7 +84,7 @@ impl Phase {
                 (Some(v), []) => Cell::Number(*v),
                 (Some(v), words) => words.get(*v as usize).map_or(Cell::Empty, |word| Cell::Text(word.clone())),
             };
-            let values = self.columns.iter().zip(&row.values).map(cell);
+            let values = self.columns.iter().zip(&row.values).filter(|(column, _)| !column.is_repeated).map(cell);
             let ends = [
                 row.status.as_str().into(),
                 if row.failure.is_empty() { Cell::Empty } else { row.failure.as_str().into() },

@@ -14,6 +14,7 @@ use super::sample::Points;
 use crate::model_file::{Diagnostic, Model, settings};
 use crate::problem::Problem;
 use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Panel, Stroke};
+use crate::report::number::unit_of_derivative;
 use crate::report::outcome;
 use crate::report::table::{Cell, Table};
 use crate::sao::{Parameter, PostOptimal, Status};
@@ -47,6 +48,10 @@ enum SettingForm {
 }
 
 impl SweptSetting {
+    fn is_variable(&self) -> bool {
+        matches!(self.form, SettingForm::Variable(_))
+    }
+
     fn edits(&self, value: f64) -> impl Iterator<Item = (String, f64)> {
         self.keys.iter().map(move |key| (key.clone(), value))
     }
@@ -88,13 +93,19 @@ impl Sweep {
         let suffix = if is_front { "limit of " } else { "" };
         let mut columns: Vec<Column> =
             settings.iter().map(|s| Column::new(format!("{suffix}{}", s.name), &s.unit)).collect();
+        let swept: Vec<&str> = settings.iter().filter(|s| s.is_variable()).map(|s| s.name.as_str()).collect();
         columns.extend(Optimum::columns(&model)?);
+        let design = settings.len() + WORK..columns.len();
+        columns[design].iter_mut().for_each(|column| column.is_repeated = swept.contains(&column.name.as_str()));
         let stated: Vec<usize> = outcome::stated_constraints(&problem).collect();
         columns.extend(stated.iter().map(|&j| Column::new(constraint_name(&problem, j), outcome::unit(&problem, j))));
         if is_front {
             for s in &settings {
-                columns.push(Column::new(format!("d {}/d {}", problem.objective.name, s.name), ""));
-                columns.extend(model.variables().iter().map(|v| Column::new(format!("d {}/d {}", v.name, s.name), "")));
+                let derivative = |name: &str, unit: &str| {
+                    Column::new(format!("d {name}/d {}", s.name), unit_of_derivative(unit, &s.unit))
+                };
+                columns.push(derivative(&problem.objective.name, &problem.objective.unit));
+                columns.extend(model.variables().iter().map(|v| derivative(&v.name, &v.unit)));
             }
         }
         let phase = Phase { name: "runs", columns, runs, waves: Some(bisection(runs)) };

@@ -11,14 +11,14 @@ use super::distribution::{Distribution, normal_probability};
 use super::error::StudyError;
 use super::figures::{bars, histogram, stacked};
 use super::file::StudyFile;
-use super::model::{Evaluator, ModelSource, Quantity};
+use super::model::{Evaluator, ModelSource, Quantity, VariedNumber};
 use super::plan::{Column, Conclusion, Phase, Plan, RunResult};
 use super::reliability::first_order_reliability;
 use super::rows::{Row, Rows};
 use super::sample::{analysed, columns, mean_and_deviation};
 use super::sequence::PointSequence;
 use crate::report::figure::Figure;
-use crate::report::number::readable;
+use crate::report::number::{readable, unit_of_derivative};
 use crate::report::table::{Cell, Table};
 use crate::{Error, Result};
 use nalgebra::DMatrix;
@@ -68,10 +68,11 @@ impl Tolerances {
         let d = distributions.len();
         let sampled: Vec<Quantity> =
             wanted.iter().chain(margins.iter().filter(|m| !wanted.contains(m))).cloned().collect();
-        let names: Vec<String> = file.vary.iter().map(|vary| vary.name.text.clone()).collect();
         let mut first = columns(&evaluator, &wanted);
-        let slopes =
-            wanted.iter().flat_map(|q| names.iter().map(move |name| Column::new(format!("d {}/d {name}", q.name), "")));
+        let slope = |q: &Quantity, number: &VariedNumber| {
+            Column::new(format!("d {}/d {}", q.name, number.name), unit_of_derivative(&q.unit, &number.unit))
+        };
+        let slopes = wanted.iter().flat_map(|q| evaluator.varied().iter().map(move |number| slope(q, number)));
         first.extend(slopes);
         let words = |all: &[Quantity], name: &str| Column::of_words(name, all.iter().map(|q| q.name.clone()).collect());
         let inputs = || columns(&evaluator, &[]);

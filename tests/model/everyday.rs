@@ -415,6 +415,75 @@ fn a_model_without_a_title_has_the_name_of_its_file() {
     assert_eq!(read.title(), "bad.toml");
     assert_eq!(read.copied_from("a/b/c.toml").title(), "c.toml");
 }
+
+/// A cantilever whose limit is given in a unit of its own, and the width of which is minimized.
+const BEAM: &str = r#"
+version = 2
+title = "beam"
+[design.w]
+start = "60 mm"
+lower = "20 mm"
+upper = "120 mm"
+[design.h]
+start = "90 mm"
+lower = "20 mm"
+upper = "200 mm"
+[time]
+to = 0.7
+points = 13
+[[output]]
+name = "force_at_tip"
+value = "200 kN/m * w*(1 + time/(1 s))"
+[[output]]
+name = "labelled"
+value = "200 kN/m * w + 0 N/m * h"
+unit = "N"
+[objective]
+minimize = "w"
+[[constraint]]
+name = "strength"
+value = "force_at_tip"
+at_least = "9 kN"
+[[constraint]]
+name = "stiffness"
+value = "labelled"
+at_least = "4 kN"
+"#;
+
+#[test]
+fn every_number_has_its_unit() {
+    let place = TempFolder::new("everyday-units");
+    std::fs::write(place.0.join("beam.toml"), BEAM).unwrap();
+    let shown = place.run(&["analyze", "beam", "--out", "a"], 0);
+    for part in ["60 mm, minimized", "strength: 12 kN ≥ 9 kN", "stiffness: 12 kN ≥ 4 kN", "[s]"] {
+        assert!(shown.contains(part), "{part}: {shown}");
+    }
+    let page = place.read("a/report.html");
+    for part in ["<caption>Objective</caption>", "minimized", "margin", "at time [s]", "force_at_tip"] {
+        assert!(page.contains(part), "{part}");
+    }
+    // A legend shows the underscores of a name.
+    assert!(
+        !page.contains("baseline-shift") && !page.contains(">force</tspan>") && !page.contains("at</tspan>"),
+        "subscripts"
+    );
+    let shown = place.run(&["sensitivities", "beam"], 0);
+    let lines: Vec<&str> = shown.lines().collect();
+    let strength =
+        lines.iter().find(|line| line.contains("strength ≥ 9 kN at time 0 s")).unwrap_or_else(|| panic!("{shown}"));
+    assert!(strength.contains("0.2 kN/mm"), "{shown}");
+    let ends: Vec<usize> = lines[2..].iter().map(|line| line.chars().count()).collect();
+    assert!(ends.windows(2).all(|pair| pair[0] == pair[1]), "the columns are aligned: {shown}");
+    let shown = place.run(&["analyze", "beam", "--set", "design.w.start=60 ft"], 1);
+    assert!(
+        shown.contains("the start 60 ft of `w` is outside its bounds, 0.0656167979 ft to 0.393700787 ft"),
+        "{shown}"
+    );
+    // Times have as many digits as tell the points from each other.
+    let shown = place.run(&["sensitivities", "beam", "--set", "constraint.strength.at_most=20 kN"], 0);
+    assert!(shown.contains("at time 0.7 s"), "{shown}");
+}
+
 /// No method can improve a value that changes in steps, and a run says so before it begins.
 #[test]
 fn values_in_steps_are_told_before_a_run() {

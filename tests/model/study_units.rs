@@ -229,3 +229,24 @@ fn a_start_may_be_a_formula_with_units() {
         assert!(error.contains(why), "{keys}\n{error}");
     }
 }
+
+#[test]
+fn a_swept_variable_is_one_column() {
+    let swept = study(MODEL, "kind = \"sweep\"\n[vary.x]\nfrom = 200\nto = 300\npoints = 2\n");
+    let all = swept.run(swept.no_rows(), Part::WHOLE, &|_| true).unwrap();
+    let table = swept.table(&all, 0).unwrap();
+    assert_eq!(table.columns().iter().filter(|name| *name == "x").count(), 1, "{:?}", table.columns());
+    assert!(table.text().contains("[mm]") && table.text().replace('\n', " ").contains("violation"), "{}", table.text());
+    assert!(!table.text().contains("pct"), "{}", table.text());
+}
+
+#[test]
+fn derivatives_of_an_optimum_have_units() {
+    let model = MODEL
+        .replace("value = \"x*y\"", "value = \"x*y\"\nshown_in = \"cm^2\"")
+        .replace("at_least = 0.09", "at_least = \"900 cm^2\"");
+    let front = study(&model, "kind = \"pareto\"\n[vary.room]\nfrom = 800\nto = 900\npoints = 2\n");
+    assert_eq!(unit(&front, "d x/d room"), "mm/cm²");
+    let scattered = study(&model, "kind = \"tolerance\"\ncount = 4\n[vary.x]\ndeviation = 1\n");
+    assert_eq!(unit(&scattered, "d room/d x"), "cm²/mm");
+}
