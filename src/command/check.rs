@@ -2,7 +2,7 @@
 
 use super::budget::Budget;
 use super::folder::OutputFolder;
-use super::model::{At, Settings, design, is_file, located};
+use super::model::{At, Settings, changed, design, is_file, located};
 use super::output::{Digits, say};
 use clap::Args;
 use linkwright::Error;
@@ -11,7 +11,7 @@ use linkwright::gradient_check::{GradientCheck, GradientStatus};
 use linkwright::model_file::Model;
 use linkwright::problem::{DesignVariable, Evaluation, Problem, ScalingAdvice};
 use linkwright::report::gradient_check::{table, text};
-use linkwright::report::number::{readable, with_unit};
+use linkwright::report::number::{counted, readable, with_unit};
 use linkwright::report::outcome;
 use linkwright::report::table::one_line;
 use linkwright::sao::Method;
@@ -77,13 +77,28 @@ pub struct Check {
 
 impl Check {
     pub fn run(&self) -> anyhow::Result<()> {
-        let (problem, model) = self.problem()?;
+        let model = self.model()?;
+        let of_simulation = model.as_ref().filter(|model| !model.is_problem());
+        if let Some(model) = of_simulation.filter(|model| model.variables().is_empty()) {
+            return self.without_variables(model);
+        }
+        let problem = match &model {
+            Some(model) if of_simulation.is_some() => located(model, model.simulation())?,
+            Some(model) => located(model, model.problem())?,
+            None => (find(&self.what)?.build)()?,
+        };
         self.budget.check_table(&problem, model.as_ref().map_or(&Method::default(), Model::method))?;
         let b = design(&problem, &self.at)?;
-        let scales = if self.quiet { vec![] } else { located(model.as_ref(), scales(&problem, &b))? };
+        // Without an objective there is nothing to which the scales of variables could be compared.
+        let has_scales = !self.quiet && of_simulation.is_none();
+        let scales = if has_scales { located(model.as_ref(), scales(&problem, &b))? } else { vec![] };
         if !self.json && !self.quiet {
             let here = problem.analyze(&b).and_then(|responses| problem.evaluate(&b, &responses));
-            describe(&problem, &b, &located(model.as_ref(), here)?, self.digits.count())?;
+            let here = located(model.as_ref(), here)?;
+            describe(&problem)?;
+            if of_simulation.is_none() {
+                describe_design(&problem, &b, &here, self.digits.count())?;
+            }
             scales.iter().try_for_each(|line| say(line))?;
         }
         let numbers = self.numbers(&problem)?;
@@ -121,27 +136,44 @@ impl Check {
         self.responses.iter().map(number).collect()
     }
 
-    fn problem(&self) -> anyhow::Result<(Problem, Option<Model>)> {
+    /// The model file; `None` for a problem of the library.
+    fn model(&self) -> anyhow::Result<Option<Model>> {
         if is_file(&self.what) {
-            let model = self.settings.load(Path::new(&self.what))?.0;
-            return Ok((located(Some(&model), model.problem())?, Some(model)));
+            return Ok(Some(self.settings.load(Path::new(&self.what))?.0));
         }
         self.settings.check_none(&self.what)?;
-        Ok(((find(&self.what)?.build)()?, None))
+        Ok(None)
+    }
+
+    /// A simulation that depends on nothing: it is done, and there is no derivative to check.
+    fn without_variables(&self, model: &Model) -> anyhow::Result<()> {
+        let design = changed(model.variables(), &self.at, None)?;
+        self.budget.check_simulation(model)?;
+        located(model, model.simulate(&design))?;
+        match (self.json, self.quiet) {
+            (true, _) => {
+                say(&counts(&GradientCheck { derivatives: vec![], methods: vec![], failed: vec![] }, &[]).to_string())
+            }
+            (_, true) => Ok(()),
+            _ => say(&format!("{}: there is no design variable, so there are no derivatives", one_line(model.title()))),
+        }
     }
 }
 
-fn describe(problem: &Problem, design: &[f64], here: &Evaluation, digits: usize) -> anyhow::Result<()> {
+fn describe(problem: &Problem) -> anyhow::Result<()> {
     // The two sides of a limit are one constraint, and those that bound the peak of the objective are none.
     let constraints: BTreeSet<&str> = outcome::stated_constraints(problem).map(|j| outcome::name(problem, j)).collect();
     say(&one_line(&format!(
-        "{}: {} design variables, {} responses, {} constraints, {} time points",
+        "{}: {}, {}, {}, {}",
         problem.name,
-        problem.n(),
-        problem.responses.len(),
-        constraints.len(),
-        problem.grids.first().map_or(0, |grid| grid.len()),
-    )))?;
+        counted(problem.n(), ["design variable", "design variables"]),
+        counted(problem.responses.len(), ["response", "responses"]),
+        counted(constraints.len(), ["constraint", "constraints"]),
+        counted(problem.grids.first().map_or(0, |grid| grid.len()), ["time point", "time points"]),
+    )))
+}
+
+fn describe_design(problem: &Problem, design: &[f64], here: &Evaluation, digits: usize) -> anyhow::Result<()> {
     let value = one_line(&with_unit(outcome::objective(problem, design, here), &problem.objective.unit, digits));
     if problem.constraints.is_empty() {
         return say(&format!("At this design the objective is {value}."));

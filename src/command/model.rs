@@ -294,6 +294,7 @@ pub fn changed(variables: &[DesignVariable], at: &At, bound: Option<usize>) -> a
         let Some(k) = variables.iter().position(|v| v.name == name) else {
             let own = variables.iter().enumerate().filter(|(k, _)| Some(*k) != bound);
             let known: Vec<&str> = own.map(|(_, v)| v.name.as_str()).collect();
+            anyhow::ensure!(!known.is_empty(), "there is no design variable `{name}`: the model has none");
             bail!("there is no design variable `{name}`; choose from {}", known.join(", "));
         };
         let DesignVariable { unit, lower, upper, .. } = &variables[k];

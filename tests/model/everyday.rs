@@ -517,3 +517,34 @@ fn values_in_steps_are_told_before_a_run() {
     }
 }
 
+/// A simulation has no objective to be checked, and a study is no run.
+#[test]
+fn simulations_are_checked_and_studies_are_no_runs() {
+    let place = TempFolder::new("everyday-simulation");
+    let model = "version = 2\ntitle = \"free\"\n[constants]\nc = 2.0\n[time]\nto = 1\npoints = 3\n[[output]]\nname = \"y\"\nvalue = \"c*time\"\n";
+    std::fs::write(place.0.join("m.toml"), model).unwrap();
+    assert!(place.run(&["check", "m"], 0).contains("free: there is no design variable, so there are no derivatives"));
+    assert!(
+        place.run(&["analyze", "m", "--at", "c=3"], 1).contains("there is no design variable `c`: the model has none")
+    );
+    std::fs::write(place.0.join("m.toml"), model.replace("[constants]\nc = 2.0", "[design.c]\nstart = 2.0")).unwrap();
+    let shown = place.run(&["check", "m"], 0);
+    assert!(shown.contains("free: 1 design variable, 1 response,") && !shown.contains("the objective is"), "{shown}");
+    std::fs::write(
+        place.0.join("s.toml"),
+        "version = 1\nmodel = \"m.toml\"\nkind = \"grid\"\n[vary.c]\nfrom = 1\nto = 2\npoints = 3\n",
+    )
+    .unwrap();
+    place.run(&["study", "s", "-q"], 0);
+    for command in ["report", "resume"] {
+        assert!(place.run(&[command, "out/s"], 1).contains("has a study in it"), "{command}");
+    }
+    // The copies of a study can be run, and the study goes on with its own file.
+    place.run(&["study", "out/s/study.toml", "-q", "-o", "again"], 0);
+    assert_eq!(place.read("again/runs.csv"), place.read("out/s/runs.csv"));
+    place.run(&["study", "s", "-q"], 0);
+    let other = place.read("s.toml").replace("points = 3", "points = 4");
+    std::fs::write(place.0.join("s.toml"), other).unwrap();
+    let shown = place.run(&["study", "s", "-q", "-o", "out/s"], 1);
+    assert!(shown.contains("study: vary.c.points: 3 → 4") && !shown.contains("study: model"), "{shown}");
+}

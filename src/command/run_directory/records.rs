@@ -1,11 +1,11 @@
 //! Records of the JSON files: `run.json`, `summary.json` and the lines of `history.jsonl`.
 
-use crate::command::folder::{OutputFolder, RUN};
+use crate::command::folder::{OutputFolder, RUN, STUDY};
 use crate::command::output::{argument, now};
 use anyhow::{Context, bail};
 use linkwright::model_file::{Model, settings};
 use linkwright::problem::{DesignVariable, Problem};
-use linkwright::report::number::{readable, with_unit};
+use linkwright::report::number::{counted, readable, with_unit};
 use linkwright::report::outcome::{self, ConstraintValue};
 use linkwright::report::table::one_line;
 use linkwright::sao::{Cycle, State, Status};
@@ -135,6 +135,11 @@ impl RunRecord {
         let text = folder.read(RUN, RUN_LIMIT).with_context(|| format!("cannot read {}", name.display()))?;
         let Some(text) = text else {
             let lost = OutputFolder::of(folder.clone())?.lost_results()?;
+            if folder.entry(STUDY).is_ok_and(|entry| entry.is_some()) {
+                bail!(
+                    "{shown} has a study in it, and a run is needed; its results are in {shown}/summary.json and {shown}/report.html"
+                );
+            }
             bail!(lost.unwrap_or_else(|| format!("{shown} has no run in it")));
         };
         let run: Self = serde_json::from_slice(&text).with_context(|| format!("{} is not readable", name.display()))?;
@@ -360,8 +365,10 @@ impl Summary {
         let mut lines = vec![format!("\n{:?}: {}.", self.status, self.reason)];
         let method = self.differentiation.as_ref().map_or_else(String::new, |name| format!(" ({name})"));
         lines.push(format!(
-            "{} cycles, {} analyses, {} sensitivity analyses{method}.",
-            self.cycles, self.analyses, self.sensitivity_analyses
+            "{}, {}, {}{method}.",
+            counted(self.cycles, ["cycle", "cycles"]),
+            counted(self.analyses, ["analysis", "analyses"]),
+            counted(self.sensitivity_analyses, ["sensitivity analysis", "sensitivity analyses"])
         ));
         let row = |n: &NamedValue| one_line(&format!("  {:<24} {}", n.name, with_unit(n.value, &n.unit, digits)));
         lines.push(row(&self.objective));

@@ -7,6 +7,7 @@ use crate::command::folder::{MANIFEST, OutputFolder, STUDY};
 use crate::command::output::now;
 use crate::command::run_directory::{Claim, LOCK, Occupied, changes};
 use anyhow::{Context, bail};
+use linkwright::model_file::with_setting;
 use linkwright::report::table::Table;
 use linkwright::storage::{Appender, Directory};
 use linkwright::study::{Part, Row, RowHeader, Rows, Study, VERSION};
@@ -196,7 +197,9 @@ impl StudyFolder {
         folder.check_free(&own)?;
         folder.remove(&own)?;
         folder.own(&[&FILES[..], &[STUDY, ROWS]].concat())?;
-        for (name, text) in FILES.into_iter().zip([&study.file().text, &study.source().text]) {
+        // The copies are a study that can be run.
+        let copy = with_setting(FILES[0], &study.file().text, "model", &format!("{:?}", FILES[1]))?;
+        for (name, text) in FILES.into_iter().zip([&copy, &study.source().text]) {
             explained(&folder.place(name), directory.replace(name, text.as_bytes(), true))?;
         }
         let record = StudyRecord {
@@ -331,7 +334,10 @@ fn differences(directory: &Directory, study: &Study) -> anyhow::Result<String> {
     let [file, model] = copies(directory)?;
     let mut all = vec![];
     for (name, before, after) in [("study", file, &study.file().text), ("model", model, &study.source().text)] {
-        all.extend(changes(&before, after)?.iter().map(|change| format!("{name}: {change}")));
+        // The copy of the study names that of the model.
+        let all_changes = changes(&before, after)?;
+        let own = all_changes.iter().filter(|change| name != "study" || change.key != "model");
+        all.extend(own.map(|change| format!("{name}: {change}")));
     }
     Ok(all.join("; "))
 }
