@@ -241,7 +241,7 @@ fn the_pointer_reads_plotted_values() {
       root.contour = plane.point(contour.points[1]);
       root.level = contour.name;
       root.contours = new Set(plane.panel.series.filter(({ name }) => name.includes(' = ')).map(({ name }) => name.replace(/, part.*/, ''))).size;
-      const rows = of('promised-constraints'), last = rows.panel.series.find(({ name }) => name === 'last cycle');
+      const rows = of('predicted-constraints'), last = rows.panel.series.find(({ name }) => name === 'last cycle');
       root.rows = rows.point(last.points[0], 0.5);
       rows.figure.querySelector('.tools:not(.zoom) button').click();
       root.saved = rows.figure.dataset.saved.split('\\n').filter((line) => line.includes('last cycle')).length - last.points.length;

@@ -81,7 +81,7 @@ fn in_the_plane(run: &ReproducedRun, name: &str, grid: &Grid, levels: &[f64]) ->
     design_space_slice(&DesignSpaceSlice {
         variables: variables(),
         objective: ObjectiveContours { name, grid, levels },
-        bounds: &[Bound { name: "displacement bound", excess: &excess }],
+        bounds: &[Bound { name: "displacement bound", excess: &excess, is_equality: false }],
         path: &path(run),
         optimum: Some([run.state.design[0], run.state.design[1]]),
     })

@@ -192,9 +192,10 @@ impl Viewport {
         let power = 10f64.powf((80.0 / self.scale).log10().floor());
         let length = [5.0, 2.0, 1.0].into_iter().map(|f| f * power).find(|l| l * self.scale <= 90.0).unwrap_or(power);
         let (foot, end) = ((self.height - 12.0).round(), (12.0 + length * self.scale).round());
+        let (number, unit) = if unit == "m" && length < 1.0 { (1e3 * length, "mm") } else { (length, unit) };
         html! {
             path class="scale" d={ "M12 " (foot - 4.0) "V" (foot) "H" (end) "V" (foot - 4.0) } {}
-            text class="scale" x="14" y=(foot - 8.0) { (plain(&short(length))) " " (unit) }
+            text class="scale" x="14" y=(foot - 8.0) { (plain(&short(number))) " " (unit) }
         }
     }
 }

@@ -3,10 +3,10 @@
 use super::colour::Colour;
 use super::mark::{Anchor, Stroke};
 use super::panel::{ColourBar, Panel};
-use super::style;
 use super::svg::{Area, Lettering, Svg};
 use super::ticks::Ticks;
 use super::view::View;
+use super::{markup, style};
 
 /// Draws frame, ticks, numbers and labels.
 pub(crate) fn draw(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {
@@ -36,14 +36,14 @@ pub(crate) fn draw(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {
     }
     svg.polylines(&lines, line);
     if panel.x.labelled {
-        numbers_below(svg, panel, view);
+        numbers_below(svg, panel, view, outer);
     }
     if panel.y.labelled {
         numbers_on_the_left(svg, panel, view, outer);
     }
 }
 
-fn numbers_below(svg: &mut Svg, panel: &Panel, view: &View) {
+fn numbers_below(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {
     let area = view.area;
     let baseline = area.bottom() + style::GAP + 0.78 * style::TICK_SIZE;
     for (value, text) in &view.x_ticks.major {
@@ -52,8 +52,19 @@ fn numbers_below(svg: &mut Svg, panel: &Panel, view: &View) {
         }
     }
     let at = [area.left + area.width / 2.0, baseline + 2.5 + style::LABEL_SIZE];
-    svg.text(at, &panel.x.label(&view.x_ticks), Lettering::new(style::LABEL_SIZE, Anchor::Middle));
+    let label = panel.x.label(&view.x_ticks);
+    let size = fitting_size(&label, 2.0 * (at[0] - outer.left).min(outer.right() - at[0]));
+    svg.text(at, &label, Lettering::new(size, Anchor::Middle));
 }
+
+/// The size of labels, or that in which a long label is not cut at the ends of its panel.
+fn fitting_size(label: &str, length: f64) -> f64 {
+    let needed = markup::width(label, style::LABEL_SIZE);
+    style::LABEL_SIZE * (length / needed.max(1.0)).clamp(SMALLEST, 1.0)
+}
+
+/// The least size of a label relative to the usual one.
+const SMALLEST: f64 = 0.4;
 
 fn numbers_on_the_left(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {
     let area = view.area;
@@ -64,8 +75,9 @@ fn numbers_on_the_left(svg: &mut Svg, panel: &Panel, view: &View, outer: Area) {
         }
     }
     let at = [outer.left + style::LABEL_SIZE + 0.5, area.top + area.height / 2.0];
-    let style = Lettering { turned: -90.0, ..Lettering::new(style::LABEL_SIZE, Anchor::Middle) };
-    svg.text(at, &panel.y.label(&view.y_ticks), style);
+    let label = panel.y.label(&view.y_ticks);
+    let size = fitting_size(&label, 2.0 * (at[1] - outer.top).min(outer.bottom() - at[1]));
+    svg.text(at, &label, Lettering { turned: -90.0, ..Lettering::new(size, Anchor::Middle) });
 }
 
 /// Width of the colour bar.
@@ -108,4 +120,18 @@ pub(crate) fn colour_bar(svg: &mut Svg, bar: &ColourBar, frames: Area) {
 
 fn bar_ticks(bar: &ColourBar, height: f64) -> Ticks {
     Ticks::linear(bar.range[0], bar.range[1], (height / 24.0).max(2.0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_label_is_smaller_instead_of_cut() {
+        let label = "variation of the walking speed [m/s]";
+        for length in [80.0, 120.0] {
+            assert!(markup::width(label, fitting_size(label, length)) <= length * (1.0 + 1e-12));
+        }
+        assert_eq!(fitting_size(label, 500.0), style::LABEL_SIZE);
+    }
 }

@@ -47,7 +47,8 @@ pub(crate) fn ink(panel: &Panel, view: &View) -> Vec<[f64; 2]> {
     ink
 }
 
-/// The area near `at` where a note of the given width covers the fewest marks; `None` if every position covers another note.
+/// The area near `at` where a note of the given width covers the fewest marks; `None` if every position covers another note or leaves the
+/// frame.
 pub(crate) fn note_area(
     at: [f64; 2],
     width: f64,
@@ -66,12 +67,16 @@ pub(crate) fn note_area(
     let cost = |k: usize| {
         let rim = candidate(k).grown(2.5);
         let covered = ink.iter().filter(|&&p| rim.contains(p)).count();
-        let inside = view.area.contains([rim.left, rim.top]) && view.area.contains([rim.right(), rim.bottom()]);
-        3 * covered + usize::from(!inside) * 30 + usize::from(k >= 16)
+        3 * covered + usize::from(k >= 16)
+    };
+    let is_free = |k: usize| {
+        let rim = candidate(k).grown(1.0);
+        let is_inside = view.area.contains([rim.left, rim.top]) && view.area.contains([rim.right(), rim.bottom()]);
+        is_inside && !notes.iter().any(|note| note.overlaps(rim))
     };
     // To the upper right first, as in a map.
     let order = (0..32).map(|k| (k & 16) | ((k + 2) & 15));
-    order.filter(|&k| !notes.iter().any(|note| note.overlaps(candidate(k)))).min_by_key(|&k| cost(k)).map(candidate)
+    order.filter(|&k| is_free(k)).min_by_key(|&k| cost(k)).map(candidate)
 }
 
 /// Points on a polyline, `step` points apart on paper, with the directions there.
@@ -139,4 +144,26 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 fn inset(view: &View, [x, y]: [f64; 2]) -> f64 {
     let a = view.area;
     (x - a.left).min(a.right() - x).min(y - a.top).min(a.bottom() - y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::figure::{Axis, Panel};
+
+    #[test]
+    fn notes_stay_inside_the_frame_and_off_each_other() {
+        let panel = Panel::new(Axis::new("x", "").limits(0.0, 1.0), Axis::new("y", "").limits(0.0, 1.0));
+        let frame = Area { left: 10.0, top: 10.0, width: 100.0, height: 100.0 };
+        let view = View::new(&panel, frame);
+        for corner in [[10.0, 10.0], [110.0, 10.0], [10.0, 110.0], [110.0, 110.0], [60.0, 11.0]] {
+            let mut notes: Vec<Area> = vec![];
+            while let Some(note) = note_area(corner, 14.0, 7.0, &[], &notes, &view) {
+                assert!(frame.contains([note.left, note.top]) && frame.contains([note.right(), note.bottom()]));
+                assert!(!notes.iter().any(|other| other.overlaps(note)));
+                notes.push(note);
+            }
+            assert!(!notes.is_empty(), "{corner:?}");
+        }
+    }
 }

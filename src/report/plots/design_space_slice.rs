@@ -25,6 +25,8 @@ pub struct Bound<'a> {
     /// Violation of the constraint, in any unit: the zero contour is drawn and hatched on the infeasible side, where it is
     /// positive.
     pub excess: &'a Grid,
+    /// True for an equation, which holds on the contour only.
+    pub is_equality: bool,
 }
 
 /// A trial step of the optimization.
@@ -110,7 +112,9 @@ fn add_contours(panel: &mut Panel, objective: &ObjectiveContours) {
 fn add_bound(panel: &mut Panel, bound: &Bound, index: usize) {
     let colour = [Colour::BLACK, Colour::VERMILLION, Colour::GREEN, Colour::PURPLE][index % 4];
     let curves = contour(bound.excess, 0.0);
-    panel.add(Mark::hatching(curves.clone(), Stroke::solid(colour, 0.5), 4.8).named(bound.name));
+    if !bound.is_equality {
+        panel.add(Mark::hatching(curves.clone(), Stroke::solid(colour, 0.5), 4.8).named(bound.name));
+    }
     panel.add(Mark::curves(curves, Stroke::solid(colour, 1.1)).named(bound.name));
 }
 
@@ -167,7 +171,7 @@ mod tests {
     #[test]
     fn names_numbers_and_boxes_are_in_the_picture() {
         let (grid, wall) = (bowl(), Grid::sample([0.0, 2.0], [0.0, 1.0], [5, 5], |x, _| 0.55 - x).unwrap());
-        let bounds = [Bound { name: "displacement", excess: &wall }];
+        let bounds = [Bound { name: "displacement", excess: &wall, is_equality: false }];
         let at = |cycle, x, accepted| Iterate {
             cycle,
             design: [x, 0.2],
@@ -179,6 +183,18 @@ mod tests {
         for text in ["displacement", "optimum", "move limits", "rejected steps", ">2–3<", "[N s/m]", ">0.2<"] {
             assert!(svg.contains(text), "{text} is missing");
         }
+    }
+
+    /// An equation holds on its line only: no side is hatched.
+    #[test]
+    fn an_equation_is_a_line_without_hatching() {
+        let (grid, wall) = (bowl(), Grid::sample([0.0, 2.0], [0.0, 1.0], [5, 5], |x, _| 0.55 - x).unwrap());
+        let svg = |is_equality| {
+            let bounds = [Bound { name: "length", excess: &wall, is_equality }];
+            design_space_slice(&slice_of(&grid, &bounds, &[])).unwrap().svg().unwrap()
+        };
+        let [equation, limit] = [true, false].map(svg);
+        assert!(equation.contains("length") && equation.len() < limit.len());
     }
 
     #[test]

@@ -31,8 +31,17 @@ struct PlaneSlice {
     objective: Grid,
     /// `true` if the objective bounds a peak; the peak is shown instead.
     is_peak: bool,
-    /// Names of constraints that are violated in a part of the window, with their violations as fractions.
-    bounds: Vec<(String, Grid)>,
+    /// Constraints that are violated in a part of the window.
+    bounds: Vec<Limit>,
+}
+
+/// A constraint over the window.
+struct Limit {
+    /// Its name as markup.
+    name: String,
+    /// The violation as a fraction, negative where it is satisfied; of an equality the relative distance of the value from its limit, with sign.
+    excess: Grid,
+    is_equality: bool,
 }
 
 /// Design variables in decreasing order of their change relative to their scales.
@@ -90,7 +99,11 @@ impl PlaneSlice {
         };
         let mut crossing: Vec<(usize, Grid)> = vec![];
         for c in outcome::stated_constraints(problem) {
-            let excess = grid(&|e| e.violations()[c])?;
+            let is_equality = problem.constraints[c].is_equality();
+            let excess = match is_equality {
+                true => grid(&|e| e.worst_of(c).map_or(f64::NAN, |(_, g)| g - 1.0))?,
+                false => grid(&|e| e.violations()[c])?,
+            };
             let [low, high] = excess.range();
             if low < 0.0 && high > 0.0 {
                 crossing.push((c, excess));
@@ -157,19 +170,25 @@ fn least_peak(problem: &Problem, evaluation: &Evaluation, design: &[f64], peak: 
     design[peak.variable] + problem.constraints[peak.constraints[0]].scale * (largest - 1.0)
 }
 
-/// Names and violations of the [`MOST`] constraints nearest to their limits at the last design, and the largest violation of
-/// the others.
-fn named(problem: &Problem, state: &State, mut crossing: Vec<(usize, Grid)>) -> Result<Vec<(String, Grid)>> {
+/// The [`MOST`] inequalities nearest to their limits at the last design, all equalities, and the largest violation of the other
+/// inequalities.
+fn named(problem: &Problem, state: &State, crossing: Vec<(usize, Grid)>) -> Result<Vec<Limit>> {
+    let limit = |(c, excess): (usize, Grid)| {
+        let is_equality = problem.constraints[c].is_equality();
+        Limit { name: literal(&problem.constraints[c].name), excess, is_equality }
+    };
     let nearest = state.evaluation.violations();
+    let (equalities, mut crossing): (Vec<_>, Vec<_>) =
+        crossing.into_iter().partition(|(c, _)| problem.constraints[*c].is_equality());
     crossing.sort_by(|a, b| nearest[b.0].total_cmp(&nearest[a.0]).then(a.0.cmp(&b.0)));
     let rest = crossing.split_off(crossing.len().min(MOST));
-    let mut bounds: Vec<(String, Grid)> =
-        crossing.into_iter().map(|(c, grid)| (literal(&problem.constraints[c].name), grid)).collect();
+    let mut bounds: Vec<Limit> = crossing.into_iter().chain(equalities).map(limit).collect();
     if let Some((_, first)) = rest.first() {
         let largest = |i: usize, j: usize| rest.iter().map(|(_, g)| g.value(i, j)).fold(f64::NAN, f64::max);
         let points = (0..first.y().len()).flat_map(|j| (0..first.x().len()).map(move |i| (i, j)));
         let values: Vec<f64> = points.map(|(i, j)| largest(i, j)).collect();
-        bounds.push((format!("{} other constraints", rest.len()), Grid::with_holes(first.x(), first.y(), &values)?));
+        let excess = Grid::with_holes(first.x(), first.y(), &values)?;
+        bounds.push(Limit { name: format!("{} other constraints", rest.len()), excess, is_equality: false });
     }
     Ok(bounds)
 }
@@ -188,15 +207,22 @@ impl OptimizationReport<'_> {
             0 => String::new(),
             failed => format!(" {failed} of the analyses failed; their designs are omitted."),
         };
+        let [low, high] = slice.objective.range();
+        let curves = if low < high {
+            format!("Contours of {what} and the limits of the constraints come")
+        } else {
+            format!("There, {what} is constant; the limits of the constraints come")
+        };
         let text = format!(
             "Slice through the last design along the two design variables that changed most, {} and {}; all other variables have \
-             their last values. Contours of {what} and the limits of the constraints come from analyses of {n} × {n} designs, not \
-             from an approximation.{failed} Earlier designs differ in the other variables, too; they are projected onto the slice.",
+             their last values. {curves} from analyses of {n} × {n} designs, not from an approximation.{failed} Earlier designs differ in the other variables, too; they are projected onto the slice.",
             i.name,
             j.name,
             n = slice.count
         );
-        let caption = "Numbers are cycles; limits are hatched on their infeasible side.";
+        let has_equality = slice.bounds.iter().any(|bound| bound.is_equality);
+        let lines = if has_equality { " On lines without hatching equations hold." } else { "" };
+        let caption = format!("Numbers are cycles; limits are hatched on their infeasible side.{lines}");
         Ok(section.paragraph(text).figure("design-plane", caption, self.plane_figure(slice)?))
     }
 
@@ -217,7 +243,11 @@ impl OptimizationReport<'_> {
                 move_limits: None,
             })
             .collect();
-        let bounds: Vec<Bound> = slice.bounds.iter().map(|(name, excess)| Bound { name, excess }).collect();
+        let bounds: Vec<Bound> = slice
+            .bounds
+            .iter()
+            .map(|Limit { name, excess, is_equality }| Bound { name, excess, is_equality: *is_equality })
+            .collect();
         let name = literal(&self.problem.objective.name);
         let plane = DesignSpaceSlice {
             variables: [quantity(i), quantity(j)],

@@ -5,6 +5,7 @@ use super::constrained_histories::ConstrainedHistory;
 use super::{OptimizationReport, stem};
 use crate::Result;
 use crate::report::figure::{Figure, QuantityLabel};
+use crate::report::outcome;
 use crate::report::page::PageSection;
 use crate::report::plots::{ResponseHistory, TimeHistory, time_history};
 
@@ -26,16 +27,19 @@ impl OptimizationReport<'_> {
             let grid = self.problem.responses[*h].grid;
             grid.is_some_and(|g| self.problem.grids[g].len() > 1) && !shown.contains(h)
         };
-        let enters = |h: &usize| self.problem.constraints.iter().any(|c| c.quantity.responses().contains(h));
+        let uses = |j: usize, h: &usize| self.problem.constraints[j].quantity.responses().contains(h);
+        let enters = |h: &usize| outcome::stated_constraints(self.problem).any(|j| uses(j, h));
+        let enters_peak = |h: &usize| outcome::peak_constraints(self.problem).any(|j| uses(j, h));
         let mut others: Vec<usize> = (0..self.problem.responses.len()).filter(is_other).collect();
         // Responses that enter no constraint first: no other plot shows them.
         others.sort_by_key(enters);
-        let mut section = PageSection::new("histories", "Histories over time");
+        let over = self.problem.grids.first().map_or("time", |grid| grid.name.as_str());
+        let mut section = PageSection::new("histories", format!("Histories over {over}"));
         if order.is_empty() && others.is_empty() {
             return Ok(section);
         }
         section = section.paragraph(
-            "Dashed: first design. Black: last design. Bounds are hatched on their infeasible side. Rings mark the time points that \
+            "Dashed: first design. Black: last design. Bounds are hatched on their infeasible side. Rings mark the points that \
              the approximate problem of the last cycle retained, discs those with an active constraint at its solution.",
         );
         for k in order {
@@ -48,7 +52,12 @@ impl OptimizationReport<'_> {
         let more = others.len().saturating_sub(OTHERS);
         for h in others.into_iter().take(OTHERS) {
             let name = &self.problem.responses[h].name;
-            let role = if enters(&h) { "which enters constraints" } else { "not constrained" };
+            let is_in_objective = self.problem.objective.quantity.responses().contains(&h) || enters_peak(&h);
+            let role = match (enters(&h), is_in_objective) {
+                (true, _) => "which enters constraints",
+                (false, true) => "which enters the objective",
+                (false, false) => "not constrained",
+            };
             let figure = format!("response-{}-{}", h + 1, stem(name));
             let times = self.problem.grids[self.problem.responses[h].grid.unwrap_or(0)].shown_points();
             let values = self.cycles.iter().map(|shown| shown.responses.values[h].clone()).collect();

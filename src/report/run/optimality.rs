@@ -11,21 +11,31 @@ use crate::sao::{ActiveRow, Cycle};
 /// Largest number of multipliers in the table.
 const MOST: usize = 40;
 
+/// Residual below which differences are rounding errors.
+const LEAST: f64 = 1e-12;
+
 impl OptimizationReport<'_> {
     pub(super) fn optimality(&self) -> Result<PageSection> {
         let mut section = PageSection::new("optimality", "Optimality conditions");
         let Some(last) = self.last() else { return Ok(section) };
         let active = self.state.active_rows();
-        section = section.paragraph(
-            "The residual of the problem is that of the first-order optimality conditions at the start of a cycle, relative to the \
-             objective; it is computed once the objective has nearly converged. The residual of the subproblem is that of its \
-             solution, computed independently of the solver.",
-        );
+        let has_residuals = self.state.history.iter().any(|cycle| cycle.residual.is_some());
+        if has_residuals {
+            section = section.paragraph(
+                "The residual of the problem is that of the first-order optimality conditions at the start of a cycle, relative to the \
+                 objective; it is computed once the objective has nearly converged. The residual of the subproblem is that of its \
+                 solution, computed independently of the solver.",
+            );
+        }
         if let Some(residual) = last.residual {
             section = section.paragraph(format!("At the end the residual of the problem is {}.", number(residual)));
         }
-        if let Some(figure) = self.residuals() {
-            section = section.figure("residuals", "Residuals of the optimality conditions.", figure);
+        if let Some(figure) = self.residuals().filter(|_| has_residuals) {
+            section = section.figure(
+                "residuals",
+                "Residuals of the optimality conditions. Smaller ones are drawn at 1e-12.",
+                figure,
+            );
         }
         if active.is_empty() {
             let text = "No constraint is active at the last design; only bounds or move limits may be.";
@@ -41,7 +51,7 @@ impl OptimizationReport<'_> {
     fn residuals(&self) -> Option<Figure> {
         let of = |value: fn(&Cycle) -> Option<f64>| -> Vec<[f64; 2]> {
             let steps = self.state.history.iter().filter(|c| c.region.is_some());
-            steps.filter_map(|c| Some([c.cycle as f64, value(c)?])).filter(|p| p[1] > 0.0).collect()
+            steps.filter_map(|c| Some([c.cycle as f64, value(c)?.max(LEAST)])).collect()
         };
         let (problem, subproblem) = (of(|c| c.residual), of(|c| Some(c.kkt)));
         if problem.is_empty() && subproblem.is_empty() {

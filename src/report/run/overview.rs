@@ -139,7 +139,7 @@ impl OptimizationReport<'_> {
             return Ok(section);
         }
         let columns = ["constraint", "unit", "limit", "first", "last", "margin", "worst at", "remark"];
-        let mut table = Table::new("Constraints at the time of the smallest margin", columns);
+        let mut table = Table::new("Constraints at their smallest margins", columns);
         for (before, after) in first.iter().zip(&last) {
             let quantity = &self.problem.constraints[after.row.constraint].quantity;
             let at = after.time.map(|_| self.problem.time_in_words(quantity.grid(), after.row.point));

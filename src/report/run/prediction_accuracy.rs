@@ -24,11 +24,11 @@ impl OptimizationReport<'_> {
                 "The approximate problem of each cycle predicts the objective and the retained constraints at the proposed \
                  design; the analysis of that design computes them. The smaller the differences, the wider the move limits may be.",
             )
-            .figure("promised-objective", "Predicted and computed objective.", self.objectives(&known));
+            .figure("predicted-objective", "Predicted and computed objective.", self.objectives(&known));
         let rows = known.iter().any(|(_, p)| !p.analysed.is_empty());
         let section = match rows {
             true => section.figure(
-                "promised-constraints",
+                "predicted-constraints",
                 "Retained constraints at retained time points, normalized: on the diagonal, prediction and computation agree; to \
                  the right of 1, the limit is violated.",
                 rows_figure(&known),
