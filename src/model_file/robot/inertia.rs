@@ -1,5 +1,6 @@
 //! Mass, centre of mass and inertia matrix of links, and those of several links together.
 
+use crate::Readable;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 /// Excess of the largest principal moment over the sum of the others, as a fraction of it, that is taken for rounding.
@@ -57,7 +58,10 @@ impl MassData {
     /// Describes an inertia matrix that no body has, and the remedy.
     pub fn mistake(&self) -> Option<(String, &'static str)> {
         let [a, b, c] = self.moments();
-        let principal = format!("the principal moments of inertia are {a:.6e}, {b:.6e} and {c:.6e} kg·m²");
+        // Seven digits tell a sum from a moment that differs by rounding.
+        let [first, second, third] =
+            [a, b, c].map(|moment| Readable(format!("{moment:.6e}").parse().unwrap_or(moment)));
+        let principal = format!("the principal moments of inertia are {first}, {second} and {third} kg·m²");
         if !(a > 1e-12 * c && c > 0.0) {
             return Some((principal, "all must be positive: complete <inertia>, and check its products of inertia"));
         }
