@@ -393,7 +393,9 @@ fn the_server_keeps_the_budget_of_memory() {
 #[test]
 fn limits_over_a_sweep_are_in_its_unit() {
     let place = TempFolder::new("open-sweep");
-    std::fs::write(place.0.join("lift.toml"), crate::sweeps::LIFT).unwrap();
+    // The unit of the last output is a label.
+    let inches = "[[output]]\nname = \"inches\"\nvalue = \"back/0.0254\"\nunit = \"in\"\n";
+    std::fs::write(place.0.join("lift.toml"), format!("{}\n{inches}", crate::sweeps::LIFT)).unwrap();
     let server = Server::start(&place.0, "lift.toml");
     let model = server.get("model")["model"].clone();
     let of = |value: &Value| value.as_f64().unwrap();
@@ -408,6 +410,20 @@ fn limits_over_a_sweep_are_in_its_unit() {
     let mut page = Page::open(&program, &place.0, [1400, 1200]);
     page.show(&server.address());
     page.wait("document.documentElement.dataset.settled?.endsWith('differentiated')");
+    // Level and sloped limits, of which the beginning is the margin: the largest values are 16.7 mm.
+    let largest = 1e3 * (0.2 - (0.04f64 - 0.0064).sqrt());
+    for (output, first, exact) in [("back", 25.0, 25.0 - largest), ("inches", 1.0, 1.0 - largest / 25.4)] {
+        for last in [first, 1.2 * first] {
+            let text = page.text(&format!(
+                "Promise.all([import('./editor.js'), fetch('model').then((answer) => answer.json())]).then(([{{ limitText }}, {{ text, model }}]) => \
+                 limitText(text, model.outputs.find((one) => one.name === '{output}'), '≤', [[-80, {first}], [80, {last}]], 6, model.time))"
+            ));
+            std::fs::write(place.0.join("drawn.toml"), text).unwrap();
+            let printed: Value = serde_json::from_str(&place.run(&["analyze", "drawn", "--json"], 0)).unwrap();
+            let margin = of(&printed["constraints"].as_array().unwrap().last().unwrap()["margin"]);
+            assert!((margin - exact).abs() < 1e-4 * exact, "{output} {last}: {margin} and {exact}");
+        }
+    }
     page.click(".plot .tools button");
     let [x, y] = page.middle(".plot svg");
     page.drag([x - 60.0, y - 20.0], [x + 60.0, y + 20.0]);

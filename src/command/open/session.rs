@@ -12,7 +12,6 @@ use super::queue::{Queue, Reply};
 use super::stored;
 use super::worker::ModelLine;
 use anyhow::{Context, bail};
-use linkwright::model_file::unit::Unit;
 use linkwright::model_file::{self, DiagnosticReport, Model, Severity, read, with_files};
 use linkwright::problem::{Constraint, DesignVariable, Goal, Problem, TimeGrid};
 use linkwright::report::outcome;
@@ -403,11 +402,7 @@ fn description(model: &Model) -> Value {
     };
     let finite = |v: f64| v.is_finite().then_some(v);
     let variable = |v: &DesignVariable| json!({ "name": v.name, "unit": v.unit, "start": v.start, "lower": finite(v.lower), "upper": finite(v.upper) });
-    let output = |((name, unit, grid), factor): ((&str, &str, Option<usize>), f64)| {
-        // Only units that can be written in the file.
-        let of_limit = Unit::parse(unit).map(|_| unit);
-        json!({ "name": name, "unit": unit, "of_limit": of_limit, "changes": grid.is_some(), "factor": factor })
-    };
+    let output = |((name, unit, grid), factor): ((&str, &str, Option<usize>), Option<f64>)| json!({ "name": name, "unit": unit, "changes": grid.is_some(), "factor": factor });
     let shown = |times: Vec<f64>| model.grid().map(|grid| times.iter().map(|&t| grid.shown(t)).collect::<Vec<_>>());
     let drawing_times = model.drawing_times().and_then(shown);
     let grid = |grid: &TimeGrid| {
@@ -447,10 +442,15 @@ fn constraints(problem: &Problem) -> Vec<Value> {
         } else {
             "≤"
         };
+        let follows = constraint.quantity.as_shifted_response(&problem.grids, &problem.start());
+        // x(t) − f(t) is in the unit of x, which may be a label that the formula does not know.
+        let unit = match (outcome::unit(problem, j), follows) {
+            ("", Some(response)) => problem.responses[response].unit.as_str(),
+            (unit, _) => unit,
+        };
         json!({
-            "name": outcome::name(problem, j), "unit": outcome::unit(problem, j), "relation": relation,
-            "output": constraint.quantity.as_response(), "changes": constraint.quantity.is_transient(),
-            "follows": constraint.quantity.as_shifted_response(&problem.grids, &problem.start()),
+            "name": outcome::name(problem, j), "unit": unit, "relation": relation,
+            "output": constraint.quantity.as_response(), "changes": constraint.quantity.is_transient(), "follows": follows,
             "window": constraint.window.map(|window| window.map(|t| shown(constraint, t))),
         })
     };

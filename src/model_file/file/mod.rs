@@ -526,10 +526,11 @@ impl Model {
         self.outputs.iter().map(|o| (o.name.as_str(), o.unit.as_str(), o.is_transient.then_some(0)))
     }
 
-    /// For each output, the SI value of one of the unit in which it is shown: formulas use SI values.
-    pub fn output_factors(&self) -> impl Iterator<Item = f64> {
-        let factors = |unit: &crate::model_file::unit::Unit| unit.factors()[0] / unit.factors()[1];
-        self.outputs.iter().map(move |output| output.shown_in.as_ref().map_or(1.0, factors))
+    /// For each output, the SI value of one of the unit in which it is shown: formulas use SI values. `None` for an output whose unit is
+    /// a label, or the SI unit: formulas and limits use its values as they are shown.
+    pub fn output_factors(&self) -> impl Iterator<Item = Option<f64>> {
+        let factor = |unit: &crate::model_file::unit::Unit| unit.factors()[0] / unit.factors()[1];
+        self.outputs.iter().map(move |output| output.shown_in.as_ref().map(factor))
     }
 
     /// The time that running simulations of the mechanism have reached; `None` if the analysis does not simulate over time.

@@ -132,11 +132,13 @@ export class Editor {
   }
 }
 
-// The text of a constraint that keeps an output on one side of a line through points (t, v) of increasing t, in the units of
-// the plot. A plain number of `at_most` is in the unit of the output; formulas are in SI units.
-export function limitText(text, { name: output, of_limit: shown, factor: unit }, relation, drawn, digits, { variable, factor }) {
+// The text of a constraint that keeps an output on one side of a line through points (t, v) of increasing t, in the units of the plot.
+// Formulas have the SI values of an output that is `shown_in` a unit, and its limits name the unit; without one (`of_si` is null) both
+// have the values as they are shown.
+export function limitText(text, { name: output, unit, factor: of_si }, relation, drawn, digits, { variable, factor }) {
   const round = (v) => Number(v.toPrecision(digits));
-  const points = drawn.map(([t, v]) => [t * factor, v * unit]);
+  const points = drawn.map(([t, v]) => [t * factor, v * (of_si ?? 1)]);
+  const limit = (v) => (of_si === null ? round(v) : JSON.stringify(`${round(v)} ${unit}`));
   const names = new Set([...text.matchAll(/name\s*=\s*"([^"]*)"/g)].map((found) => found[1]));
   let k = 1;
   while (names.has(`drawn limit ${k}`)) k += 1;
@@ -144,16 +146,14 @@ export function limitText(text, { name: output, of_limit: shown, factor: unit },
   const values = points.map(([, v]) => v);
   const [low, high] = [Math.min(...values), Math.max(...values)];
   const [[t0, v0], [t1, v1]] = [points[0], points[points.length - 1]];
-  const head = (value, limit) => `${text.trimEnd()}\n\n[[constraint]]\nname = "drawn limit ${k}"\nvalue = "${value}"\n${key} = ${limit}\nfrom = ${round(t0)}\nto = ${round(t1)}\n`;
-  // The margin of a formula is shown in the unit of its limit.
-  const zero = shown ? JSON.stringify(`0 ${shown}`) : 0;
-  if (high - low < 0.02 * Math.max(Math.abs(low), Math.abs(high))) return head(output, round((low + high) / 2 / unit));
+  const head = (value, most) => `${text.trimEnd()}\n\n[[constraint]]\nname = "drawn limit ${k}"\nvalue = "${value}"\n${key} = ${most}\nfrom = ${round(t0)}\nto = ${round(t1)}\n`;
+  if (high - low < 0.02 * Math.max(Math.abs(low), Math.abs(high))) return head(output, limit((low + high) / 2 / (of_si ?? 1)));
   if (points.length === 2) {
     const slope = (v1 - v0) / (t1 - t0);
-    return head(`${output} - (${round(v0)} + ${round(slope)}*(${variable} - ${round(t0)}))`.replaceAll("+ -", "- ").replaceAll("- -", "+ "), zero);
+    return head(`${output} - (${round(v0)} + ${round(slope)}*(${variable} - ${round(t0)}))`.replaceAll("+ -", "- ").replaceAll("- -", "+ "), limit(0));
   }
   let n = k;
   while (text.includes(`[table.drawn_${n}]`)) n += 1;
   const list = (numbers) => `[${numbers.map(round).join(", ")}]`;
-  return `${head(`${output} - drawn_${n}(${variable})`, zero)}\n[table.drawn_${n}]\nx = ${list(points.map(([t]) => t))}\ny = ${list(values)}\ninterpolation = "linear"\n`;
+  return `${head(`${output} - drawn_${n}(${variable})`, limit(0))}\n[table.drawn_${n}]\nx = ${list(points.map(([t]) => t))}\ny = ${list(values)}\ninterpolation = "linear"\n`;
 }
