@@ -67,7 +67,7 @@ fn a_dragged_point_stays_at_the_pointer() {
 /// A limit that is drawn ends with Enter and is dropped by Escape, also while the focus is on its button.
 #[test]
 fn enter_ends_a_drawn_limit_and_escape_drops_it() {
-    let Some((_place, _server, mut page)) = opened("open-keys", "shaper", [1400, 1000]) else { return };
+    let Some((place, _server, mut page)) = opened("open-keys", "shaper", [1400, 1000]) else { return };
     let limits = "document.querySelectorAll('.margin').length";
     let count = page.value(limits).as_u64().unwrap();
     let points = |page: &mut Page| {
@@ -104,6 +104,10 @@ fn enter_ends_a_drawn_limit_and_escape_drops_it() {
     let unit = page.text("document.querySelector('.plot figcaption small').textContent");
     let margin = page.text("[...document.querySelectorAll('.margin')].pop().querySelector('p').textContent");
     assert!(unit.is_empty() || margin.contains(&unit), "{margin}");
+    // Ctrl-Z undoes it as if it had been typed.
+    let undone = "(() => { const e = document.getElementById('text'); e.focus(); document.execCommand('undo'); return e.value; })()";
+    let text = page.text(undone);
+    assert_eq!(text, place.read("shaper.toml"));
 }
 
 /// Tick labels have at most seven characters and differ from each other, for any size and offset of the values.

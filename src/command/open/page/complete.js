@@ -1,6 +1,7 @@
 // Completion in the editor: tables, keys, words and names that can stand at the cursor, from the declarations of the model file.
 
 import * as server from "./server.js";
+import { type } from "./editor.js";
 import { make } from "./elements.js";
 
 // Rest of the keyboard after which words are offered.
@@ -55,7 +56,7 @@ export class Completer {
 
   take(number) {
     const { text } = this.words[number];
-    this.area.setRangeText(text, this.from, this.area.selectionStart, "end");
+    type(this.area, text, this.from, this.area.selectionStart);
     this.close();
     this.replaced();
   }

@@ -7,6 +7,25 @@ const REST = 250;
 // Time after which a text that could not be sent is sent again.
 const AGAIN = 1000;
 
+// The part in which a text differs from an older one: its place in the older text, and the words that are there now.
+function difference(old, text) {
+  const most = Math.min(old.length, text.length);
+  let [from, same] = [0, 0];
+  while (from < most && old[from] === text[from]) from += 1;
+  while (same < most - from && old[old.length - 1 - same] === text[text.length - 1 - same]) same += 1;
+  return [text.slice(from, text.length - same), from, old.length - same];
+}
+
+// Writes words in place of a part of a text as if they were typed: Ctrl-Z undoes them, and then what was typed before.
+export function type(area, words, from, to) {
+  const focused = document.activeElement;
+  area.focus({ preventScroll: true });
+  area.setSelectionRange(from, to);
+  // Obsolete, and the only way that keeps the list of edits of a text area.
+  if (!document.execCommand(words ? "insertText" : "delete", false, words)) area.setRangeText(words, from, to, "end");
+  if (focused !== area) focused?.focus({ preventScroll: true });
+}
+
 export class Editor {
   constructor({ text, marks, save, discard, state, errors }) {
     // `unsent`: the text differs from what the server has; `asked`: hash of the changed file about which the user was asked.
@@ -75,8 +94,8 @@ export class Editor {
   }
 
   // Replaces the text as an edit of the user, such as a limit that was drawn.
-  async replace(text) {
-    this.area.value = text;
+  replace(text) {
+    type(this.area, ...difference(this.area.value, text));
     this.edited(0);
   }
 
