@@ -628,8 +628,12 @@ fn edited_text_is_kept_until_it_is_saved() {
     let server = Server::start(&place.0, file);
     let before = server.get("model");
     let text = before["text"].as_str().unwrap().to_owned();
+    let post_edit = |server: &Server, text: &str, edited: &Value, base: &Value| {
+        server.post("edit", &json!({ "text": text, "edited": edited, "base": base }))
+    };
     let edit = |server: &Server, text: &str, base: &Value| {
-        assert_eq!(server.post("edit", &json!({ "text": text, "base": base })).0, 200)
+        let edited = server.get("model")["edited"].clone();
+        assert_eq!(post_edit(server, text, &edited, base).0, 200)
     };
     let tight = text.replace("at_most = 1.0", "at_most = 0.9");
     edit(&server, &tight, &before["base"]);
@@ -637,7 +641,12 @@ fn edited_text_is_kept_until_it_is_saved() {
     let now = server.get("model");
     assert_eq!((&now["is_unsaved"], now["text"].as_str()), (&json!(true), Some(&*tight)));
     assert_ne!(now["revision"], before["revision"]);
-    assert_eq!((place.read(file), place.read("impact-absorber.toml.unsaved")), (text.clone(), tight.clone()));
+    assert_eq!(place.read(file), text);
+    assert!(place.read("impact-absorber.toml.unsaved").starts_with(&tight));
+    // A page that has not seen this edit does not replace it.
+    let other = text.replace("at_most = 1.0", "at_most = 0.7");
+    assert_eq!(post_edit(&server, &other, &before["edited"], &before["base"]).0, 409);
+    assert_eq!(server.get("model")["text"], tight);
     // A wrong edit has an error at its line, and the model in force stays.
     edit(&server, &tight.replace("at_most = 0.9", "at_most ="), &before["base"]);
     let wrong = server.get("model");
@@ -647,11 +656,16 @@ fn edited_text_is_kept_until_it_is_saved() {
     edit(&server, &tight, &before["base"]);
     drop(server);
 
-    // Another session takes the text up. It cannot know which text was edited, and asks.
+    // Another session takes the text up. A file that has changed meanwhile is not replaced unasked.
+    std::fs::write(place.0.join(file), &other).unwrap();
     let server = Server::start(&place.0, file);
-    assert_eq!(server.get("model")["text"], tight);
+    let found = server.get("model");
+    assert_eq!((&found["text"], &found["has_changed"]), (&json!(tight), &json!(true)));
     assert_eq!(server.post("save", &json!({ "over": null })).0, 409);
-    edit(&server, &tight, &before["base"]);
+    drop(server);
+    std::fs::write(place.0.join(file), &text).unwrap();
+    let server = Server::start(&place.0, file);
+    assert_eq!(server.get("model")["has_changed"], false);
     assert_eq!(server.post("save", &json!({ "over": null })), (200, json!({})));
     assert_eq!(place.read(file), tight);
     assert!(!place.0.join("impact-absorber.toml.unsaved").exists());
@@ -730,6 +744,20 @@ fn the_page_steers_edits_and_draws() {
         page.text("document.querySelector('#errors button').textContent.replace('line ', '')")
     );
     page.views("file", "#text");
+    // Another page has edited the text meanwhile: it is not replaced unasked.
+    let of_other = format!("{text}# of another page\n");
+    page.value(&format!(
+        "(async () => {{ const {{ edited, base }} = await (await fetch('model')).json(); const e = document.getElementById('text'); e.value = {}; \
+         e.dispatchEvent(new Event('input')); await fetch('edit', {{ method: 'POST', headers: {{ 'content-type': 'application/json' }}, \
+         body: JSON.stringify({{ text: {}, edited, base }}) }}); return 0; }})()",
+        json!(format!("{text}# of this page\n")),
+        json!(of_other)
+    ));
+    page.wait("document.getElementById('save').textContent === 'Replace the other text'");
+    assert_eq!(server.get("model")["text"], of_other);
+    page.click("#save");
+    wait(&server, "model", "replaced", |value| value["text"].as_str().unwrap().ends_with("# of this page\n"));
+    page.wait("document.getElementById('save').textContent === 'Save'");
     type_text(&mut page, &text);
     page.wait("!document.querySelector('#errors button') && document.getElementById('save').disabled");
     page.wait(settled);
@@ -811,7 +839,7 @@ fn a_model_of_several_files_is_shown() {
     // No path leaves the folder, in the text of a page neither.
     for name in ["../outside.toml", "/etc/passwd"] {
         let text = model.replace("steel.toml", name);
-        assert_eq!(server.post("edit", &json!({ "text": text, "base": "" })).0, 200);
+        assert_eq!(server.post("edit", &json!({ "text": text, "edited": server.get("model")["edited"], "base": "" })).0, 200);
         let errors = server.get("model")["errors"].to_string();
         assert!(errors.contains("leaves the folder") && !errors.contains("root:"), "{errors}");
     }

@@ -262,11 +262,12 @@ struct Place {
     at: usize,
 }
 
-/// Edited text of the model, and the hash of the text on disk that was edited.
+/// Edited text of the model, and the hashes of the text that was edited and of the text on disk from which the edits began.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Edit {
     text: String,
+    edited: String,
     base: String,
 }
 
@@ -340,8 +341,12 @@ async fn post(shared: &Arc<Shared>, route: &str, body: &str) -> Result<Response,
             json_text(session::completions(&text, at).to_string())
         }
         "edit" => {
-            let Edit { text, base } = parsed(body)?;
-            done(session.edit(text, base))
+            let Edit { text, edited, base } = parsed(body)?;
+            match session.edit(text, &edited, base) {
+                Ok(Some(edited)) => json_text(json!({ "edited": edited }).to_string()),
+                Ok(None) => StatusCode::CONFLICT.into_response(),
+                Err(error) => done(Err(error)),
+            }
         }
         "save" => match session.save(parsed::<Save>(body)?.over.as_deref()) {
             Ok(Saved::Changed) => StatusCode::CONFLICT.into_response(),

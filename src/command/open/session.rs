@@ -24,6 +24,8 @@ use tokio::sync::watch;
 
 /// Largest size of a model file in bytes.
 const LIMIT: u64 = 2 << 20;
+/// What precedes, in the file of an edited text, the hash of the text on disk that was edited: it is the last line.
+const BASE: &str = "\n# linkwright: unsaved edit of the text with hash ";
 /// Largest number of words that are offered to complete a text.
 const OFFERED: usize = 60;
 
@@ -184,6 +186,12 @@ impl Session {
         with_files(&self.path.display().to_string(), text, self.directory.path())
     }
 
+    /// Writes an edited text, and which text on disk was edited, to the file beside the model.
+    fn write_draft(&self, Draft { text, base }: &Draft) -> anyhow::Result<()> {
+        let written = self.directory.replace(&self.unsaved(), format!("{text}{BASE}{base}\n").as_bytes(), true);
+        written.with_context(|| format!("cannot write {}", self.unsaved()))
+    }
+
     /// Name of the file with text that is not saved.
     fn unsaved(&self) -> String {
         format!("{}.unsaved", self.name)
@@ -194,10 +202,11 @@ impl Session {
         let cannot = || format!("cannot read {}", self.directory.path().join(self.unsaved()).display());
         let Some(bytes) = self.directory.read(&self.unsaved(), LIMIT).with_context(cannot)? else { return Ok(()) };
         let text = String::from_utf8(bytes).with_context(cannot)?;
+        // Without its last line it is not known which text was edited: saving asks before it replaces the file.
+        let (text, base) = text.rsplit_once(BASE).unwrap_or((text.as_str(), ""));
         let mut project = self.project();
         if text != project.disk {
-            // Which text was edited is not known: saving asks before it replaces the file.
-            project.draft = Some(Draft { text, base: String::new() });
+            project.draft = Some(Draft { text: text.to_owned(), base: base.trim_end().to_owned() });
         }
         Ok(())
     }
@@ -220,17 +229,23 @@ impl Session {
         self.news.send_modify(|number| *number += 1);
     }
 
-    /// Keeps an edited text beside the file until it is saved; `base` is the hash of the text on disk that was edited.
-    pub fn edit(&self, text: String, base: String) -> anyhow::Result<()> {
+    /// Keeps an edited text beside the file until it is saved. `edited` is the hash of the text that was edited, and `base` that of the text
+    /// on disk from which the edits began. Returns the hash of the text, or `None` if it would replace an edit of another page.
+    pub fn edit(&self, text: String, edited: &str, base: String) -> anyhow::Result<Option<String>> {
         let mut project = self.project();
-        if text == project.disk {
-            return self.discard_of(&mut project);
+        if project.draft.as_ref().is_some_and(|draft| draft.text != text && hash(&draft.text) != edited) {
+            return Ok(None);
         }
-        let written = self.directory.replace(&self.unsaved(), text.as_bytes(), true);
-        written.with_context(|| format!("cannot write {}", self.unsaved()))?;
-        project.draft = Some(Draft { text, base });
-        self.update(&mut project);
-        Ok(())
+        let kept = hash(&text);
+        if text == project.disk {
+            self.discard_of(&mut project)?;
+        } else {
+            let draft = Draft { text, base };
+            self.write_draft(&draft)?;
+            project.draft = Some(draft);
+            self.update(&mut project);
+        }
+        Ok(Some(kept))
     }
 
     /// Drops the edited text.
@@ -316,12 +331,14 @@ impl Session {
     pub fn model(&self) -> Value {
         let project = self.project();
         let errors = project.errors.as_ref().map_or_else(Vec::new, diagnostics);
+        let text = project.draft.as_ref().map_or(&project.disk, |draft| &draft.text);
         json!({
             "file": self.name,
             "revision": project.revision,
             "news": *self.news.borrow(),
             "model": project.model,
-            "text": project.draft.as_ref().map_or(&project.disk, |draft| &draft.text),
+            "text": text,
+            "edited": hash(text),
             "base": project.draft.as_ref().map_or_else(|| hash(&project.disk), |draft| draft.base.clone()),
             "found": project.found,
             "failure": project.failure,

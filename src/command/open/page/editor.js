@@ -28,8 +28,9 @@ export function type(area, words, from, to) {
 
 export class Editor {
   constructor({ text, marks, save, discard, state, errors }) {
-    // `unsent`: the text differs from what the server has; `asked`: hash of the changed file about which the user was asked.
-    Object.assign(this, { area: text, marks, save, discard, state, errors, timer: 0, hash: "", unsent: false, asked: null });
+    // `base`, `known`: hashes of the text on disk and of the text of the server that are edited here; `unsent`: the text differs from that
+    // of the server; `asked`: hash of the changed file about which the user was asked; `other`: that of the text of another page, likewise.
+    Object.assign(this, { area: text, marks, save, discard, state, errors, timer: 0, base: "", known: "", unsent: false, asked: null, other: null, last: Promise.resolve() });
     text.addEventListener("input", () => this.edited(REST));
     text.addEventListener("scroll", () => { marks.scrollTop = text.scrollTop; });
     text.addEventListener("keydown", (event) => {
@@ -37,9 +38,10 @@ export class Editor {
     });
     save.addEventListener("click", () => this.write());
     discard.addEventListener("click", async () => {
-      if (!(await this.post("discard", {}))) return;
+      // The text of the other page stays.
+      if (this.other === null && !(await this.post("discard", {}))) return;
       clearTimeout(this.timer);
-      this.unsent = false;
+      [this.unsent, this.other] = [false, null];
       this.area.blur();
       this.show(await server.model());
     });
@@ -69,18 +71,38 @@ export class Editor {
     this.timer = setTimeout(() => this.send(), rest);
   }
 
-  // Returns whether the server has the text; otherwise it is sent again later.
-  async send() {
+  // Returns whether the server has the text; otherwise it is sent again later. One text is sent after the other, because each names the
+  // one before it.
+  send() {
     clearTimeout(this.timer);
+    const next = () => this.sendNow();
+    this.last = this.last.then(next, next);
+    return this.last;
+  }
+
+  async sendNow() {
     const text = this.area.value;
-    const is_done = Boolean(await this.post("edit", { text, base: this.hash }));
-    if (this.area.value === text) this.unsent = !is_done;
-    if (!is_done) this.edited(AGAIN);
-    return is_done;
+    try {
+      const answer = await this.post("edit", { text, edited: this.known, base: this.base });
+      if (answer) [this.known, this.other] = [answer.edited, null];
+      if (this.area.value === text) this.unsent = !answer;
+      if (!answer) this.edited(AGAIN);
+      return Boolean(answer);
+    } catch {
+      // Another page has edited the text. Which one stays is for the user to say.
+      const answer = await server.model();
+      this.other = answer.edited;
+      this.state.textContent = "not sent: another page has edited the text. Replace its text, or show it in place of this one.";
+      this.show(answer);
+      return false;
+    }
   }
 
   async write() {
-    if (!(await this.send())) return;
+    const replaces = this.other !== null;
+    if (replaces) this.known = this.other;
+    // What has been replaced can be looked at before it is saved.
+    if (!(await this.send()) || replaces) return;
     let has_changed = false;
     try {
       if (!(await this.post("save", { over: this.asked }))) return;
@@ -103,14 +125,16 @@ export class Editor {
   show(answer) {
     // Text that is not sent yet was edited from the text before.
     if (!this.unsent) {
-      this.hash = answer.base;
-      if (this.area.value !== answer.text) this.area.value = answer.text;
+      [this.base, this.known] = [answer.base, answer.edited];
+      // The caret stays where it is.
+      if (this.area.value !== answer.text) this.area.setRangeText(...difference(this.area.value, answer.text), "preserve");
       this.save.disabled = this.discard.disabled = !answer.is_unsaved;
       this.state.textContent = this.words(answer);
     }
     // The question is about the file that was found then.
     if (!answer.is_unsaved || answer.found !== this.asked) this.asked = null;
-    this.save.textContent = this.asked === null ? "Save" : "Replace the changed file";
+    this.save.textContent = this.other !== null ? "Replace the other text" : this.asked === null ? "Save" : "Replace the changed file";
+    this.discard.textContent = this.other === null ? "Discard" : "Show the other text";
     this.lines = new Set(answer.errors.map((e) => e.line));
     this.number();
     this.errors.replaceChildren(...answer.errors.map((e) => {
@@ -134,6 +158,7 @@ export class Editor {
     if (answer.failure) return `${answer.failure}. Save writes the text to ${answer.file}.`;
     if (!answer.is_unsaved) return "saved";
     if (!answer.has_changed) return kept;
+    if (!answer.base) return `${kept} by an earlier version; the file may have changed since`;
     return this.asked !== null && answer.found === this.asked ? "The file has changed on disk. Saving again replaces it; Discard shows the file."
       : `${kept}; the file has changed on disk`;
   }
