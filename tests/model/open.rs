@@ -578,6 +578,15 @@ fn a_run_is_steered_and_goes_on_after_a_kill() {
     act(json!({ "action": "set", "key": "constraint.travel.at_most", "value": "2" }));
     let fault = wait(&server, "run", "refused key", |value| value["run"]["fault"].is_string());
     assert!(fault["run"]["fault"].as_str().unwrap().contains("only bounds and the method"));
+    // That the file states another problem is told; start values, bounds and the method are those of the run.
+    let text = place.read("absorber.toml");
+    let write = |text: &str| std::fs::write(place.0.join("absorber.toml"), text).unwrap();
+    write(&text.replace("at_most = 1.0", "at_most = 0.9").replacen("start = 1.0", "start = 0.9", 1));
+    let differing = wait(&server, "run", "another problem", |value| value["differing"] != json!([]));
+    assert_eq!(differing["differing"].as_array().unwrap().len(), 1, "{differing}");
+    assert!(differing["differing"][0].as_str().unwrap().contains("at_most"), "{differing}");
+    write(&text);
+    wait(&server, "run", "the problem of the run", |value| value["differing"] == json!([]));
     act(json!({ "action": "set", "key": "design.k.upper", "value": "1e-5" }));
     let fault = wait(&server, "run", "refused bound", |value| {
         value["run"]["fault"].as_str().is_some_and(|f| !f.contains("only bounds"))

@@ -303,9 +303,11 @@ impl Session {
         self.rival.act(action, &self.path, "");
     }
 
-    /// The optimization and its rival.
+    /// The optimization and its rival, and the settings of the model in force that state another problem than that of the run.
     pub fn run(&self) -> Value {
-        json!({ "run": self.optimization.record(), "rival": self.rival.record() })
+        let text = self.project().text.clone();
+        let differing = self.optimization.begin().map(|(of_run, _)| stored::other_settings(&of_run, &text));
+        json!({ "run": self.optimization.record(), "rival": self.rival.record(), "differing": differing.unwrap_or_default() })
     }
 
     /// The stored runs and studies of the model in force. Reads many files.

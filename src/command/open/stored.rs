@@ -1,13 +1,12 @@
 //! Stored runs and studies of the model of a session, as pages show them.
 
 use super::super::output::results;
-use super::super::run_directory::RunDirectory;
+use super::super::run_directory::{Change, RunDirectory, changes};
 use super::super::run_entry::{self, RunEntry};
 use super::super::runs::RunComparison;
 use super::super::study::stored_study;
 use super::cycles::cycles;
 use anyhow::{Context, ensure};
-use linkwright::model_file::settings;
 use linkwright::storage::Directory;
 use serde_json::{Value, json};
 
@@ -99,14 +98,16 @@ pub fn study(name: &str, variables: &[String]) -> anyhow::Result<Value> {
 
 /// True if two texts have the same settings but for start values, bounds, title and method: their runs can be compared.
 fn same_but_start(one: &str, other: &str) -> bool {
-    let of = |text: &str| {
-        let all = settings("", text).unwrap_or_default().into_iter();
-        let is_free = |key: &String| {
-            let is_variable =
-                key.starts_with("design.") && [".start", ".lower", ".upper"].iter().any(|end| key.ends_with(end));
-            is_variable || key.starts_with("method.") || key == "title"
-        };
-        all.filter(|(key, _)| !is_free(key)).collect::<Vec<_>>()
-    };
-    of(one) == of(other)
+    changes(one, other).is_ok_and(|all| all.iter().all(is_free))
+}
+
+/// The settings, in words, with which `after` states another problem than `before`. Start values, bounds, title and method do not.
+pub fn other_settings(before: &str, after: &str) -> Vec<String> {
+    let all = changes(before, after).unwrap_or_default().into_iter();
+    all.filter(|change| !is_free(change)).map(|change| change.to_string()).collect()
+}
+
+/// True for settings in which two runs of one problem can differ.
+fn is_free(change: &Change) -> bool {
+    change.may_be_edited() || (change.key.starts_with("design.") && change.key.ends_with(".start"))
 }

@@ -68,7 +68,7 @@ export class Run {
 
   // Reads the run; called after each change on the server. `revision` is that of the model.
   async update(revision) {
-    const { run, rival } = await server.get("run");
+    const { run, rival, differing } = await server.get("run");
     this.record = run;
     const find = (id) => this.place.querySelector(id);
     const is_there = Boolean(run?.cycles);
@@ -82,6 +82,9 @@ export class Run {
     const fault = find("#run-fault");
     fault.hidden = !run?.fault;
     fault.textContent = run?.fault ?? "";
+    const other = find("#run-differing");
+    other.hidden = !is_there || differing.length === 0;
+    other.textContent = `The run goes on with the problem with which it began. The model differs: ${readable(differing.join("; "))}. Begin here starts a run of the model at the design on the sliders.`;
     const last = is_there ? run.cycles[run.cycles.length - 1] : null;
     this.race.update(run, rival);
     const either = (wanted) => status === wanted || rival?.status === wanted;
