@@ -513,6 +513,16 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
     std::fs::write(place.0.join("shaper.toml"), &text).unwrap();
     page.wait("document.getElementById('fault').hidden");
 
+    // After an edit of the model, the pinned design is analysed anew.
+    let pinned = "[...document.querySelectorAll('#pins tbody td.number')].map((e) => e.textContent).join(' ')";
+    let old = page.text(pinned);
+    std::fs::write(place.0.join("shaper.toml"), text.replacen("at_least = 0.4\n", "at_least = 0.5\n", 1)).unwrap();
+    page.wait(&format!("{pinned} !== {old:?} && !{pinned}.includes('–')"));
+    assert_eq!(page.text(pinned).split(' ').next(), old.split(' ').next());
+    std::fs::write(place.0.join("shaper.toml"), &text).unwrap();
+    page.wait(&format!("{pinned} === {old:?}"));
+    page.wait(settled);
+
     page.value("document.querySelector('#sliders input[type=range]').focus()");
     page.views("play", "body");
 }

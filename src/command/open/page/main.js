@@ -327,8 +327,26 @@ const PIN_NAMES = ["A", "B", "C", "D"];
 function pin(record, name = "") {
   const free = [0, 1, 2, 3].find((slot) => !pins.some((one) => one.slot === slot));
   if (!record || free === undefined || pins.length >= PINS) return;
-  pins.push({ slot: free, record, name });
+  pins.push({ slot: free, design: record.design, record, name });
   showPins();
+}
+
+// Analyses the pinned designs anew after an edit of the model. `before` has the variables of the edited model; a new variable has its start
+// value. A design that cannot be analysed stays, without numbers.
+async function renewPins(before) {
+  const mine = revision;
+  pins = pins.map((one) => ({ ...one, record: null, fault: null, design: model.variables.map(({ name, start }) => {
+    const k = before.findIndex((old) => old.name === name);
+    return k >= 0 ? one.design[k] : start;
+  }) }));
+  showPins();
+  for (const one of [...pins]) {
+    const record = await server.analyzeBeside(mine, one.design).catch((error) => ({ error: error.message }));
+    // The next model does the same.
+    if (mine !== revision) return;
+    if (record.error) one.fault = record.error; else one.record = record;
+    showPins();
+  }
 }
 
 // Analyses a design beside that of the sliders, and pins it.
@@ -343,10 +361,11 @@ function showPins() {
   by("pin").disabled = pins.length >= PINS;
   [0, 1, 2, 3].forEach((slot) => {
     const one = pins.find((p) => p.slot === slot);
-    const motion = one?.record.motion;
+    const record = one?.record;
+    const motion = record?.motion;
     mechanism.set(`pin-${slot}`, motion?.parts, motion ? (frame) => motion.frames[frame] : null, `overlay pin-${slot}`);
     plots.forEach(({ plot, output, constraint }) => {
-      plot.set(`pin-${slot}`, `pinned pin-${slot}`, null, one && (output === undefined ? one.record.constraints[constraint].values : one.record.outputs[output]));
+      plot.set(`pin-${slot}`, `pinned pin-${slot}`, null, record && (output === undefined ? record.constraints[constraint].values : record.outputs[output]));
     });
   });
   plots.forEach(({ plot }) => plot.draw());
@@ -355,13 +374,13 @@ function showPins() {
   const heads = ["", ...model.variables.map((v) => named(v.name, v.unit)), ...(model.objective ? [named(model.objective.name, model.objective.unit)] : []), ...model.constraints.map(limit), ""];
   const head = make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col", text }))));
   const rows = pins.map((one) => {
-    const { record, slot } = one;
-    const numbers = [...record.design, ...(model.objective ? [record.objective] : []), ...record.constraints.map((c) => c.margin)];
+    const { record, slot, fault } = one;
+    const numbers = [...one.design, ...(model.objective ? [record?.objective] : []), ...model.constraints.map((_, j) => record?.constraints[j].margin)];
     const go = make("button", { type: "button", text: "Show" });
-    go.addEventListener("click", () => moveTo(record.design));
+    go.addEventListener("click", () => moveTo(one.design));
     const remove = make("button", { type: "button", text: "Remove", "aria-label": `Remove design ${PIN_NAMES[slot]}` });
     remove.addEventListener("click", () => { pins = pins.filter((p) => p !== one); showPins(); });
-    return make("tr", { class: `pin-${slot}` }, make("th", { scope: "row" }, make("span", { class: "swatch" }), [PIN_NAMES[slot], one.name].filter(Boolean).join(" ")),
+    return make("tr", { class: `pin-${slot}`, title: fault ?? "" }, make("th", { scope: "row" }, make("span", { class: "swatch" }), [PIN_NAMES[slot], one.name, fault && "(no analysis)"].filter(Boolean).join(" ")),
       ...numbers.map((v) => make("td", { class: "number", text: short(v) })), make("td", {}, go, remove));
   });
   by("pins").replaceChildren(head, make("tbody", {}, ...rows));
@@ -412,17 +431,18 @@ async function load() {
       const value = k >= 0 ? design[k] : variable.start;
       return Math.min(Math.max(value, variable.lower ?? -Infinity), variable.upper ?? Infinity);
     });
-    [shown, base, prediction, pins, chosen, of_run] = [null, null, null, [], null, null];
+    [shown, base, prediction, of_run] = [null, null, null, null];
     answered = 0;
     mechanism.groups.forEach((_, key) => mechanism.set(key, null, null));
     if (model.drawing_times) mechanism.begin(model.drawing_times, model.time.name, model.time.unit);
     by("picture").hidden = !model.drawing_times;
     buildSliders();
+    choose(null);
     buildPlots();
-    by("pinned").hidden = true;
     if (model.objective) run.objective(model.objective);
     by("numbers").hidden = by("moves").hidden = by("run").hidden = !model.objective;
     changed();
+    if (before) renewPins(before.variables);
   }
   editor.show(answer);
   fault("file", answer.failure || report || model?.fault);
