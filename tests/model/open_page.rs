@@ -45,13 +45,18 @@ fn a_dragged_point_stays_at_the_pointer() {
     let top = "[document.getElementById('stage').getBoundingClientRect().top]";
     let [x, y] = numbers(&mut page, joint);
     let [before] = numbers(&mut page, top);
+    let designs = "[...document.querySelectorAll('#sliders input[type=range]')].map((e) => e.value).join(' ')";
+    let start = page.text(designs);
     page.mouse("mousePressed", [x, y]);
     for far in [4.0, 8.0, 12.0, 16.0, 20.0, 24.0] {
         page.mouse("mouseMoved", [x + far, y]);
         std::thread::sleep(std::time::Duration::from_millis(100));
     }
     page.wait(&format!("(([u, v]) => Math.hypot(u - {}, v - {y}) < 2)({joint})", x + 24.0));
-    page.mouse("mouseReleased", [x + 24.0, y]);
+    // Back where it was pressed, the design is the one that was there.
+    page.mouse("mouseMoved", [x, y]);
+    page.wait(&format!("{designs} === {start:?}"));
+    page.mouse("mouseReleased", [x, y]);
 
     // Far beyond what the mechanism can do, the page stays in place.
     page.click("#reset");

@@ -48,7 +48,7 @@ function status(word, kind, note = "") {
 
 // Errors of the file, and of the present design; each stays until its own reason is gone. Those of the design lie over the end of the
 // window: nothing moves under the pointer that drags a slider or a point.
-const places = { file: "fault", design: "design-fault" };
+const places = { file: "fault", design: "design-fault", drag: "drag-note" };
 function fault(kind, text) {
   const place = by(places[kind]);
   place.hidden = !text;
@@ -410,10 +410,11 @@ new Completer(by("text"), by("words"), () => editor.edited(0));
 
 const follow = draggable(mechanism, () => ({
   base,
+  design,
   ranges: model.variables.map((_, k) => range(k)[1] - range(k)[0]),
   lower: model.variables.map((_, k) => bounds(k).lower ?? -Infinity),
   upper: model.variables.map((_, k) => bounds(k).upper ?? Infinity),
-}), moveTo);
+}), moveTo, (text) => fault("drag", text));
 
 async function load() {
   const answer = await server.model();

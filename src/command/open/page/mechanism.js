@@ -200,6 +200,12 @@ export class Mechanism {
     if (leaves) this.fit();
   }
 
+  // Size of the mechanism and its motion in m.
+  size() {
+    const { x, y } = this.window;
+    return Math.max(x[1] - x[0], y[1] - y[0]);
+  }
+
   place(x, y) {
     return [WIDTH / 2 + this.scale * (x - this.middle[0]), this.height / 2 - this.scale * (y - this.middle[1])];
   }

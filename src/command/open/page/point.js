@@ -1,4 +1,4 @@
-// Drags a point of the mechanism: the least change of the design variables that moves the point to the pointer.
+// Drags a point of the mechanism: the least change of the design variables that moves the point as far as the pointer.
 //
 // Minimizes |J Δ − d|² + ε Σ (Δ_k / s_k)², with J = ∂x/∂b of the point at the frame of the picture, d the distance of the target from the
 // point of the differentiated design, and s_k the range of variable k. A variable beyond its bound is set to it, and the others are computed
@@ -11,6 +11,9 @@ const EPSILON = 1e-6;
 // Least step, relative to the range, that is worth an analysis; largest number of corrections while the pointer rests.
 const LEAST = 1e-4;
 const CORRECTIONS = 8;
+// A variable that moves the point by less than this part of the view over its whole range, which is less than a pixel, does not move it:
+// its derivative is zero or rounding.
+const SEEN = 1e-3;
 // Reach of the pointer in pixels.
 const REACH = 24;
 
@@ -40,8 +43,9 @@ export function leastSquares(columns, ranges, distance, low, high) {
   return step;
 }
 
-// `at()` gives { base, ranges, lower, upper }; `propose(design)` shows a design. Returns a function to call after new derivatives.
-export function draggable(mechanism, at, propose) {
+// `at()` gives { base, design, ranges, lower, upper }; `propose(design)` shows a design; `tell(text)` says why none is proposed, null for
+// no reason. Returns a function to call after new derivatives.
+export function draggable(mechanism, at, propose, tell) {
   const { svg } = mechanism;
   let held = null;
   const nearest = (event) => {
@@ -61,17 +65,28 @@ export function draggable(mechanism, at, propose) {
   const hold = (point) => {
     held = point;
     mechanism.hold(point !== null);
+    tell(null);
+  };
+  // The design that moves the point by the derivatives; null if no variable moves it. A pointer that is back where it was pressed wants the
+  // design that was there, whatever has been analysed on the way.
+  const wanted = ({ base, ranges, lower, upper }) => {
+    const { i, frame, pointer, pressed, target, design } = held;
+    if (Math.hypot(pointer[0] - pressed[0], pointer[1] - pressed[1]) < 1) return design;
+    const numbers = base.motion.frames[frame];
+    const [from, to] = [pressed, pointer].map((place) => mechanism.unplace(...place));
+    const columns = base.derivatives.motion.map((rows) => [rows[frame][i], rows[frame][i + 1]])
+      .map((column, k) => (Math.hypot(...column) * ranges[k] < SEEN * mechanism.size() ? [0, 0] : column));
+    if (columns.every(([u, v]) => u === 0 && v === 0)) return null;
+    const distance = [0, 1].map((axis) => target[axis] + to[axis] - from[axis] - numbers[i + axis]);
+    const step = leastSquares(columns, ranges, distance, base.design.map((b, k) => lower[k] - b), base.design.map((b, k) => upper[k] - b));
+    return base.design.map((b, k) => b + step[k]);
   };
   const follow = () => {
-    const { base, ranges, lower, upper } = at();
-    const { i, frame, pointer } = held;
-    if (!base?.derivatives?.motion) return;
-    const numbers = base.motion.frames[frame];
-    const target = mechanism.unplace(...pointer);
-    const columns = base.derivatives.motion.map((rows) => [rows[frame][i], rows[frame][i + 1]]);
-    const step = leastSquares(columns, ranges, [target[0] - numbers[i], target[1] - numbers[i + 1]],
-      base.design.map((b, k) => lower[k] - b), base.design.map((b, k) => upper[k] - b));
-    if (step.some((size, k) => Math.abs(size) > LEAST * ranges[k])) propose(base.design.map((b, k) => b + step[k]));
+    const now = at();
+    if (!now.base?.derivatives?.motion) return;
+    const next = wanted(now);
+    tell(next ? null : "no variable moves this point at this time");
+    if (next?.some((value, k) => Math.abs(value - now.design[k]) > LEAST * now.ranges[k])) propose(next);
   };
   svg.addEventListener("pointerdown", (event) => {
     const i = nearest(event);
@@ -79,7 +94,9 @@ export function draggable(mechanism, at, propose) {
     event.preventDefault();
     mechanism.play(false);
     svg.setPointerCapture(event.pointerId);
-    hold({ i, frame: mechanism.frame, pointer: null, corrections: 0 });
+    const { base, design } = at();
+    const numbers = base.motion.frames[mechanism.frame];
+    hold({ i, frame: mechanism.frame, pressed: [event.clientX, event.clientY], target: [numbers[i], numbers[i + 1]], design: [...design], pointer: null, corrections: 0 });
   });
   svg.addEventListener("pointermove", (event) => {
     if (!held) { svg.style.cursor = nearest(event) === null ? "" : "grab"; return; }
