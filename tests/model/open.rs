@@ -460,6 +460,7 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
     let read = |page: &mut Page| -> Vec<f64> { serde_json::from_value(page.value(margins)).unwrap() };
     let before = read(&mut page);
     assert!(!before.is_empty());
+    let height = page.value("document.documentElement.scrollHeight");
 
     // The mechanism moves by itself, and the keyboard steps it.
     let frame = page.text("document.querySelector('#stage svg').dataset.frame");
@@ -478,6 +479,8 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
     page.mouse("mouseMoved", [thumb[0] + 12.0, thumb[1]]);
     page.wait("document.querySelector('.margin[data-predicted]')");
     assert!(page.text("document.getElementById('legend').textContent").contains("approximation"));
+    assert!(page.text("document.querySelector('.margin[data-predicted] output').textContent").contains('≈'));
+    assert_eq!(page.value("document.documentElement.scrollHeight"), height);
     page.mouse("mouseReleased", [thumb[0] + 12.0, thumb[1]]);
     let moved = page.value(value).as_f64().unwrap();
     assert_ne!(moved, old);
@@ -497,7 +500,8 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
 
     // What the variable moves, with the keyboard; a pinned design stays in the table.
     page.value("document.querySelector('#sliders input[type=range]').focus()");
-    page.wait("document.querySelectorAll('#bars .bar').length > 0 && document.querySelector('#stage .arrows path')");
+    page.wait("document.querySelectorAll('.margin .track u').length > 0 && document.querySelector('#stage .arrows path')");
+    assert_eq!(page.value("document.documentElement.scrollHeight"), height);
     page.click("#pin");
     assert_eq!(page.value("document.querySelectorAll('#pins tbody tr').length"), 1);
     page.click("#reset");

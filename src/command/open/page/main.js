@@ -251,7 +251,7 @@ function showPrediction() {
   const motion = prediction && base?.derivatives.motion && base.motion;
   const at = [...design];
   mechanism.set("predicted", motion?.parts, motion ? (frame) => predictFrame(base, at, frame) : null);
-  by("legend").textContent = prediction ? "dashed: linear approximation from the derivatives; solid: analysed" : "";
+  by("legend").textContent = prediction ? "dashed: approximation; solid: analysed" : "";
   plots.forEach(({ plot, output, constraint }) => {
     const rows = prediction && (output === undefined ? prediction.constraints[constraint] : prediction.outputs[output]);
     plot.set("predicted", "predicted", rows?.points, rows?.values);
@@ -264,11 +264,12 @@ function showPrediction() {
 
 function showNumbers() {
   if (!shown) return;
+  const { step, of } = moved();
   if (model.objective) {
     const { name, unit, goal } = model.objective;
-    const remark = prediction ? `approximation: ${withUnit(prediction.objective, unit)}` : "\u00a0";
     by("objective").replaceChildren(make("div", {}, make("dt", { text: `${name}, ${goal}` }),
-      make("dd", { id: "objective-value", text: withUnit(shown.objective, unit) }), make("dd", { class: "remark", text: remark })));
+      make("dd", { id: "objective-value", text: withUnit(shown.objective, unit) }),
+      make("dd", { class: "remark" }, changes(make("span", { class: "track" }), of.get(null), step, prediction?.objective, unit))));
   }
   by("margins").replaceChildren(...model.constraints.map((constraint, j) => {
     const { name, unit, relation } = constraint;
@@ -279,7 +280,7 @@ function showNumbers() {
     const part = (m) => 50 * Math.max(-1, Math.min(1, m / size));
     const bar = make("i", now.margin < 0 ? { class: "over" } : {});
     Object.assign(bar.style, now.margin < 0 ? { left: `${50 + part(now.margin)}%`, width: `${-part(now.margin)}%` } : { width: `${part(now.margin)}%` });
-    const track = make("div", { class: "track" }, bar);
+    const track = make("span", { class: "track" }, bar);
     if (predicted !== undefined) {
       const mark = make("b", { title: "approximation" });
       mark.style.left = `${50 + part(predicted)}%`;
@@ -287,11 +288,25 @@ function showNumbers() {
     }
     const kind = { violated: "bad", active: "fair", satisfied: "good" }[now.status];
     const when = now.time === null || !model.time ? "" : ` at ${model.time.name} ${withUnit(now.time, model.time.unit)}`;
-    const guess = predicted === undefined ? "" : `, approximation ${short(predicted)}`;
     return make("div", { class: "margin", "data-constraint": name, "data-margin": now.margin, ...(predicted === undefined ? {} : { "data-predicted": predicted }) },
       make("header", {}, make("span", { text: `${name} ${relation} ${withUnit(now.limit, unit)}` }), make("span", { class: `pill ${kind}`, text: now.status })),
-      track, make("p", { text: `margin ${withUnit(now.margin, unit)}${when}${guess}` }));
+      changes(track, of.get(j), step, predicted, unit), make("p", { text: `margin ${withUnit(now.margin, unit)}${when}` }));
   }));
+}
+
+// A track with a bar of what the chosen variable moves, and the number of the approximation or, without one, of the bar. Their place is
+// there without them, too, so that nothing moves under the pointer.
+function changes(track, effect, step, predicted, unit) {
+  const number = make("output");
+  if (effect) {
+    const bar = make("u");
+    Object.assign(bar.style, effect.part < 0 ? { left: `${50 + effect.part}%`, width: `${-effect.part}%` } : { width: `${effect.part}%` });
+    track.append(bar);
+    number.textContent = `${effect.slope * step > 0 ? "+" : ""}${withUnit(effect.slope * step, unit)}`;
+  }
+  if (predicted !== undefined && predicted !== null) number.textContent = `≈ ${withUnit(predicted, unit)}`;
+  number.title = number.textContent;
+  return make("span", { class: "changes" }, track, number);
 }
 
 // ---- What a variable moves
@@ -300,25 +315,22 @@ let chosen = null;
 function choose(k) {
   chosen = k;
   controls.forEach(({ row }, i) => row.classList.toggle("chosen", i === k));
-  by("moves-hint").hidden = k !== null && base !== null;
-  if (k === null || !base?.derivatives) {
-    by("bars").replaceChildren();
-    return mechanism.arrows(null, null, 0);
-  }
-  const variable = model.variables[k];
-  const [low, high] = range(k);
-  const step = (high - low) / 100;
-  const all = effects(base, k, model);
-  const most = Math.max(...all.map(({ slope, size }) => Math.abs(slope * step) / (size || 1)), 1e-300);
-  const rows = all.map(({ name, unit, slope, size }) => {
-    const part = (50 * slope * step) / (size || 1) / most;
-    const bar = make("i");
-    Object.assign(bar.style, part < 0 ? { left: `${50 + part}%`, width: `${-part}%` } : { width: `${part}%` });
-    return make("div", { class: "bar" }, make("span", { text: name }), make("div", { class: "track" }, bar), make("output", { text: `${slope > 0 ? "+" : ""}${withUnit(slope * step, unit)}` }));
-  });
-  by("bars").replaceChildren(make("p", { text: `${variable.name} + ${withUnit(step, variable.unit)}, a hundredth of its range, moves the objective and the margins by:` }), ...rows);
-  const motion = base.derivatives.motion;
-  mechanism.arrows(base.motion?.parts, motion ? (frame) => motion[k][frame] : null, 5 * step);
+  showNumbers();
+  const { step } = moved();
+  const motion = step ? base.derivatives.motion : null;
+  mechanism.arrows(base?.motion?.parts, motion ? (frame) => motion[k][frame] : null, 5 * step);
+  by("moves").textContent = step ? `${model.variables[k].name} + ${withUnit(step, model.variables[k].unit)}, a hundredth of its range, moves them by:`
+    : "Point at a variable, or move to it with the keyboard, to see what it moves.";
+}
+
+// A hundredth of the range of the chosen variable, and what it moves: by constraint, and under null the objective. Bars are relative to
+// the size of each, the longest one has 50 %.
+function moved() {
+  if (chosen === null || !base?.derivatives) return { step: 0, of: new Map() };
+  const [low, high] = range(chosen);
+  const all = effects(base, chosen, model);
+  const most = Math.max(...all.map(({ slope, size }) => Math.abs(slope) / (size || 1)), 1e-300);
+  return { step: (high - low) / 100, of: new Map(all.map((one) => [one.constraint, { ...one, part: (50 * one.slope) / (one.size || 1) / most }])) };
 }
 
 // ---- Pinned designs
@@ -441,7 +453,7 @@ async function load() {
     choose(null);
     buildPlots();
     if (model.objective) run.objective(model.objective);
-    by("numbers").hidden = by("moves").hidden = by("run").hidden = !model.objective;
+    by("numbers").hidden = by("run").hidden = !model.objective;
     changed();
     if (before) renewPins(before.variables);
   }

@@ -96,7 +96,7 @@ export class Mechanism {
 
   // The times of the frames, with their name and unit.
   begin(times, name, unit) {
-    Object.assign(this, { times, name, unit, window: null, time: times[0] });
+    Object.assign(this, { times, name, unit, window: null, height: null, time: times[0] });
     this.slider.max = times.length - 1;
     this.seconds = Math.min(Math.max(times[times.length - 1] - times[0], 2), 12);
     this.show(0);
@@ -153,7 +153,7 @@ export class Mechanism {
     this.draw(this.groups.get(key));
   }
 
-  // Fits the view to the motion of the analysed design. It stays while a variable is dragged, unless the mechanism leaves it.
+  // Fits the view to the motion of the analysed design; its height is that of the first design of a model. It stays while a variable is dragged, unless the mechanism leaves it.
   fit() {
     const group = this.groups.get("analysed");
     if (!group || !this.times) return;
@@ -174,7 +174,7 @@ export class Mechanism {
     const pad = 0.03 * size;
     this.window = { x: [low[0] - pad, high[0] + pad], y: [low[1] - pad, high[1] + pad] };
     const [width, height] = [high[0] - low[0] + 2 * pad, high[1] - low[1] + 2 * pad];
-    this.height = WIDTH / Math.min(Math.max(width / height, 1.1), 2.6);
+    this.height ??= WIDTH / Math.min(Math.max(width / height, 1.1), 2.6);
     this.scale = Math.min((WIDTH - 2 * MARGIN) / width, (this.height - 2 * MARGIN) / height);
     this.middle = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
     this.svg.setAttribute("viewBox", `0 0 ${WIDTH} ${this.height.toFixed(0)}`);

@@ -1,7 +1,5 @@
 // Linear approximations at a design near one that was analysed and differentiated: r(b) ≈ r(b₀) + Σ ∂r/∂b_k (b_k − b₀_k).
 
-import { short } from "./plots.js";
-
 // Relative rounding error of an analysis.
 const ROUNDING = 1e-12;
 
@@ -40,25 +38,25 @@ export function predictFrame(base, design, frame) {
   return base.motion.frames[frame].map((value, i) => by.reduce((sum, rows, k) => sum + rows[frame][i] * step[k], value));
 }
 
-// Derivatives of objective and margins with respect to variable k, where each margin is smallest. What is below the rounding of the values
+// Derivatives of the objective (`constraint` is null) and of the margins with respect to variable k, where each margin is smallest. What is below the rounding of the values
 // over a step of the variable's size counts as zero.
 export function effects(base, k, model) {
   const { derivatives } = base;
   const all = [];
   const largest = (rows) => rows.values.reduce((best, v, i) => (best < 0 || v > rows.values[best] ? i : best), -1);
-  if (derivatives.objective) all.push({ name: model.objective.name, unit: model.objective.unit, slope: derivatives.objective[k], size: Math.abs(base.objective) });
+  if (derivatives.objective) all.push({ constraint: null, slope: derivatives.objective[k], size: Math.abs(base.objective) });
   const peak = derivatives.peak.filter((rows) => rows.values.length).map((rows) => ({ rows, i: largest(rows) }))
     .sort((a, b) => b.rows.values[b.i] - a.rows.values[a.i])[0];
-  if (peak) all.push({ name: model.objective.name, unit: model.objective.unit, slope: peak.rows.by[k][peak.i], size: Math.abs(base.objective) });
+  if (peak) all.push({ constraint: null, slope: peak.rows.by[k][peak.i], size: Math.abs(base.objective) });
   derivatives.constraints.forEach((rows, j) => {
-    const { name, unit, relation } = model.constraints[j];
+    const { relation } = model.constraints[j];
     const { limit } = base.constraints[j];
     const margins = rows.values.map((v) => margin(relation, limit, [v]));
     const i = margins.indexOf(Math.min(...margins));
     if (i < 0) return;
     const sign = relation === "≥" ? 1 : relation === "≤" ? -1 : -Math.sign(rows.values[i] - limit);
     const size = Math.max(Math.abs(limit), ...rows.values.map(Math.abs));
-    all.push({ name: `${name} ${relation} ${short(limit)}`, unit, slope: sign * rows.by[k][i], size });
+    all.push({ constraint: j, slope: sign * rows.by[k][i], size });
   });
   const change = Math.abs(base.design[k]) || 1;
   return all.map((one) => (Math.abs(one.slope) * change < ROUNDING * one.size ? { ...one, slope: 0 } : one));
