@@ -142,6 +142,10 @@ fn tick_labels_are_short_and_differ() {
         (["0.0", "0.5", "1.0", "1.5", "2.0"].map(str::to_owned).to_vec(), "×10⁹".to_owned())
     );
     assert_eq!(labels(&mut page, -0.5, 0.5).0[0], "\u{2212}0.4");
+    // Without a history there are no labels, and no limit can be drawn.
+    let empty = "import('./plots.js').then(({ Plot }) => { const place = document.createElement('div'); \
+        new Plot(place, { name: 'x', unit: '', time: { name: 't', points: [0, 1] } }).drawable(() => 0); return place.querySelector('button').disabled; })";
+    assert_eq!(page.value(empty), true);
 }
 
 /// On a phone, what has the focus is not behind the mechanism, and the mechanism leaves with the last history.

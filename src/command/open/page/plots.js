@@ -57,7 +57,7 @@ export class Plot {
     this.tools.className = "tools";
     figure.append(this.tools, caption, this.svg);
     place.append(figure);
-    Object.assign(this, { figure, name, time, series: new Map(), limits: [], range: null, lines: element("g"), seen: true, stale: false });
+    Object.assign(this, { figure, name, time, series: new Map(), limits: [], range: null, lines: element("g"), buttons: [], seen: true, stale: false });
     // Plots outside the screen are drawn when they come near it.
     new IntersectionObserver((entries) => {
       this.seen = entries.at(-1).isIntersecting;
@@ -80,9 +80,10 @@ export class Plot {
   drawable(drawn) {
     let [relation, points, from] = [null, [], null];
     const line = element("path", { class: "drawn" });
-    const buttons = [["≤", "Draw an upper limit"], ["≥", "Draw a lower limit"]].map(([sign, text]) => {
+    this.buttons = [["≤", "Draw an upper limit"], ["≥", "Draw a lower limit"]].map(([sign, text]) => {
       const button = document.createElement("button");
-      Object.assign(button, { type: "button", textContent: sign, title: `${text}: drag a line, or click points and end with a double click`, ariaLabel: `${text} of ${this.name}`, ariaPressed: "false" });
+      // Without a history the axes have no numbers.
+      Object.assign(button, { type: "button", disabled: true, textContent: sign, title: `${text}: drag a line, or click points and end with a double click`, ariaLabel: `${text} of ${this.name}`, ariaPressed: "false" });
       button.dataset.relation = sign;
       button.addEventListener("click", () => arm(relation === sign ? null : sign));
       return button;
@@ -101,7 +102,7 @@ export class Plot {
       [relation, points, from] = [sign, [], null];
       line.remove();
       this.figure.classList.toggle("drawing", sign !== null);
-      buttons.forEach((button) => { button.ariaPressed = String(button.dataset.relation === sign); });
+      this.buttons.forEach((button) => { button.ariaPressed = String(button.dataset.relation === sign); });
     };
     const all = () => this.time.points;
     const least = () => 0.01 * (all().at(-1) - all()[0]);
@@ -141,7 +142,7 @@ export class Plot {
       if (points.length === 2) end(); else show();
     });
     this.svg.addEventListener("dblclick", () => { if (relation) end(); });
-    this.tools.replaceChildren(...buttons);
+    this.tools.replaceChildren(...this.buttons);
   }
 
   x(t) {
@@ -172,6 +173,7 @@ export class Plot {
 
   // Draws the series anew if the plot is near the screen.
   draw() {
+    this.buttons.forEach((button) => { button.disabled = !this.series.has("analysed"); });
     this.stale = !this.seen;
     if (!this.stale) this.render();
   }
