@@ -500,7 +500,9 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
 
     // What the variable moves, with the keyboard; a pinned design stays in the table.
     page.value("document.querySelector('#sliders input[type=range]').focus()");
-    page.wait("document.querySelectorAll('.margin .track u').length > 0 && document.querySelector('#stage .arrows path')");
+    page.wait(
+        "document.querySelectorAll('.margin .track u').length > 0 && document.querySelector('#stage .arrows path')",
+    );
     assert_eq!(page.value("document.documentElement.scrollHeight"), height);
     page.click("#pin");
     assert_eq!(page.value("document.querySelectorAll('#pins tbody tr').length"), 1);
@@ -862,7 +864,10 @@ fn a_model_of_several_files_is_shown() {
     // No path leaves the folder, in the text of a page neither.
     for name in ["../outside.toml", "/etc/passwd"] {
         let text = model.replace("steel.toml", name);
-        assert_eq!(server.post("edit", &json!({ "text": text, "edited": server.get("model")["edited"], "base": "" })).0, 200);
+        assert_eq!(
+            server.post("edit", &json!({ "text": text, "edited": server.get("model")["edited"], "base": "" })).0,
+            200
+        );
         let errors = server.get("model")["errors"].to_string();
         assert!(errors.contains("leaves the folder") && !errors.contains("root:"), "{errors}");
     }

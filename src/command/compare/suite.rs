@@ -8,6 +8,7 @@ use linkwright::cases::{AnalysisCounts, CatalogueEntry, find};
 use linkwright::report::suite::{profiles, runs, summary};
 use linkwright::report::table::{Cell, Table};
 use linkwright::sao::Preset;
+use linkwright::storage::read_file;
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -153,9 +154,13 @@ fn by_transformation(title: &str, all: &[SuiteRun]) -> linkwright::Result<Table>
     Ok(table)
 }
 
+/// Largest size in bytes of a file of runs of other programs.
+const PEERS_LIMIT: u64 = 64 << 20;
+
 /// Reads and judges the runs of other programs, such as `benches/peers/optimizers.csv`.
 fn peers(path: &Path) -> anyhow::Result<Vec<SuiteRun>> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let cannot = || format!("cannot read {}", path.display());
+    let text = String::from_utf8(read_file(path, PEERS_LIMIT).with_context(cannot)?).with_context(cannot)?;
     let lines: Vec<(usize, &str)> = text.lines().enumerate().skip(1).collect();
     let read = |&(k, line): &(usize, &str)| peer(line).with_context(|| format!("{}, line {}", path.display(), k + 1));
     lines.par_iter().map(read).collect()

@@ -13,7 +13,7 @@ use anyhow::Context;
 use linkwright::Result;
 use linkwright::model_file::Model;
 use linkwright::problem::{Analysis, ContinuousTime, GradientMethod, Problem, ResponseAt, ResponseSum, Responses};
-use linkwright::storage::{Directory, Fnv1a, fnv1a};
+use linkwright::storage::{Directory, Fnv1a, fnv1a, read_file};
 use nalgebra::DMatrix;
 use rusqlite::{Transaction, params};
 use std::collections::BTreeMap;
@@ -459,11 +459,14 @@ impl WarmStart {
     }
 }
 
+/// Largest size in bytes of a file of a command that identifies it.
+const PROGRAM_LIMIT: u64 = 1 << 30;
+
 /// Identifies a program: its model, its folder, and the files that its command names.
 fn program_key(model: &Model, folder: &Path, command: &[String]) -> anyhow::Result<String> {
     let mut text = format!("{:016x} {} {command:?}", model.analysis_fingerprint(), absolute(folder)?);
     for word in command {
-        if let Ok(content) = std::fs::read(folder.join(word)) {
+        if let Ok(content) = read_file(&folder.join(word), PROGRAM_LIMIT) {
             let mut hash = Fnv1a::default();
             hash.add(&content);
             text += &format!(" {:016x}", hash.value());

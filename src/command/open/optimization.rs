@@ -352,7 +352,10 @@ impl SteeredRun {
         let checked = || {
             let is_own = key.starts_with("method.")
                 || (key.starts_with("design.") && (key.ends_with(".lower") || key.ends_with(".upper")));
-            ensure!(is_own, "during a run, only bounds and the method can be changed; edit `{key}` in the file and begin a run at this design");
+            ensure!(
+                is_own,
+                "during a run, only bounds and the method can be changed; edit `{key}` in the file and begin a run at this design"
+            );
             let text = with_setting("model.toml", &self.text, key, value)?;
             let model = read_of_run("model.toml", &text)?;
             let problem = located(&model, model.problem())?;
