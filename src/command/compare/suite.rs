@@ -55,14 +55,13 @@ impl Comparison<'_> {
     pub fn run(&self, out: &Path) -> anyhow::Result<()> {
         let entries = self.suite.entries();
         let transformations = self.transformations()?;
+        let theirs = self.peers.map_or(Ok(vec![]), peers)?;
         let mut all = run(&entries, &transformations, self.methods)?;
         let ours = all.len();
-        if let Some(path) = self.peers {
-            let chosen = |r: &SuiteRun| {
-                entries.iter().any(|entry| entry.name == r.problem) && transformations.contains(&r.transformation)
-            };
-            all.extend(peers(path)?.into_iter().filter(chosen));
-        }
+        let chosen = |r: &SuiteRun| {
+            entries.iter().any(|entry| entry.name == r.problem) && transformations.contains(&r.transformation)
+        };
+        all.extend(theirs.into_iter().filter(chosen));
         let title = format!("{} problems, {} transformations", entries.len(), transformations.len());
         let (table, totals) = (runs(&title, &all)?, summary(&title, &all)?);
         let mut folder = OutputFolder::create(out)?;
