@@ -69,7 +69,7 @@ fn text_typed_without_a_connection_is_sent_later() {
     assert_eq!(page.value(&format!("{SAVE}.disabled")), false);
     network(&mut page, false);
     page.wait(&format!("{STATE}.includes('kept in')"));
-    assert_eq!(place.read("impact-absorber.toml.unsaved"), own);
+    assert!(place.read("impact-absorber.toml.unsaved").starts_with(&own));
     assert_eq!(page.text("document.getElementById('text').value"), own);
     assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
 }
