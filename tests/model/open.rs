@@ -591,9 +591,9 @@ fn a_run_is_steered_and_goes_on_after_a_kill() {
     assert_eq!(accepted["design"], one["design"]);
 
     // A bound is changed in mid-run; a key of the problem, and a bound that excludes the design, are refused.
-    act(json!({ "action": "set", "key": "constraint.travel.at_most", "value": "2" }));
+    act(json!({ "action": "set", "key": "analysis.tolerance", "value": "1e-9" }));
     let fault = wait(&server, "run", "refused key", |value| value["run"]["fault"].is_string());
-    assert!(fault["run"]["fault"].as_str().unwrap().contains("only bounds and the method"));
+    assert!(fault["run"]["fault"].as_str().unwrap().contains("only bounds, limits and the method"));
     // That the file states another problem is told; start values, bounds and the method are those of the run.
     let text = place.read("absorber.toml");
     let write = |text: &str| std::fs::write(place.0.join("absorber.toml"), text).unwrap();
@@ -632,6 +632,17 @@ fn a_run_is_steered_and_goes_on_after_a_kill() {
     assert_eq!(resumed["cycles"], before["cycles"]);
     act(json!({ "action": "run" }));
     let end = rests(&server, "Converged", |_| true);
+    drop(server);
+    // Another limit begins a run of its own at this design.
+    let server = Server::start(&place.0, "absorber.toml");
+    let act = |action: Value| assert_eq!(server.post("run", &action).0, 200);
+    act(json!({ "action": "resume", "folder": "out/absorber" }));
+    rests(&server, "Converged", |_| true);
+    act(json!({ "action": "set", "key": "constraint.1.at_most", "value": "0.9" }));
+    let next = rests(&server, "Paused", |tries| tries == 0);
+    assert_eq!((&next["design"], &next["fault"]), (&end["design"], &Value::Null));
+    assert_eq!(server.get("run")["differing"].as_array().unwrap().len(), 1);
+    assert!(place.read("out/absorber-2/note.txt").contains("at_most: 1.0 → 0.9"));
     drop(server);
     let objective = |value: &Value| value["objective"].as_f64().unwrap();
     let last = objective(end["cycles"].as_array().unwrap().last().unwrap());

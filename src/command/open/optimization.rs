@@ -51,13 +51,29 @@ pub enum Action {
     Accept,
     /// Refuses the proposal that the method has accepted, and halves the move limits.
     Refuse,
-    /// Gives a setting of the model another value: a bound or a key of the method.
+    /// Gives a setting of the model another value: a bound, a key of the method, or a limit, with which a new run goes on.
     Set {
         key: String,
         value: String,
     },
     /// Ends the run; its folder stays.
     Close,
+}
+
+impl Action {
+    /// True for an action after which there is no run, or another one.
+    pub fn ends_run(&self) -> bool {
+        match self {
+            Self::Start { .. } | Self::Resume { .. } | Self::Close => true,
+            Self::Set { key, .. } => is_of_limit(key),
+            _ => false,
+        }
+    }
+}
+
+/// True for the key of a constraint, with which a new run goes on.
+fn is_of_limit(key: &str) -> bool {
+    key.starts_with("constraint.")
 }
 
 /// A run of a session: none, or a thread with the run.
@@ -146,6 +162,12 @@ impl Optimization {
     }
 }
 
+/// The model of a run with this text. Its program lies beside the model file with which the run began.
+fn model_of(folder: &RunDirectory, text: &str) -> anyhow::Result<Model> {
+    let file = &folder.record().file;
+    Ok(with_program(read_of_run("model.toml", text)?.copied_from(file), Path::new(file)))
+}
+
 /// A run with its folder.
 struct SteeredRun {
     folder: RunDirectory,
@@ -203,7 +225,7 @@ impl SteeredRun {
         let (mut folder, mut model, mut text) = RunDirectory::claim(directory)?;
         if let Some(edited) = edited {
             folder.edit(edited)?;
-            model = read_of_run("model.toml", edited)?.copied_from(&folder.record().file);
+            model = model_of(&folder, edited)?;
             text = edited.to_owned();
         }
         let problem = located(&model, model.problem())?;
@@ -240,6 +262,12 @@ impl SteeredRun {
             };
             let (is_step, was_running) = (matches!(action, Action::Step), self.is_running);
             self.fault = None;
+            // A step may take minutes: pages show that it is under way, and ask for no other one.
+            if !was_running && !matches!(action, Action::Run | Action::Pause) {
+                let mut record = self.record();
+                record["status"] = "Working".into();
+                publish(record, &self.text);
+            }
             let done = match (self.claimed(), action) {
                 (Err(error), _) => Err(error),
                 (Ok(()), Action::Set { key, value }) => match self.changed(&key, &value) {
@@ -349,15 +377,18 @@ impl SteeredRun {
     /// The run with another value of a setting, or itself with the reason why the setting is refused. An error of the files
     /// ends the run.
     fn changed(&mut self, key: &str, value: &str) -> anyhow::Result<anyhow::Result<Self>> {
+        if is_of_limit(key) {
+            return Ok(self.continued(key, value));
+        }
         let checked = || {
             let is_own = key.starts_with("method.")
                 || (key.starts_with("design.") && (key.ends_with(".lower") || key.ends_with(".upper")));
             ensure!(
                 is_own,
-                "during a run, only bounds and the method can be changed; edit `{key}` in the file and begin a run at this design"
+                "during a run, only bounds, limits and the method can be changed; edit `{key}` in the file and begin a run at this design"
             );
             let text = with_setting("model.toml", &self.text, key, value)?;
-            let model = read_of_run("model.toml", &text)?;
+            let model = model_of(&self.folder, &text)?;
             let problem = located(&model, model.problem())?;
             problem.check_design(&self.state.design).context("the bounds exclude the present design")?;
             model.method().check(&problem)?;
@@ -374,6 +405,21 @@ impl SteeredRun {
         again.earlier = std::mem::take(&mut self.earlier);
         again.is_running = self.is_running && again.state.status == Status::Running;
         Ok(Ok(again))
+    }
+
+    /// A run of the problem with another limit, from the present design in a folder of its own: the values of the steps before belong to the
+    /// former problem. Its note says which run it continues, and with what.
+    fn continued(&mut self, key: &str, value: &str) -> anyhow::Result<Self> {
+        let text = with_setting("model.toml", &self.text, key, value)?;
+        let changes: Vec<String> = self.folder.changes(&text)?.iter().map(ToString::to_string).collect();
+        ensure!(!changes.is_empty(), "`{key}` has this value already");
+        let file = Path::new(&self.folder.record().file);
+        let mut run = Self::start(own(&self.problem, &self.state.design), None, file, &text, self.budget)?;
+        run.is_running = self.is_running && run.state.status == Status::Running;
+        let (before, tries) = (self.folder.folder().directory().path(), self.state.history.len() - 1);
+        let note = format!("continues {} after {tries} trial steps, with {}", before.display(), changes.join("; "));
+        RunDirectory::write_note(run.folder.folder().directory(), &note)?;
+        Ok(run)
     }
 
     /// The run as pages show it.
