@@ -389,6 +389,39 @@ fn the_server_keeps_the_budget_of_memory() {
     assert!(answer.to_string().contains("of memory are needed"), "{answer}");
 }
 
+/// Objective and constraints are there also if the start cannot be analysed, and other designs can be. A program is not started for them.
+#[test]
+fn a_problem_does_not_need_its_start() {
+    let place = TempFolder::new("open-start");
+    place.example("shaper");
+    let text = place
+        .read("shaper.toml")
+        .replace("start = 0.12, lower = 0.05, upper = 0.25", "start = 0.5, lower = 0.05, upper = 0.9");
+    std::fs::write(place.0.join("fails.toml"), text).unwrap();
+    let server = Server::start(&place.0, "fails.toml");
+    let model = server.get("model");
+    assert_eq!((&model["model"]["fault"], model["model"]["constraints"].as_array().unwrap().len()), (&Value::Null, 6));
+    let analyze = |crank: f64| {
+        let mut design = start_design(&model);
+        design[0] = crank;
+        let wanted = json!({ "page": "p", "revision": model["revision"], "design": design, "derivatives": true });
+        server.post("analyze", &wanted).1
+    };
+    assert!(analyze(0.5)["error"].as_str().unwrap().contains("assembled"));
+    let printed: Value = serde_json::from_str(&place.run(&["analyze", "shaper", "--json"], 0)).unwrap();
+    let [found, exact] =
+        [&analyze(0.12)["objective"], &printed["objective"]["value"]].map(|value| value.as_f64().unwrap());
+    assert!((found - exact).abs() < 1e-9 * exact, "{found} and {exact}");
+
+    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/programs/oscillator.toml");
+    std::fs::copy(program, place.0.join("oscillator.toml")).unwrap();
+    for options in [&["--allow-programs"][..], &[]] {
+        let server = Server::start_with(&place.0, "oscillator.toml", options);
+        let model = server.get("model")["model"].clone();
+        assert!(model["objective"].is_object() && model["fault"].is_null(), "{model}");
+    }
+}
+
 /// Over a sweep, plots and windows are in the unit of the axis, and a limit that is drawn on them in that of the file.
 #[test]
 fn limits_over_a_sweep_are_in_its_unit() {

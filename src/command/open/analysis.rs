@@ -107,7 +107,8 @@ struct Gradients {
 impl AnalysedModel {
     /// A model without an analysis. That its problem cannot be built is the error of each analysis.
     pub fn new(model: Model, budget: Budget) -> Self {
-        let problem = model.is_problem().then(|| model.problem());
+        // Other designs can be analysed if the start cannot.
+        let problem = model.is_problem().then(|| model.problem().or_else(|_| model.unscaled_problem()));
         Self { model, problem, last: None, budget }
     }
 

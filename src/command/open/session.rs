@@ -4,7 +4,7 @@
 //! is saved. The model in force is the last one without errors.
 
 use super::super::budget::Budget;
-use super::super::model::programs_are_allowed;
+use super::super::model::{programs_are_allowed, with_program};
 use super::super::run_directory::fingerprint;
 use super::guard::message;
 use super::optimization::{Action, Optimization};
@@ -218,6 +218,7 @@ impl Session {
         match project.whole.clone().and_then(|text| Ok((read(&file, &text)?, text))) {
             Ok((_, text)) if text == project.text => project.errors = None,
             Ok((model, text)) => {
+                let model = with_program(model, &self.path);
                 project.revision += 1;
                 project.model = description(&model);
                 (project.text, project.fingerprint) = (text.clone(), fingerprint(&model));
@@ -413,7 +414,8 @@ fn diagnostics(report: &DiagnosticReport) -> Vec<Value> {
 
 /// The parts of a model that a page needs to show controls and plots.
 fn description(model: &Model) -> Value {
-    let problem = model.is_problem().then(|| model.problem());
+    // The start may not be possible to analyse, or take long.
+    let problem = model.is_problem().then(|| model.unscaled_problem());
     let (problem, fault) = match problem {
         Some(Ok(problem)) => (Some(problem), None),
         Some(Err(error)) => (None, Some(model.locate(&error).map_or_else(|| error.to_string(), |r| r.to_string()))),

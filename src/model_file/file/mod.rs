@@ -491,11 +491,23 @@ impl Model {
     /// # Errors
     /// As [`ProblemBuilder::build`], and those of that analysis.
     pub fn problem(&self) -> Result<Problem> {
-        let Some(objective) = &self.objective else {
-            let remedy = "add [objective] with minimize = \"…\"; `linkwright analyze` simulates the file as it is";
-            return Err(Error::definition(&self.title, "there is no objective", remedy));
-        };
+        let objective = self.stated_objective()?;
         objective.complete(self.build(|parts| objective.build(parts))?, &self.variables)
+    }
+
+    /// The optimization problem, without an analysis of the start design: a peak without a scale has 1, and the start of its bound is that of
+    /// its declaration. Describes the problem, and evaluates designs where the start cannot be analysed; [`problem`](Self::problem) is for runs.
+    ///
+    /// # Errors
+    /// As [`ProblemBuilder::build`].
+    pub fn unscaled_problem(&self) -> Result<Problem> {
+        let objective = self.stated_objective()?;
+        Ok(objective.named(self.build(|parts| objective.build(parts))?))
+    }
+
+    fn stated_objective(&self) -> Result<&ObjectiveSpec> {
+        let remedy = "add [objective] with minimize = \"…\"; `linkwright analyze` simulates the file as it is";
+        self.objective.as_ref().ok_or_else(|| Error::definition(&self.title, "there is no objective", remedy))
     }
 
     /// The outputs as the responses of a problem, for analyses and derivatives of a file without an objective. The objective of this problem

@@ -320,13 +320,19 @@ impl ObjectiveSpec {
         }
     }
 
-    /// Completes a problem that was made by [`build`](Self::build): the name of a peak, and its scale and the start of its bound,
-    /// which are the peak at the start design if the file has none. Analyses the start of the `variables` if they are needed.
-    pub fn complete(&self, mut problem: Problem, variables: &[DesignVariable]) -> Result<Problem> {
-        let (Self::Peak(spec), Some(peak)) = (self, problem.objective.peak()) else { return Ok(problem) };
-        if let Some(name) = &spec.name {
+    /// Gives the objective of a problem that was made by [`build`](Self::build) the name of the file if it is a peak.
+    pub fn named(&self, mut problem: Problem) -> Problem {
+        if let Self::Peak(PeakSpec { name: Some(name), .. }) = self {
             problem.objective.name.clone_from(name);
         }
+        problem
+    }
+
+    /// Completes a problem that was made by [`build`](Self::build): the name of a peak, and its scale and the start of its bound,
+    /// which are the peak at the start design if the file has none. Analyses the start of the `variables` if they are needed.
+    pub fn complete(&self, problem: Problem, variables: &[DesignVariable]) -> Result<Problem> {
+        let mut problem = self.named(problem);
+        let (Self::Peak(spec), Some(peak)) = (self, problem.objective.peak()) else { return Ok(problem) };
         if spec.scale.is_some() && spec.has_start {
             return Ok(problem);
         }

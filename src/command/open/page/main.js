@@ -187,7 +187,7 @@ async function send(derivatives) {
     answered = mine.number;
     if (record.error) {
       fault("design", record.error);
-      status("no analysis here", "bad", "the picture is that of the last good design");
+      status("no analysis here", "bad", shown ? "the picture is that of the last good design" : "there is no picture yet");
       root.dataset.answered = mine.number;
       return;
     }
