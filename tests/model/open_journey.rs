@@ -203,7 +203,7 @@ fn a_design_that_does_not_assemble_keeps_the_last_picture() {
     assert!(page.value("document.querySelectorAll('#stage .linkage .joints circle').length").as_u64().unwrap() > 0);
     assert!(page.text("document.getElementById('note').textContent").contains("last good design"));
     put(&mut page, 7.6);
-    page.wait(&format!("document.getElementById('design-fault').hidden && {SETTLED}"));
+    page.wait(&format!("!document.getElementById('design-fault').textContent && {SETTLED}"));
     assert_eq!(page.text("document.getElementById('objective-value').textContent"), objective);
 }
 

@@ -8,7 +8,7 @@ import { draggable } from "./point.js";
 import { Run } from "./run.js";
 import { Editor, limitText } from "./editor.js";
 import { Completer } from "./complete.js";
-import { make } from "./elements.js";
+import { button, make } from "./elements.js";
 
 const root = document.documentElement;
 window.addEventListener("error", (event) => { root.dataset.state = `error: ${event.message}`; });
@@ -47,12 +47,15 @@ function status(word, kind, note = "") {
 }
 
 // Errors of the file, and of the present design; each stays until its own reason is gone. Those of the design lie over the end of the
-// window: nothing moves under the pointer that drags a slider or a point.
+// window, beside the sliders: nothing moves under the pointer that drags a slider or a point. They can be closed.
 const places = { file: "fault", design: "design-fault", drag: "drag-note" };
 function fault(kind, text) {
   const place = by(places[kind]);
+  // A message that was closed stays closed until there is another one.
+  if ((text ?? "") === place.dataset.text) return;
+  place.dataset.text = text ?? "";
   place.hidden = !text;
-  place.textContent = text || "";
+  place.replaceChildren(...(text && kind !== "file" ? [button("Close", () => { place.hidden = true; })] : []), text ?? "");
 }
 
 // ---- Sliders
