@@ -202,6 +202,12 @@ fn a_design_that_does_not_assemble_keeps_the_last_picture() {
     assert!(!page.text("document.getElementById('design-fault').textContent").is_empty());
     assert!(page.value("document.querySelectorAll('#stage .linkage .joints circle').length").as_u64().unwrap() > 0);
     assert!(page.text("document.getElementById('note').textContent").contains("last good design"));
+    // It cannot be pinned, and the last good design is not pinned in its place. The message can be closed.
+    page.click("#pin");
+    page.wait("document.getElementById('design-fault').textContent.includes('is not pinned')");
+    assert_eq!(page.value("document.querySelectorAll('#pins tbody tr').length"), 0);
+    page.click("#design-fault button");
+    assert_eq!(page.value("document.getElementById('design-fault').hidden"), true);
     put(&mut page, 7.6);
     page.wait(&format!("!document.getElementById('design-fault').textContent && {SETTLED}"));
     assert_eq!(page.text("document.getElementById('objective-value').textContent"), objective);

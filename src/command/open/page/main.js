@@ -367,8 +367,8 @@ async function renewPins(before) {
 // Analyses a design beside that of the sliders, and pins it.
 async function pinDesign(values, name) {
   if (values.length !== design.length) return;
-  const record = await server.analyzeBeside(revision, values);
-  if (record.error) fault("design", `${name}: ${record.error}`); else pin(record, name);
+  const record = await server.analyzeBeside(revision, values).catch((error) => ({ error: error.message }));
+  if (record.error) fault("design", `${name || "this design"} is not pinned: ${record.error}`); else pin(record, name);
 }
 
 function showPins() {
@@ -473,7 +473,13 @@ new IntersectionObserver(([{ isIntersecting, boundingClientRect }]) => {
 }, { rootMargin: "0px 0px -45% 0px" }).observe(by("run"));
 
 phone.addEventListener("change", () => plots.forEach(({ plot }) => plot.draw()));
-by("pin").addEventListener("click", () => pin(shown));
+// The design of the sliders may still be under analysis, or may not be possible.
+by("pin").addEventListener("click", () => (shown?.number === sequence ? pin(shown) : pinDesign([...design], "")));
+by("beside").addEventListener("click", () => {
+  const is_beside = by("main").classList.toggle("editing");
+  by("beside").ariaPressed = String(is_beside);
+  if (is_beside) by("text").focus({ preventScroll: true });
+});
 by("reset").addEventListener("click", () => moveTo(model.variables.map((v) => v.start)));
 by("cancel").addEventListener("click", async () => {
   answered = sequence;
