@@ -109,7 +109,12 @@ fn enter_ends_a_drawn_limit_and_escape_drops_it() {
     let unit = page.text("document.querySelector('.plot figcaption small').textContent");
     let margin = page.text("[...document.querySelectorAll('.margin')].pop().querySelector('p').textContent");
     assert!(unit.is_empty() || margin.contains(&unit), "{margin}");
-    // Ctrl-Z undoes it as if it had been typed.
+    // The text is beside the mechanism if that is wanted, and Ctrl-Z undoes the limit as if it had been typed.
+    page.value("scrollTo({ top: 0, behavior: 'instant' })");
+    page.click("#beside");
+    let [bottom, height] =
+        numbers(&mut page, "[document.getElementById('text').getBoundingClientRect().bottom, innerHeight]");
+    assert!(bottom < height, "{bottom} {height}");
     let undone = "(() => { const e = document.getElementById('text'); e.focus(); document.execCommand('undo'); return e.value; })()";
     let text = page.text(undone);
     assert_eq!(text, place.read("shaper.toml"));
