@@ -51,6 +51,12 @@ fn two_methods_race_on_the_same_problem() {
     assert_eq!(failed["run"]["status"], "Converged");
     act("rival", json!({ "action": "close" }));
     wait(&server, "run", "closed", |value| value["rival"] == Value::Null);
+    // A new run has no rival with another start.
+    act("race", json!({ "method": "mma" }));
+    wait(&server, "run", "another rival", |value| value["rival"]["cycles"].is_array());
+    act("run", json!({ "action": "start", "design": [0.5, 0.5] }));
+    let next = rests(&server, "Paused", |tries| tries == 0);
+    assert_eq!((&next["design"], &server.get("run")["rival"]), (&json!([0.5, 0.5]), &Value::Null));
 }
 
 /// Proposals of the automatic method are refused and accepted by hand, too; the run that was steered goes on with `resume`.

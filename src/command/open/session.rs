@@ -286,8 +286,11 @@ impl Session {
         self.discard_of(&mut project).map(|()| Saved::Done)
     }
 
-    /// Passes an action to the optimization of the model in force.
+    /// Passes an action to the optimization of the model in force. A rival ends with the run against which it began.
     pub fn optimize(&self, action: Action) {
+        if action.ends_run() {
+            self.rival.act(Action::Close, &self.path, "");
+        }
         let text = self.project().text.clone();
         self.optimization.act(action, &self.path, &text);
     }

@@ -13,12 +13,14 @@ const readable = (text) => text?.replace(/\d\.\de-?\d+/g, (number) => short(Numb
 
 // Actions that a race passes to both runs.
 const OF_BOTH = ["run", "pause", "step"];
+// Statuses of a run that goes on, or of which one action is under way.
+const BUSY = ["Running", "Working"];
 
 export class Run {
   // `design()` is that of the sliders, `show(design)` puts one on them, `pin(design, name)` pins one, `box(region)` draws the move
   // limits, `bounds(found)` takes the bounds of the run.
   constructor(place, { design, show, pin, box, bounds }) {
-    Object.assign(this, { place, design, show, box, bounds, record: null, shown: null });
+    Object.assign(this, { place, design, show, box, bounds, record: null, shown: null, asked: false });
     this.buttons = Object.fromEntries(["start", "run", "pause", "step", "back", "accept", "refuse", "close"].map((action) => {
       const button = place.querySelector(`[data-action=${action}]`);
       button.addEventListener("click", () => this.act(action === "start" ? { action, design: design() } : { action }));
@@ -40,9 +42,22 @@ export class Run {
   }
 
   async act(action) {
+    if (action.action === "start" && !this.may_begin()) return;
     if (action.action === "pause") this.pausing();
     await server.post("run", action);
     if (OF_BOTH.includes(action.action)) await this.race.act(action.action);
+  }
+
+  // A run that goes on is not ended without a question.
+  may_begin() {
+    const is_asked = this.asked || !BUSY.includes(this.place.dataset.status);
+    this.ask(!is_asked);
+    return is_asked;
+  }
+
+  ask(asked) {
+    this.asked = asked;
+    this.buttons.start.textContent = asked ? "Stop it and begin here" : "Begin here";
   }
 
   // A trial step is not interrupted: until it is done, the page says that it was asked to pause.
@@ -74,7 +89,7 @@ export class Run {
     const is_there = Boolean(run?.cycles);
     const { status } = run ?? { status: "none" };
     const pill = find("#run-status");
-    pill.textContent = { none: "no run", CycleLimit: "Cycle limit" }[status] ?? status;
+    pill.textContent = { none: "no run", CycleLimit: "Cycle limit", Working: "At work" }[status] ?? status;
     pill.className = `pill ${status === "Converged" ? "good" : ["Failed", "Infeasible", "Stalled"].includes(status) ? "bad" : "fair"}`;
     this.place.dataset.status = status;
     this.place.dataset.tries = is_there ? run.cycles.length - 1 : "";
@@ -90,9 +105,11 @@ export class Run {
     const either = (wanted) => status === wanted || rival?.status === wanted;
     this.buttons.run.disabled = this.buttons.step.disabled = !either("Paused");
     this.buttons.pause.disabled = !either("Running");
-    this.buttons.back.disabled = !run?.can_go_back || status === "Running";
-    this.buttons.accept.disabled = !(last && last.cycle > 0 && !last.accepted && !last.failure) || status === "Running";
-    this.buttons.refuse.disabled = !(last && last.cycle > 0 && last.accepted && run.can_go_back) || status === "Running";
+    const is_busy = BUSY.includes(status);
+    if (!is_busy) this.ask(false);
+    this.buttons.back.disabled = !run?.can_go_back || is_busy;
+    this.buttons.accept.disabled = !(last && last.cycle > 0 && !last.accepted && !last.failure) || is_busy;
+    this.buttons.refuse.disabled = !(last && last.cycle > 0 && last.accepted && run.can_go_back) || is_busy;
     this.buttons.close.disabled = !run;
     this.method.disabled = !is_there || status === "Running";
     if (is_there) {
