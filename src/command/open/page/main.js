@@ -323,7 +323,7 @@ function choose(k) {
   const motion = step ? base.derivatives.motion : null;
   mechanism.arrows(base?.motion?.parts, motion ? (frame) => motion[k][frame] : null, 5 * step);
   by("moves").textContent = step ? `${model.variables[k].name} + ${withUnit(step, model.variables[k].unit)}, a hundredth of its range, moves them by:`
-    : "Point at a variable, or move to it with the keyboard, to see what it moves.";
+    : "Point at a variable, touch it, or move to it with the keyboard, to see what it moves.";
 }
 
 // A hundredth of the range of the chosen variable, and what it moves: by constraint, and under null the objective. Bars are relative to

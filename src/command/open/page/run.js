@@ -102,6 +102,7 @@ export class Run {
     other.textContent = `The run goes on with the problem with which it began. The model differs: ${readable(differing.join("; "))}. Begin here starts a run of the model at the design on the sliders.`;
     const last = is_there ? run.cycles[run.cycles.length - 1] : null;
     this.race.update(run, rival);
+    const pressed = Object.values(this.buttons).find((button) => button === document.activeElement);
     const either = (wanted) => status === wanted || rival?.status === wanted;
     this.buttons.run.disabled = this.buttons.step.disabled = !either("Paused");
     this.buttons.pause.disabled = !either("Running");
@@ -111,7 +112,9 @@ export class Run {
     this.buttons.accept.disabled = !(last && last.cycle > 0 && !last.accepted && !last.failure) || is_busy;
     this.buttons.refuse.disabled = !(last && last.cycle > 0 && last.accepted && run.can_go_back) || is_busy;
     this.buttons.close.disabled = !run;
-    this.method.disabled = !is_there || status === "Running";
+    // The focus of a button that can no longer be pressed goes to the one that can be pressed next.
+    if (pressed?.disabled) ["pause", "run", "step", "start"].map((action) => this.buttons[action]).find((button) => !button.disabled)?.focus({ preventScroll: true });
+    this.method.disabled = !is_there || is_busy;
     if (is_there) {
       options(this.method, run.methods.map((name) => [name, name]));
       this.method.value = run.method ?? "automatic";
@@ -131,11 +134,10 @@ export class Run {
     const verdict = (c) => (c.failure ? "analysis failed" : c.cycle === 0 ? "start" : c.accepted ? "accepted" : "rejected");
     find("#cycles").replaceChildren(...table(["cycle", "step", "objective", "predicted", "violation %", "E_f %", "E_g %", "retained rows", "active"], run.cycles.map((c) => {
       const row = make("tr");
-      cells(row, [c.cycle, verdict(c), c.objective, c.predicted, c.violation, c.objective_error, c.constraint_error, c.retained, c.active]);
-      row.tabIndex = 0;
-      row.title = "shows this design on the sliders";
+      const go = make("button", { type: "button", text: c.cycle, "aria-label": `cycle ${c.cycle}: show its design on the sliders` });
+      cells(row, [go, verdict(c), c.objective, c.predicted, c.violation, c.objective_error, c.constraint_error, c.retained, c.active]);
+      // A click on the button is one on its row.
       row.addEventListener("click", () => this.show(c.design));
-      row.addEventListener("keydown", (event) => { if (event.key === "Enter") this.show(c.design); });
       return row;
     })));
     const rows = (run.rows ?? []).filter((r) => r.multiplier || r.predicted > 0.9 || r.computed > 0.9).sort((a, b) => (b.multiplier ?? 0) - (a.multiplier ?? 0)).slice(0, 40);
