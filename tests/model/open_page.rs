@@ -147,6 +147,12 @@ fn tick_labels_are_short_and_differ() {
         (["0.0", "0.5", "1.0", "1.5", "2.0"].map(str::to_owned).to_vec(), "×10⁹".to_owned())
     );
     assert_eq!(labels(&mut page, -0.5, 0.5).0[0], "\u{2212}0.4");
+    assert_eq!(
+        page.text(
+            "import('./plots.js').then(({ short }) => [-5.47812e-6, 0.00013068, 26330000, 0].map(short).join(' '))"
+        ),
+        "\u{2212}5.4781e\u{2212}6 0.00013068 26330000 0"
+    );
     // Without a history there are no labels, and no limit can be drawn.
     let empty = "import('./plots.js').then(({ Plot }) => { const place = document.createElement('div'); \
         new Plot(place, { name: 'x', unit: '', time: { name: 't', points: [0, 1] } }).drawable(() => 0); return place.querySelector('button').disabled; })";

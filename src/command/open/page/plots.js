@@ -7,8 +7,12 @@ export const phone = window.matchMedia("(max-width: 40rem)");
 const width = () => (phone.matches ? 330 : 480);
 const [HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [220, 58, 10, 8, 30];
 
-export const short = (value) => (value === null || value === undefined || !Number.isFinite(value) ? "–"
-  : String(Number(value.toPrecision(5))).replaceAll("-", "\u2212"));
+// A number with five digits; small ones as 5.4781e−6.
+export const short = (value) => {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  const text = String(value !== 0 && Math.abs(value) < 1e-4 ? Number(value.toPrecision(5)).toExponential() : Number(value.toPrecision(5)));
+  return text.replaceAll("-", "\u2212");
+};
 export const withUnit = (value, unit) => (unit ? `${short(value)} ${unit}` : short(value));
 
 // Round numbers in an interval, about `count` of them.
