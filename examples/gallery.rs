@@ -50,7 +50,7 @@ fn figure_3_and_5() -> Result<[Figure; 2]> {
     let grid = |f: &dyn Fn(f64, f64) -> f64| Grid::sample([0.0, 1.0], [0.0, 1.0], [101, 101], f);
     let excess = grid(&|k, c| largest(k, c, 0) - 1.0)?;
     let (acceleration, comfort) = (grid(&|k, c| largest(k, c, 1))?, grid(&mean_square)?);
-    let bounds = [Bound { name: "displacement bound", excess: &excess }];
+    let bounds = [Bound { name: "displacement bound", excess: &excess, is_equality: false }];
     let first = path(
         &[[1.0, 0.3], [0.6, 0.42], [0.3411, 0.4934], [0.3628, 0.4823], [0.3628, 0.4823], [0.3628, 0.4823]],
         &[[0.4, 0.4], [0.533, 0.533]],

@@ -3,6 +3,7 @@
 //! Their texts are attached to the text of the model, each after a line with its name. So a model is one text, whatever it consists of: it is
 //! stored with a run, hashed and edited as one. Only [`with_files`] opens files.
 
+use super::diagnostics::SecondUse;
 use super::text_parts::{Attached, MARK, split};
 use super::{Diagnostic, DiagnosticReport, limits};
 use std::borrow::Cow;
@@ -197,7 +198,10 @@ fn part(text: &str, offset: usize) -> Result<DeTable<'_>, Diagnostic> {
         {
             let [first, second] = [first, second].map(|at| at.start + offset..at.end + offset);
             let error = Diagnostic::new(second, format!("`{name}` is given twice")).label("second use");
-            return Diagnostic { first_use: Some(first), ..error };
+            return Diagnostic {
+                second_use: Some(Box::new(SecondUse { first: Some(first), ..SecondUse::default() })),
+                ..error
+            };
         }
         if message.contains("recurs") {
             error("tables and lists are nested too deeply").help("a model needs three levels")

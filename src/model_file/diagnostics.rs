@@ -32,11 +32,18 @@ pub struct Diagnostic {
     /// The remedy.
     pub help: Option<String>,
     /// The unknown name, if the diagnostic is about one.
-    pub(super) unknown_name: Option<String>,
-    /// The name that the underlined bytes use again, if the diagnostic is about that.
-    pub(super) used_again: Option<String>,
-    /// The bytes of its first use, if they are known.
-    pub first_use: Option<Range<usize>>,
+    pub(super) unknown_name: Option<Box<str>>,
+    /// What the underlined bytes use again, if the diagnostic is about that.
+    pub(super) second_use: Option<Box<SecondUse>>,
+}
+
+/// A second use of a name or a key.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct SecondUse {
+    /// The name, if it is one of a part.
+    pub name: String,
+    /// The bytes of the first use, if they are known.
+    pub first: Option<Range<usize>>,
 }
 
 impl Diagnostic {
@@ -48,7 +55,7 @@ impl Diagnostic {
     /// An error about a name that is used again.
     pub fn used_again(span: Range<usize>, name: &str) -> Self {
         let diagnostic = Self::new(span, format!("the name `{name}` is taken twice")).label("second use");
-        Self { used_again: Some(name.to_owned()), ..diagnostic }
+        Self { second_use: Some(Box::new(SecondUse { name: name.to_owned(), first: None })), ..diagnostic }
     }
 
     /// Sets the text after the underlined bytes.
@@ -69,7 +76,7 @@ impl Diagnostic {
         let known: Vec<&str> = known.into_iter().filter(|name| name.len() <= limits::NAME).collect();
         let shown: String = asked.chars().take(limits::NAME).collect();
         let diagnostic = Self::new(span, format!("there is no {kind} `{shown}`"));
-        let diagnostic = Self { unknown_name: Some(asked.to_owned()), ..diagnostic };
+        let diagnostic = Self { unknown_name: Some(asked.into()), ..diagnostic };
         if shown.len() < asked.len() {
             return diagnostic.label("not known");
         }
@@ -214,7 +221,8 @@ impl DiagnosticReport {
         let underlined = AnnotationKind::Primary.span(own(span.start)..own(span.end)).label(label);
         let path = name.map_or(self.file.clone(), |name| beside(&self.file, name));
         let mut snippet = Snippet::source(&self.text[part.clone()]).path(path).annotation(underlined);
-        let first = diagnostic.first_use.as_ref().map(|first| self.first_line(first));
+        let first =
+            diagnostic.second_use.as_ref().and_then(|second| second.first.as_ref()).map(|first| self.first_line(first));
         if let Some(first) = first.filter(|first| part.start <= first.start && first.end <= part.end && *first != span)
         {
             let first = AnnotationKind::Context.span(own(first.start)..own(first.end)).label("first use");
@@ -329,8 +337,9 @@ impl DiagnosticLog {
         let (mut errors, locations) = (self.errors.into_inner(), self.locations.into_inner());
         errors.sort_by_key(|e| e.span.start);
         for error in &mut errors {
-            let first = error.used_again.as_ref().and_then(|name| locations.get(name));
-            error.first_use = first.cloned().or(error.first_use.take());
+            if let Some(second) = &mut error.second_use {
+                second.first = locations.get(&second.name).cloned().or(second.first.take());
+            }
         }
         (errors, locations)
     }

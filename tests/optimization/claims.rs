@@ -241,7 +241,7 @@ fn the_best_design_of_a_run_is_known_although_it_is_not_the_last() {
             let method = (preset.method)().with_stop(Stop { max_cycles: 3, ..Stop::default() });
             let end = method.solve(&problem, |_| ()).unwrap();
             let last = end.history.iter().rfind(|c| c.accepted).unwrap();
-            let better = end.better_than_last(1e-4);
+            let better = end.better_than_last(1e-4, 1e-4);
             let is_better =
                 |c: &&linkwright::sao::Cycle| c.violation_pct <= 1e-2 && c.objective < last.objective - 1e-2;
             let expected = end.history.iter().filter(is_better).map(|c| c.objective).fold(f64::INFINITY, f64::min);
