@@ -256,7 +256,7 @@ fn a_run_goes_on_with_bounds_that_exclude_its_start() {
     }
     // A new run begins at the start, which must be inside.
     std::fs::write(place.0.join("bowl.toml"), tight.replace("(x - 2)", "(x - 3)")).unwrap();
-    assert!(on(&["bowl.toml"], 1).contains("the start 5 of `x` is outside its bounds 0 to 4.5"));
+    assert!(on(&["bowl.toml"], 1).contains("the start 5 of `x` is outside its bounds, 0 to 4.5"));
     assert!(place.run(&["optimize", "bowl"], 1).contains("outside its bounds"));
 }
 

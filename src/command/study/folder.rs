@@ -197,8 +197,7 @@ impl StudyFolder {
         folder.check_free(&own)?;
         folder.remove(&own)?;
         folder.own(&[&FILES[..], &[STUDY, ROWS]].concat())?;
-        // The copies are a study that can be run.
-        let copy = with_setting(FILES[0], &study.file().text, "model", &format!("{:?}", FILES[1]))?;
+        let copy = runnable(study);
         for (name, text) in FILES.into_iter().zip([&copy, &study.source().text]) {
             explained(&folder.place(name), directory.replace(name, text.as_bytes(), true))?;
         }
@@ -327,6 +326,12 @@ pub fn copies(directory: &Directory) -> anyhow::Result<[String; 2]> {
         String::from_utf8(bytes).with_context(|| format!("{} is not UTF-8", place.display()))
     };
     Ok([read(FILES[0])?, read(FILES[1])?])
+}
+
+/// The study file with the copy of the model as its model, so that both copies in a folder are a study that can be run.
+pub fn runnable(study: &Study) -> String {
+    let text = &study.file().text;
+    with_setting(FILES[0], text, "model", &format!("{:?}", FILES[1])).unwrap_or_else(|_| text.clone())
 }
 
 /// The settings in which a stored study differs.

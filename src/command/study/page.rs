@@ -1,6 +1,6 @@
 //! The page of a study.
 
-use super::folder::{ROWS, SUMMARY};
+use super::folder::{ROWS, SUMMARY, runnable};
 use linkwright::report::page::{Badge, Page, PageSection};
 use linkwright::report::table::Table;
 use linkwright::study::{Conclusion, Rows, Study};
@@ -32,7 +32,7 @@ pub fn page(study: &Study, rows: &Rows, conclusion: &Conclusion) -> Page {
         ("study.toml".to_owned(), "the study file".to_owned()),
         ("model.toml".to_owned(), "the model".to_owned()),
     ]);
-    let listing = PageSection::new("files", "Files").links(files).listing("the study file", study.file().text.clone());
+    let listing = PageSection::new("files", "Files").links(files).listing("the study file", runnable(study));
     page.with(listing).foot(format!(
         "Written by linkwright {}. The page is self-contained: it can be sent and stored as one file.",
         env!("CARGO_PKG_VERSION")
