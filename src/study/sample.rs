@@ -150,12 +150,19 @@ pub fn mean_and_deviation(values: &[f64]) -> [f64; 2] {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     let squares = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>();
-    [mean, (squares / (n - 1.0)).sqrt()]
+    [mean, if values.len() < 2 { f64::NAN } else { (squares / (n - 1.0)).sqrt() }]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn fewer_than_two_values_have_no_deviation() {
+        assert!(mean_and_deviation(&[]).iter().all(|v| v.is_nan()));
+        assert!(mean_and_deviation(&[2.0])[1].is_nan());
+        assert_eq!(mean_and_deviation(&[1.0, 3.0]), [2.0, f64::sqrt(2.0)]);
+    }
 
     #[test]
     fn the_last_variable_of_a_grid_changes_fastest() {
