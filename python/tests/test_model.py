@@ -225,7 +225,7 @@ def test_values_of_numpy_and_strange_texts_survive_a_dictionary():
             "objective": {"minimize": "y", "over": "sum"},
         }
     )
-    assert model.title == 'a "title" with \\ and \t and \x7f and é'
+    assert model.title == 'a "title" with \\ and \\u0009 and \\u007f and é'
     np.testing.assert_array_equal(model.analyze()["y"], [0.0, 0.25, 0.5])
 
 
