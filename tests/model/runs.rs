@@ -92,6 +92,23 @@ fn methods_are_compared_on_a_model_file() {
     let rows: Vec<Value> = shown.lines().map(json).collect();
     assert_eq!((rows.len(), &rows[1]["analyses"]), (2, &11.into()));
     assert!((rows[0]["objective"].as_f64().unwrap() - 1.50865).abs() < 1e-4);
+    // A maximized objective has its own sign, and the largest one is the best; a peak is its value, not the variable that bounds it.
+    let design = "version = 2\n[design.x]\nstart = 0.4\nlower = 0\nupper = 2\n";
+    let peak = "[time]\nfrom = 0\nto = 1\npoints = 11\n[[output]]\nname = \"y\"\nvalue = \"(x - 1)^2 + time\"\n";
+    let one_cycle = "[method]\npreset = \"slp\"\nmax_cycles = 1\n";
+    for (objective, largest) in [
+        ("[objective]\nmaximize = \"3 - (x - 1)^2\"\n".to_owned(), 3.0),
+        (format!("{peak}[objective]\nminimize = \"y\"\nover = \"peak\"\nbound = {{ start = 50 }}\n{one_cycle}"), 1.36),
+    ] {
+        std::fs::write(place.0.join("stated.toml"), format!("{design}{objective}")).unwrap();
+        let arguments = ["compare", "stated.toml", "--methods", "slp,bfgs", "--json", "--out", "there"];
+        let output = linkwright(&arguments, &place.0);
+        assert!(text(&output.stdout).lines().count() == 3, "{output:?}");
+        for row in text(&output.stdout).lines().map(json) {
+            let (value, above) = (row["objective"].as_f64().unwrap(), row["above_best"].as_f64().unwrap_or(0.0));
+            assert!(value > 0.0 && value <= largest + 1e-9 && above >= -1e-12, "{row}");
+        }
+    }
 }
 
 #[test]

@@ -177,3 +177,27 @@ fn the_warning_about_reactions_of_redundant_constraints_is_true_in_both_coordina
         }
     }
 }
+
+/// A beam that is fixed to a body whose reference point is 0.3 m from its end: its nodes are where it begins and ends, and a force at the last one
+/// does not twist it.
+#[test]
+fn the_first_and_last_node_of_a_beam_are_its_ends() {
+    let text = |fixed: &str| {
+        format!(
+            "version = 2\nspace = 3\n[[body]]\nname = \"A\"\nkind = \"fixed-node\"\n{}             [[beam]]\nname = \"bm\"\ndiameter = 0.02\nfrom = [0, 0, 0.3]\nto = [1, 0, 0.3]\nyoung = 2e9\ndensity = 3000\n             elements = 4\n{fixed}[[force]]\nname = \"F\"\nkind = \"force\"\nat = \"bm.last\"\ndirection = [0, 1, 0]\n             magnitude = 1\n[time]\nat = [0]\n[analysis]\nkind = \"statics\"\n",
+            if fixed.contains("end") {
+                "[[body]]\nname = \"B\"\nkind = \"massless-node\"\nposition = [1, 0, 0.6]\n"
+            } else {
+                ""
+            }
+        )
+    };
+    // F L³/(3 E I) and the shear of F L/(k G A).
+    let tip = 1.0 / (3.0 * 2e9 * std::f64::consts::PI * 0.02f64.powi(4) / 64.0);
+    for fixed in ["start = \"A\"\n", "start = \"A\"\nend = \"B\"\n"] {
+        let places = ["bm.first.z", "bm.last.z", "bm.last.roll", "bm.last.y"].map(str::to_owned);
+        let values = last_of(&(text(fixed) + &outputs(places.into_iter())));
+        assert_near(&values[..3], &[0.3, 0.3, 0.0], 1e-9);
+        assert!((values[3] / tip - 1.0).abs() < 1e-3, "{values:?} for {tip}");
+    }
+}
