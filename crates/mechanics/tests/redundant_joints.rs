@@ -3,6 +3,7 @@
 use linkwright_mechanics::derivatives::modal::{About, squared_frequencies};
 use linkwright_mechanics::elements::spatial::MassProperties3;
 use linkwright_mechanics::integrators::explicit::{Coordinates, StepControl};
+use linkwright_mechanics::motion::{ConstantSpeed, Ramp};
 use linkwright_mechanics::{
     Dynamics, Explicit, Mechanism, Pose3, Rotation, Statics, equilibria, simulate, simulate_explicitly,
 };
@@ -95,4 +96,29 @@ fn explicit_motions_are_those_of_one_hinge_in_both_coordinates() {
 #[test]
 fn implicit_motions_are_those_of_one_hinge() {
     is_without_effect(1e-6, |m| Ok(simulate(m, &Dynamics::fixed(5e-3), &[0.0, 0.1, 0.3])?.values.concat()));
+}
+
+/// A door that is fixed to the ground, and driven about its hinge: neither can be obeyed.
+#[test]
+fn drives_that_contradict_redundant_joints_are_errors() {
+    for (speed, is_at_start) in [([0.0, 1.0], true), ([0.0, 0.0], false)] {
+        let mut m = Mechanism::<f64>::with_gravity3([0.0, 0.0, -9.81]);
+        let ground = m.ground3();
+        let body = m.body3("door", MassProperties3::principal(2.0, [0.1, 0.12, 0.09]), Pose3::at([0.0; 3]));
+        m.revolute3("hinge", ground.origin(), body.origin());
+        m.fixed_joint3("weld", ground.at([0.3, 0.0, 0.0]), body.at([0.3, 0.0, 0.0]));
+        let place = if is_at_start { [0.0; 2] } else { [0.1, 0.1] };
+        let motion = Ramp::Smooth;
+        match is_at_start {
+            true => m.drive_angle("motor", ground.origin(), body.origin(), ConstantSpeed, &speed),
+            false => m.drive_angle("motor", ground.origin(), body.origin(), motion, &[0.0, 0.5, place[0], place[1]]),
+        };
+        let times = [0.0, 0.3];
+        let error = simulate(&m, &Dynamics::fixed(5e-3), &times).unwrap_err().to_string();
+        assert!(error.contains("contradict"), "{error}");
+        if is_at_start {
+            let error = simulate_explicitly(&m, &Explicit::eighth_order(1e-8), &times).unwrap_err().to_string();
+            assert!(error.contains("contradict"), "{error}");
+        }
+    }
 }

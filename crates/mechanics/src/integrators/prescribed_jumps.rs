@@ -25,6 +25,10 @@ const ROUNDED: f64 = 1e-2;
 /// Largest effect of a jump on the equations, per unit of the jump, that is rounding.
 const ROUNDING: f64 = 1e-12;
 
+/// Jump of a velocity as a fraction of the velocity a step later that is none: the step ends where a smooth motion has just begun, and all its
+/// velocities are rounding errors.
+const BEGINNING: f64 = 1e-6;
+
 /// Part of a change of position over a step that a jump keeps at its place.
 const KEPT: f64 = 1e-3;
 
@@ -42,6 +46,9 @@ pub(crate) fn refuse_jumps(stepper: &Stepper<MechanismRhs<'_>>) -> Result<()> {
     refuse_position_jumps(system, mechanism, stepper.t, state)?;
     for i in moving(mechanism) {
         let Some((t, jump)) = velocity_jump(motion_of(mechanism, i), stepper.t) else { continue };
+        if jump.abs() <= BEGINNING * soon_after(motion_of(mechanism, i), stepper.t) {
+            continue;
+        }
         if moves_others(system, mechanism, &state(), (i, jump)) {
             let why = format!(
                 "its prescribed velocity jumps by {jump:.3e} m/s or rad/s at t = {t:.6e} s, which takes an impulse: explicit steps \
@@ -82,6 +89,13 @@ pub(crate) fn refuse_position_jumps(
 fn moving(mechanism: &Mechanism<f64>) -> impl Iterator<Item = usize> + use<'_> {
     let is_moving = |i: &usize| mechanism.coordinates[*i].motion.as_ref().is_some_and(|(motion, _)| !motion.is_fixed());
     (0..mechanism.coordinates.len()).filter(is_moving)
+}
+
+/// The largest velocity (m/s or rad/s) within a step after the one with these `ends` (s).
+fn soon_after(at: impl Fn(f64) -> [f64; 2], [begin, end]: [f64; 2]) -> f64 {
+    [1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 1.0]
+        .iter()
+        .fold(0.0, |largest: f64, part| largest.max(at(end + part * (end - begin))[1].abs()))
 }
 
 /// Position and velocity of the prescribed coordinate number `i` at a time.

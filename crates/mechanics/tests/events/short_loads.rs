@@ -1,6 +1,6 @@
 //! Loads and prescribed motions that act for a short time on what is at rest: adaptive steps do not pass over them.
 
-use crate::models::Above;
+use crate::models::{Above, outputs};
 use autodiff::Scalar;
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright_mechanics::events::Action;
@@ -187,4 +187,25 @@ fn explicit_steps_refuse_jumps_of_prescribed_velocities_that_take_impulses() {
     assert!(simulate(&driven_cart(true), &Dynamics::fixed(1e-3), &times).is_ok());
     // A spring has no impulse.
     compare("spring", &driven_cart(false), 2.0, 1e-4);
+}
+
+/// A rod hangs on a cart that a ramp moves by 0.1 m within 0.3 ms, between two outputs: its velocities pass the ends of a step over.
+#[test]
+fn short_ramps_of_drives_are_not_passed_over() {
+    let mut m = Mechanism::<f64>::with_gravity(0.0, -9.81);
+    let cart = m.body("cart", 1.0, 1.0, Pose { x: 0.0, y: 0.0, theta: 0.0 });
+    let rod = m.body("rod", 1.0, 1.0 / 12.0, Pose { x: 0.0, y: -0.5, theta: -std::f64::consts::FRAC_PI_2 });
+    m.drive(cart.y, Fixed, &[0.0]);
+    m.drive(cart.theta, Fixed, &[0.0]);
+    m.revolute("pin", cart.origin(), rod.at(-0.5, 0.0));
+    m.drive(cart.x, Ramp::Smooth, &[0.0, 0.1, 0.505, 3e-4]);
+    outputs(&mut m, rod.theta).unwrap();
+    let times: Vec<f64> = (0..=20).map(|k| 0.1 * f64::from(k)).collect();
+    let steps: Vec<f64> = [vec![0.005; 101], vec![1e-5; 30], vec![1e-3; 1495]].concat();
+    let fixed = Explicit::eighth_order(1.0).with_step_control(StepControl::Given(steps));
+    let expected = simulate_explicitly(&m, &fixed, &times).unwrap().values[0][20];
+    for settings in [Explicit::eighth_order(1e-8), Explicit::adaptive(1e-8)] {
+        let found = simulate_explicitly(&m, &settings, &times).unwrap().values[0][20];
+        assert!((found - expected).abs() < 1e-4 * expected.abs(), "{found} for {expected}");
+    }
 }
