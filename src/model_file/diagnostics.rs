@@ -33,7 +33,7 @@ pub struct Diagnostic {
     pub help: Option<String>,
     /// The unknown name, if the diagnostic is about one.
     pub(super) unknown_name: Option<Box<str>>,
-    /// What the underlined bytes use again, if the diagnostic is about that.
+    /// The name or key that the underlined bytes use again, if the diagnostic is about that.
     pub(super) second_use: Option<Box<SecondUse>>,
 }
 

@@ -24,7 +24,7 @@ use tokio::sync::watch;
 
 /// Largest size of a model file in bytes.
 const LIMIT: u64 = 2 << 20;
-/// What precedes, in the file of an edited text, the hash of the text on disk that was edited: it is the last line.
+/// Beginning of the last line in the file of an edited text, before the hash of the text on disk that was edited.
 const BASE: &str = "\n# linkwright: unsaved edit of the text with hash ";
 /// Largest number of words that are offered to complete a text.
 const OFFERED: usize = 60;

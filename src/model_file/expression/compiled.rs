@@ -67,7 +67,7 @@ pub struct CompiledExpression {
     pub(super) height: usize,
 }
 
-/// How a value changes with the design.
+/// Dependence of a value on the design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Change {
     /// Not at all.
@@ -199,7 +199,7 @@ impl CompiledExpression {
         None
     }
 
-    /// How the value changes with the design, if the other names change as given.
+    /// Dependence of the value on the design, from that of the other names.
     pub fn change(&self, other: impl Fn(usize) -> Change) -> Change {
         let mut stack: Vec<Change> = vec![];
         for operation in &self.operations {

@@ -176,7 +176,7 @@ impl QuantityContext<'_> {
         self.names.compile(tree, &scope)
     }
 
-    /// How an output or a series changes with the design: in steps, or in any other way.
+    /// Dependence of an output or a series on the design: in steps, or in any other way.
     fn change_of(&self, other: usize) -> Change {
         let output = self.outputs.get(other).filter(|output| output.is_plain());
         match output.map(|output| output.formula.expression.change(|_| Change::Slopes)) {

@@ -52,9 +52,9 @@ const REDUNDANT: f64 = 1e-13;
 /// $$ \frac{d\omega^2}{db} = \psi^T\left(\frac{dK}{db} - \omega^2\frac{dM}{db}\right)\varphi
 ///    + \psi^T\frac{d\Phi_q^T}{db}\mu + \nu^T\frac{d\Phi_q}{db}\varphi $$
 ///
-/// where K, M and Φ_q depend on the design also through the state. If all forces have a potential, ψ = φ and ν = μ. One evaluation of every element gives all terms, in
-/// numbers with derivatives along φ and with respect to [`WIDTH`] design variables. For a repeated frequency the
-/// derivatives are the eigenvalues of the matrix of this expression for all pairs of its modes.
+/// where K, M and Φ_q depend on the design also through the state. If all forces have a potential, ψ = φ and ν = μ. One evaluation
+/// of every element gives all terms, in numbers with derivatives along φ and with respect to [`WIDTH`] design variables. For a
+/// repeated frequency the derivatives are the eigenvalues of the matrix of this expression for all pairs of its modes.
 ///
 /// # Errors
 /// As [`modes`], [`assemble`] and [`equilibria`](crate::analyses::statics::equilibria); [`Error::Unsupported`] for a repeated frequency

@@ -757,8 +757,8 @@ fn a_corner_without_restitution_lands_and_leaves_within_a_turn() {
     let times: Vec<f64> = (0..=100).map(|k| 0.01 * f64::from(k)).collect();
     for settings in [Explicit::eighth_order(1e-8), Explicit::adaptive(1e-8)] {
         let history = simulate_explicitly(&m, &settings, &times).unwrap();
-        println!("{:?} {:?}", history.values[0].last(), history.impacts);
-        assert!((history.values[0][100] - 0.010968943).abs() < 1e-6);
+        let end = history.values[0][100];
+        assert!((end - 0.010968943).abs() < 1e-6, "{end} {:?}", history.impacts);
     }
 }
 
@@ -837,7 +837,7 @@ fn events_happen_where_a_jump_makes_their_condition_true() {
     let implicit = simulate(&m, &settings, &[end]).unwrap();
     for history in [explicit, implicit] {
         let last = history.impacts.last().unwrap();
-        assert!(last.contact == "floor" || (last.t - impact).abs() < 1e-5, "{:?}", history.impacts);
+        assert!((last.t - impact).abs() < 1e-5, "{:?}", history.impacts);
         assert_eq!(history.values[0][0], 0.0);
     }
 }

@@ -58,7 +58,7 @@ impl ProjectedPart {
     }
 }
 
-/// Derivative of the velocity of friction that sticks which is rounding.
+/// Derivative of the velocity of friction that sticks, as a fraction of the largest one of all velocities, that is rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// Factorizes the matrix of M q̈ + Φ_qᵀ λ = f, Φ̈ = 0 at `values`.
@@ -149,7 +149,8 @@ where
         self.given_velocities(values, projection, state)?;
         let held = sticking_coordinates(self.plain, &values.modes);
         let rates: Vec<_> = held.iter().map(|&i| state.v[i].derivatives()).collect();
-        if rates.as_flattened().iter().all(|rate| rate.abs() <= ROUNDING) {
+        let largest = state.v.iter().flat_map(|v| v.derivatives()).fold(0.0f64, |a, rate| a.max(rate.abs()));
+        if rates.as_flattened().iter().all(|rate| rate.abs() <= ROUNDING * largest) {
             return Ok(());
         }
         if T::ORDER > 1 {
