@@ -2,8 +2,6 @@
 //! do not have.
 
 use crate::events::impact::{Jump, joint_rows};
-use crate::integrators::explicit::mechanism::MechanismRhs;
-use crate::integrators::explicit::stepper::Stepper;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::StateScalar;
 use crate::system::System;
@@ -35,18 +33,22 @@ const KEPT: f64 = 1e-3;
 /// Change of a position over a step, in units of the largest of three velocities times the length, below which nothing jumps.
 const CONTINUOUS: f64 = 4.0;
 
-/// Checks that no prescribed velocity or position jumps in the completed step in such a way that free coordinates would jump with it.
+/// Checks that no prescribed position or velocity jumps between the `ends` of a step (s), the last one with this `state`, in such a way
+/// that free coordinates would jump with it.
 ///
 /// # Errors
 ///
 /// [`Error::Unsupported`] naming the coordinate, the time and the jump.
-pub(crate) fn refuse_jumps(stepper: &Stepper<MechanismRhs<'_>>) -> Result<()> {
-    let (mechanism, system) = (stepper.rhs.mechanism, &stepper.rhs.system);
-    let state = || stepper.rhs.state_of(stepper.t[1], &stepper.new);
-    refuse_position_jumps(system, mechanism, stepper.t, state)?;
+pub(crate) fn refuse_jumps(
+    system: &System,
+    mechanism: &Mechanism<f64>,
+    ends: [f64; 2],
+    state: impl Fn() -> State<f64>,
+) -> Result<()> {
+    refuse_position_jumps(system, mechanism, ends, &state)?;
     for i in moving(mechanism) {
-        let Some((t, jump)) = velocity_jump(motion_of(mechanism, i), stepper.t) else { continue };
-        if jump.abs() <= BEGINNING * soon_after(motion_of(mechanism, i), stepper.t) {
+        let Some((t, jump)) = velocity_jump(motion_of(mechanism, i), ends) else { continue };
+        if jump.abs() <= BEGINNING * soon_after(motion_of(mechanism, i), ends) {
             continue;
         }
         if moves_others(system, mechanism, &state(), (i, jump)) {

@@ -1,6 +1,5 @@
 //! Steps whose stages are graded towards one end, where the rates contain powers that are not integers.
 
-use crate::integrators::explicit::tableau::{DenseWeights, Tableau};
 use autodiff::Scalar;
 
 /// Distribution of the stages of a step.
@@ -51,22 +50,6 @@ impl Grading {
             Self::Start => s.sqrt(),
             Self::End => -(-s + 1.0).sqrt() + 1.0,
         }
-    }
-}
-
-impl Tableau {
-    /// Weights of the state at which `slot` is evaluated in a step with the given `grading`: pairs of slot and weight.
-    pub fn row(&self, slot: usize, grading: Grading) -> impl Iterator<Item = (usize, f64)> {
-        self.stages[slot].iter().map(move |&(j, weight)| (j, weight * grading.slope(self.nodes[j])))
-    }
-
-    /// Weights of dense output at the fraction `s` of the length of a step with the given `grading`.
-    pub fn graded_dense_weights<T: Scalar>(&self, s: T, grading: Grading) -> DenseWeights<T> {
-        let mut weights = self.dense_weights(grading.variable(s));
-        for (weight, &node) in weights.slots.iter_mut().zip(self.nodes) {
-            *weight *= grading.slope(node);
-        }
-        weights
     }
 }
 

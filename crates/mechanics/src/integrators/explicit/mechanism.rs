@@ -359,7 +359,8 @@ impl OdeRhs for MechanismRhs<'_> {
     }
 
     fn end_at_event(stepper: &mut Stepper<Self>, times: &InspectionTimes) -> Result<()> {
-        refuse_jumps(stepper)?;
+        let (rhs, t) = (&stepper.rhs, stepper.t);
+        refuse_jumps(&rhs.system, rhs.mechanism, t, || rhs.state_of(t[1], &stepper.new))?;
         end_at_event(stepper, times)
     }
 

@@ -64,6 +64,20 @@ impl Tableau {
         self.stages.len()
     }
 
+    /// Weights of the state at which `slot` is evaluated in a step with the given `grading`: pairs of slot and weight.
+    pub fn row(&self, slot: usize, grading: Grading) -> impl Iterator<Item = (usize, f64)> {
+        self.stages[slot].iter().map(move |&(j, weight)| (j, weight * grading.slope(self.nodes[j])))
+    }
+
+    /// Weights of dense output at the fraction `s` of the length of a step with the given `grading`.
+    pub fn graded_dense_weights<T: Scalar>(&self, s: T, grading: Grading) -> DenseWeights<T> {
+        let mut weights = self.dense_weights(grading.variable(s));
+        for (weight, &node) in weights.slots.iter_mut().zip(self.nodes) {
+            *weight *= grading.slope(node);
+        }
+        weights
+    }
+
     /// Writes the state at which `slot` is evaluated in a step of the length `h` with a grading, y = y₀ + h Σ a k.
     ///
     /// Works on pieces that fit into registers: every rate is read once and y is written once.
