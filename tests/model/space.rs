@@ -220,6 +220,57 @@ radius_b = 0.1
 }
 
 /// A frame at rest with the orientation, and its angles.
+
+/// The axes of `b` are those of `a`, turned to `axis_b`: the shaft that is driven is not twisted by the assembly, and turns by the angle of
+/// the driving one.
+#[test]
+fn a_drive_shaft_with_a_constant_velocity_joint_turns_by_the_same_angle() {
+    let text = format!(
+        r#"
+version = 2
+space = 3
+[design.bend]
+start = 0.5
+[objective]
+minimize = "bend"
+[time]
+to = 0.4
+points = 3
+[analysis]
+kind = "kinematics"
+{}
+[[joint]]
+name = "bearing"
+a = "ground"
+b = "driving"
+axis = [1, 0.2, 0.3]
+[[joint]]
+name = "sleeve"
+kind = "cylindrical"
+a = "ground"
+b = "driven"
+axis = [1, 0.2, "0.3 + bend"]
+[[joint]]
+name = "joint"
+kind = "constant-velocity"
+a = "driving"
+b = "driven"
+axis = [1, 0.2, 0.3]
+axis_b = [1, 0.2, "0.3 + bend"]
+[[driver]]
+name = "motor"
+coordinate = "bearing.angle"
+motion = "3*time"
+{}"#,
+        ["driving", "driven"]
+            .map(|name| format!("[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [1, 1, 1]\n"))
+            .concat(),
+        outputs(["sleeve.angle", "joint.torque"].into_iter().map(str::to_owned)),
+    );
+    assert_near(&last(&text), &[1.2, 0.0], 1e-11);
+    assert_derivatives(&text);
+}
+
 fn angles(orientation: &str) -> Vec<f64> {
     let outputs = outputs(["frame.yaw", "frame.pitch", "frame.roll"].map(str::to_owned).into_iter());
     last(&format!("{BASE}[[body]]\nname = \"frame\"\nkind = \"fixed-node\"\norientation = {orientation}\n{outputs}"))

@@ -68,8 +68,13 @@ pub const SHARED_KEYS: &[Key] = &[
         "axis z of both points in world axes at the start; by default z of the bodies",
     )
     .of_any_unit(),
-    optional("axis_b", Accepts::Direction, "axis z of `b`, if it differs from that of `a`, as in a universal joint")
-        .of_any_unit(),
+    optional(
+        "axis_b",
+        Accepts::Direction,
+        "axis z of `b`, if it differs from that of `a`, as in universal and constant-velocity joints; its axes are those of `a`, turned by \
+         the smallest angle that makes z so",
+    )
+    .of_any_unit(),
     optional(
         "x",
         Accepts::Direction,
@@ -231,8 +236,12 @@ impl Parts {
         if let (Some(place), false) = (self.place(section, "at", names, &Scope::DESIGN)?, has_place) {
             (marker.0.place, marker.0.is_world_place) = (place, true);
         }
-        let z = if key == "b" && section.has("axis_b") { "axis_b" } else { "axis" };
-        if let (Some(axes), false) = (self.axes(section, z, names)?, has_axes) {
+        let bent = if key == "b" { self.direction(section, "axis_b", names)? } else { None };
+        let axes = match (self.axes(section, "axis", names)?, bent) {
+            (axes, Some(z)) => Some(Axes::Bent(Box::new(axes.unwrap_or(Axes::Same)), z)),
+            (axes, None) => axes,
+        };
+        if let (Some(axes), false) = (axes, has_axes) {
             (marker.0.axes, marker.0.is_world_axes) = (axes, true);
         }
         Ok(marker.0)
@@ -357,6 +366,10 @@ impl<S: Scalar> BuildContext<S> {
             Axes::Z(z, None) => Rotation::z_along(self.direction(pose, z, b)),
             Axes::Z(z, Some(x)) => Rotation::from_z_x(self.direction(pose, z, b), self.direction(pose, x, b)),
             Axes::X(x) => Rotation::from_x_z(self.direction(pose, x, b), Z_OF_FRAME.map(S::from)),
+            Axes::Bent(from, z) => {
+                let from = self.rotation(pose, from, b);
+                from.then(Rotation::z_along(from.inverse().rotate(self.direction(pose, z, b))))
+            }
             Axes::EulerParameters(e) => Rotation::euler_parameters(self.numbers(e, b)),
             Axes::Fixed(e) => Rotation::euler_parameters(e.map(S::from)),
         }

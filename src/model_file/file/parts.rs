@@ -76,6 +76,8 @@ pub enum Axes {
     Z(Direction, Option<Direction>),
     /// The axis x.
     X(Direction),
+    /// Other axes, turned by the smallest angle that gives z this direction.
+    Bent(Box<Axes>, Direction),
     /// Euler parameters, scalar first.
     EulerParameters([CompiledExpression; 4]),
     /// A rotation matrix of numbers, as the rotation.

@@ -4,7 +4,7 @@ use crate::{accurate, follows, times, watch};
 use autodiff::{DualNum, Jet2};
 use linkwright_mechanics::elements::spatial::{LoadKind3, MassProperties3};
 use linkwright_mechanics::mechanism::{Pose3, Rotation};
-use linkwright_mechanics::motion::{ConstantSpeed, Fixed};
+use linkwright_mechanics::motion::{ConstantSpeed, Fixed, Harmonic};
 use linkwright_mechanics::{Assembly, Mechanism, kinematics, simulate_explicitly};
 
 /// Two shafts at the angle β, joined by a universal joint: tan φ₂ = cos β tan φ₁ if the cross's axis on the first shaft is
@@ -51,6 +51,51 @@ fn a_universal_joint_transmits_its_ratio_and_torque() {
     // Virtual work: T₁ φ̇₁ = (J φ̈₂ − T₂) φ̇₂.
     let expected = |t: f64| (inertia * turn(t).v2 - load) * turn(t).v1 / speed;
     follows("torque", &at, &values[3], expected, 1e-9);
+}
+
+/// Two shafts at the angle β, joined by a constant-velocity joint: φ₂ = φ₁, and the torques have the same size.
+///
+/// # Sources
+/// Seherr-Thoss, Schmelz & Aucktor, *Universal Joints and Driveshafts* (2006), Section 1.3.
+#[test]
+fn a_constant_velocity_joint_transmits_angle_and_torque_unchanged() {
+    let (inertia, load) = (0.02, 1.5);
+    for beta in [0.0, 0.5, -1.1, 1.9f64] {
+        let mut m = Mechanism::<f64>::new();
+        let ground = m.ground3();
+        let (first, second, normal) = ([1.0, 0.0, 0.0], [beta.cos(), beta.sin(), 0.0], [0.0, 0.0, 1.0]);
+        let properties = MassProperties3::principal(1.0, [inertia; 3]);
+        let [one, two] = ["one", "two"].map(|name| m.body3(name, properties, Pose3::at([0.0; 3])));
+        let bearing = [ground.origin().with_z_x(first, normal), one.origin().with_z_x(first, normal)];
+        let other = [ground.origin().with_z_x(second, normal), two.origin().with_z_x(second, normal)];
+        m.revolute3("bearing", bearing[0], bearing[1]);
+        m.cylindrical("sleeve", other[0], other[1]);
+        let joint = m.constant_velocity("joint", bearing[1], other[1]);
+        let input = m.drive_angle("input", bearing[0], bearing[1], Harmonic, &[0.0, 2.0, 3.0, 0.4]);
+        let output = m.joint_angle("output", other[0], other[1]);
+        m.load3("load", LoadKind3::FollowerTorque, two.origin(), second, Fixed, &[load]);
+        let still = m.ground().x;
+        for (name, shaft) in [("first", input), ("second", output)] {
+            let sensor = m.coordinate_sensor(name, still, shaft);
+            watch(&mut m, sensor, &["position", "velocity", "acceleration"]).unwrap();
+        }
+        watch(&mut m, joint, &["torque"]).unwrap();
+        let torque = m.driving_force(input);
+        m.output("driving torque", &[torque]);
+        let at = times(2.0, 80);
+        let values = kinematics(&m, Assembly::default(), &at).unwrap();
+        for k in 0..at.len() {
+            for order in 0..3 {
+                let (given, found) = (values[order][k], values[3 + order][k]);
+                assert!((found - given).abs() < 1e-10, "order {order} at β = {beta}: {found} for {given}");
+            }
+            // Of the torque about the bisector of the shafts, each shaft feels the component along it; the bearings hold the rest.
+            let shaft = inertia * values[5][k] - load;
+            let (driving, at_joint) = (inertia * values[2][k] + shaft, shaft.abs() / (0.5 * beta).cos());
+            assert!((values[7][k] - driving).abs() < 1e-10, "β = {beta}: {} for {driving}", values[7][k]);
+            assert!((values[6][k] - at_joint).abs() < 1e-10, "β = {beta}: {} for {at_joint}", values[6][k]);
+        }
+    }
 }
 
 /// A screw under gravity along its axis: m s̈ + J (2π/p)² s̈ = −m g.

@@ -154,9 +154,12 @@ fn every_joint_that_is_upside_down_is_named() {
 /// Axes of length zero, and parallel ones, at either end of every joint with axes.
 #[test]
 fn every_joint_with_an_impossible_axis_is_named() {
-    let others: [(&str, Add); 4] = [
+    let others: [(&str, Add); 5] = [
         ("universal", |m, name, a, b| {
             m.universal(name, a, b);
+        }),
+        ("constant-velocity", |m, name, a, b| {
+            m.constant_velocity(name, a, b);
         }),
         ("point-on-line", |m, name, a, b| {
             m.point_on_line3(name, a, b);

@@ -385,6 +385,11 @@ pub(crate) fn reaction_column<T: StateScalar>(node: &Node3, body: &Placed<T>, ro
             let about = cross(axis(i), second);
             [about, cross(body.tip, about)]
         }
+        // No joint of a tree has this row; at equal axes it is a torque about z.
+        Row::Untwisted => {
+            let about = axis(2).map(|x| x * 2.0);
+            [about, cross(body.tip, about)]
+        }
     };
     joined(column).map(|x| x * sign)
 }

@@ -7,7 +7,7 @@ pub(crate) mod rows;
 
 pub use distance3::DistanceConstraint3;
 pub use lower_pairs::{Cylindrical, FixedJoint3, Planar, Prismatic3, Revolute3};
-pub use point_joints::{PointOnLine3, PointOnPlane, Spherical, Universal};
+pub use point_joints::{ConstantVelocity, PointOnLine3, PointOnPlane, Spherical, Universal};
 
 use crate::elements::kind::ElementKind;
 use crate::elements::state_function::StateFunction;
@@ -21,6 +21,7 @@ pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
         ElementKind::plain(Cylindrical::object()),
         ElementKind::plain(Spherical::object()),
         ElementKind::plain(Universal::object()),
+        ElementKind::plain(ConstantVelocity::object()),
         ElementKind::plain(Planar::object()),
         ElementKind::plain(FixedJoint3::object()),
         ElementKind::plain(PointOnLine3::object()),

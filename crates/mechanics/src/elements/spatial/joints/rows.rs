@@ -30,6 +30,9 @@ pub(crate) enum Row {
     InPlane(usize),
     /// An axis of A is perpendicular to an axis of B: Φ = aᵢ · bⱼ. λ is a torque of A on B about aᵢ × bⱼ in N·m.
     Perpendicular(usize, usize),
+    /// The axis of the rotation from A to B is normal to their axes z: Φ = x_A · y_B − y_A · x_B. λ is a torque of A on B about
+    /// x_A × y_B − y_A × x_B, the sum of the axes z, in N·m.
+    Untwisted,
 }
 
 /// The points coincide.
@@ -55,6 +58,10 @@ pub(crate) fn residual<T: Scalar>(rows: &[Row], x: &ElementState<'_, T>, dynamic
                 *value = dot(a.axes[i], b.axes[j]);
                 torque = add(torque, scaled(cross(a.axes[i], b.axes[j]), l));
             }
+            Row::Untwisted => {
+                *value = dot(a.axes[X], b.axes[Y]) - dot(a.axes[Y], b.axes[X]);
+                torque = add(torque, scaled(untwisting(&ends), l));
+            }
         }
     }
     if rows.iter().any(|row| matches!(row, Row::Coincident(_))) {
@@ -64,9 +71,14 @@ pub(crate) fn residual<T: Scalar>(rows: &[Row], x: &ElementState<'_, T>, dynamic
     if rows.iter().any(|row| matches!(row, Row::InPlane(_))) {
         ends.apply_at_b(at_b, dynamics);
     }
-    if rows.iter().any(|row| matches!(row, Row::Perpendicular(..))) {
+    if rows.iter().any(|row| matches!(row, Row::Perpendicular(..) | Row::Untwisted)) {
         ends.apply_torque(torque, dynamics);
     }
+}
+
+/// Torque of A on B by a unit multiplier of [`Row::Untwisted`].
+fn untwisting<T: Scalar>(Ends { a, b }: &Ends<T>) -> [T; 3] {
+    subtract(cross(a.axes[X], b.axes[Y]), cross(a.axes[Y], b.axes[X]))
 }
 
 /// Measures of joints in space, see [`measure`].
@@ -83,13 +95,15 @@ pub(crate) const REACTIONS: &[Measure] = &[
 
 /// Writes the force and the torque of A on B along the axes of the marker A, with their magnitudes.
 pub(crate) fn measure<T: Scalar>(rows: &[Row], x: &ElementState<'_, T>, out: &mut [T]) {
-    let Ends { a, b } = Ends::of(x);
+    let ends = Ends::of(x);
+    let Ends { a, b } = &ends;
     let (mut force, mut torque) = ([T::zero(); 3], [T::zero(); 3]);
     for (row, &l) in rows.iter().zip(x.l) {
         match *row {
             Row::Coincident(k) => force[k] += l,
             Row::InPlane(k) => force = add(force, scaled(a.axes[k], l)),
             Row::Perpendicular(i, j) => torque = add(torque, scaled(cross(a.axes[i], b.axes[j]), l)),
+            Row::Untwisted => torque = add(torque, scaled(untwisting(&ends), l)),
         }
     }
     out[..3].copy_from_slice(&a.components(force));
@@ -98,9 +112,25 @@ pub(crate) fn measure<T: Scalar>(rows: &[Row], x: &ElementState<'_, T>, out: &mu
     out[7] = norm(torque);
 }
 
-/// Describes axes of A and B that should have the same direction and have not: perpendicular rows hold for −b as well.
-pub(crate) fn misaligned(axes: &[usize], x: &ElementState<'_, f64>) -> Option<String> {
+/// Describes axes of A and B that should have the same direction and have not: perpendicular rows hold for −b as well, and
+/// [`Row::Untwisted`] after half a turn about z.
+pub(crate) fn misaligned(rows: &[Row], axes: &[usize], x: &ElementState<'_, f64>) -> Option<String> {
     let Ends { a, b } = Ends::of(x);
+    if rows.contains(&Row::Untwisted) {
+        let cosine = |k: usize| dot(a.axes[k], b.axes[k]);
+        if cosine(Z) < -0.5 {
+            return Some(format!(
+                "it is assembled the wrong way round: the z-axes of its markers, along the shafts, should have the same direction where the \
+                 joint is straight, but the cosine of their angle is {:.3}",
+                cosine(Z)
+            ));
+        }
+        return (cosine(X) + cosine(Y) < 0.0).then(|| {
+            "it is assembled the wrong way round: the x-axes of its markers should have the same direction where the joint is straight, \
+             but one is half a turn about z ahead"
+                .to_owned()
+        });
+    }
     let wrong = axes.iter().find(|k| dot(a.axes[**k], b.axes[**k]) < 0.5)?;
     let (name, cosine) = (["x", "y", "z"][*wrong], dot(a.axes[*wrong], b.axes[*wrong]));
     Some(format!(
@@ -166,7 +196,7 @@ macro_rules! spatial_joint {
             }
 
             fn diagnose_assembly(&self, x: &ElementState<'_, f64>) -> Option<String> {
-                rows::misaligned(&$aligned, x)
+                rows::misaligned(Self::ROWS, &$aligned, x)
             }
         }
 
