@@ -67,6 +67,11 @@ impl Dimension {
         self.is_like(other) && !is_mixed(self, other) && !is_mixed(other, self)
     }
 
+    /// Returns `true` if this is that of an angle.
+    pub fn is_angle(self) -> bool {
+        self == Self::of([0, 0, 0, 1, 0])
+    }
+
     /// Returns `true` if this is that of a number or an angle.
     pub fn is_number(self) -> bool {
         self.is_like(Self::NUMBER)

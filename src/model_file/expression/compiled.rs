@@ -1,6 +1,6 @@
 //! Compiled expressions: operations on a stack, over any scalar.
 
-use super::function::{MathFunction, kinked};
+use super::function::{MathFunction, kinked, power};
 use super::table::Table as TableFunction;
 use crate::Readable;
 use autodiff::Scalar;
@@ -336,7 +336,7 @@ fn one<S: Scalar>(operation: Operation, x: S) -> S {
         Scale(c) => x * c,
         DivideBy(c) => x / c,
         WholePower(n) => x.powi(n),
-        Power(p) => x.powf(p),
+        Power(p) => power(x, p),
         Of(function) => function.of(x),
         _ => unreachable!("an operation of one operand"),
     }

@@ -156,7 +156,7 @@ impl Inference<'_> {
     }
 
     fn of_call(&mut self, function: MathFunction, arguments: &[Tree]) -> Inferred {
-        use MathFunction::{Abs, Atan2, Cos, Hypot, Max, Min, Pow, Sin, Sqrt, Tan};
+        use MathFunction::{Abs, Atan2, Cos, Deg, Hypot, Max, Min, Pow, Sin, Sqrt, Tan};
         let found = arguments.iter().map(|argument| self.of(argument)).collect::<Result<Vec<_>, _>>()?;
         let number = Known::loose(Dimension::NUMBER);
         match (function, &found[..]) {
@@ -168,6 +168,10 @@ impl Inference<'_> {
             (Sin | Cos | Tan, [Some(Known { dimension, is_firm: true })]) if dimension.counts_cycles() => {
                 let message = format!("`{}` takes an angle, and this is {dimension}", function.name());
                 Err(Diagnostic::new(arguments[0].span.clone(), message).help("multiply it by 2*pi"))
+            }
+            (Deg, [Some(Known { dimension, is_firm: true })]) if dimension.is_angle() => {
+                let message = "`deg` takes a number of degrees, and this is an angle already";
+                Err(Diagnostic::new(arguments[0].span.clone(), message).help("leave `deg` out"))
             }
             _ => {
                 let wrong = |(_, found): &(&Tree, &Option<Known>)| {

@@ -1,5 +1,6 @@
 //! Reductions of a history to a number: `peak(x)`, `mean(x)`, `at(x, 0.5)`, …
 
+use super::function::power;
 use autodiff::Scalar;
 
 /// Reduction of a history to a number.
@@ -89,8 +90,8 @@ impl Reduction {
             Max => values[extreme(values, |v| v)],
             Min => values[extreme(values, |v| -v)],
             Range => values[extreme(values, |v| v)] - values[extreme(values, |v| -v)],
-            Mean => integral(values, times, |v| v) / span(times),
-            Rms => root(integral(values, times, |v| v * v) / span(times)),
+            Mean => mean(values, times, |v| v),
+            Rms => root(mean(values, times, |v| v * v)),
             Integral => integral(values, times, |v| v),
             Sum => values.iter().fold(S::from(0.0), |sum, v| sum + *v),
             Initial => values[0],
@@ -105,8 +106,7 @@ impl Reduction {
                 if largest == 0.0 {
                     return values[0].abs();
                 }
-                let power = |v: S| (v.abs() / largest).powf(number);
-                (integral(values, times, power) / span(times)).powf(1.0 / number) * largest
+                mean(values, times, |v| power(v.abs() / largest, number)).powf(1.0 / number) * largest
             }
             Smooth => {
                 let largest = values[extreme(values, |v| v)].re();
@@ -122,8 +122,12 @@ fn extreme<S: Scalar>(values: &[S], key: fn(f64) -> f64) -> usize {
     (1..values.len()).fold(0, |best, p| if key(values[p].re()) > key(values[best].re()) { p } else { best })
 }
 
-fn span(times: &[f64]) -> f64 {
-    times[times.len() - 1] - times[0]
+/// The mean over time; at a single time, the value there.
+fn mean<S: Scalar>(values: &[S], times: &[f64], of: impl Fn(S) -> S) -> S {
+    match times {
+        [_] => of(values[0]),
+        _ => integral(values, times, of) / (times[times.len() - 1] - times[0]),
+    }
 }
 
 fn integral<S: Scalar>(values: &[S], times: &[f64], of: impl Fn(S) -> S) -> S {
@@ -208,6 +212,14 @@ mod tests {
         // Between time points, too: the maximum of a parabola.
         let parabola: Vec<f64> = [0.0, 1.0, 3.0, 4.0].iter().map(|t| 1.0 - (t - 1.7f64).powi(2)).collect();
         assert!((TimeOfMax.over(&parabola, &[0.0, 1.0, 3.0, 4.0], 0.0) - 1.7).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_mean_at_a_single_time_is_the_value_there() {
+        for reduction in [Mean, Rms, Norm, Peak, Max] {
+            assert_eq!(reduction.over(&[3.0], &[0.5], 2.0), 3.0, "{}", reduction.name());
+        }
+        assert_eq!(Integral.over(&[3.0], &[0.5], 0.0), 0.0);
     }
 
     #[test]

@@ -35,13 +35,31 @@ impl Table {
 
     /// The value at `x`.
     pub fn at<S: Scalar>(&self, x: S) -> S {
+        // Marked as not polynomial for scalars that track the degree: the pieces differ.
+        let kink = (x - self.x[0]).abs() * 0.0;
         if let Some(spline) = &self.spline {
-            return spline.position(&[S::from(1.0)], x);
+            return spline.position(&[S::from(1.0)], x) + kink;
         }
         let i = self.x.partition_point(|&knot| knot <= x.re()).clamp(1, self.x.len() - 1) - 1;
         let slope = (self.y[i + 1] - self.y[i]) / (self.x[i + 1] - self.x[i]);
-        // Marked as not polynomial for scalars that track the degree: the pieces differ.
-        let kink = (x - self.x[i]).abs() * 0.0;
         (x - self.x[i]) * slope + self.y[i] + kink
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use autodiff::PolynomialDegree;
+
+    /// A problem with a table is none of a lower degree, although each piece is a polynomial: also beyond the ends, where it is straight.
+    #[test]
+    fn tables_are_no_polynomials() {
+        for is_cubic in [false, true] {
+            let table = Table::new(vec![0.0, 1.0, 2.0], vec![1.0, 0.0, 1.0], is_cubic).unwrap();
+            for x in [-3.0, 0.4, 1.0, 5.0] {
+                let found = table.at(PolynomialDegree::variable(x));
+                assert_eq!(found.degree, PolynomialDegree::NONLINEAR, "{is_cubic} at {x}");
+            }
+        }
     }
 }

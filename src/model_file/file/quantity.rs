@@ -252,7 +252,7 @@ impl QuantityContext<'_> {
             let (number, interval) = numbers.split_at(usize::from(reduction.has_number()));
             let points = points_of(grid, interval, tree)?;
             let number = number.first().copied().unwrap_or(0.0);
-            let number = checked_number(*reduction, number, grid, tree)?;
+            let number = checked_number(*reduction, number, (grid, &points), tree)?;
             uses.extend(self.used(&expression).0);
             parts.push((*reduction, number, points, expression));
         }
@@ -310,19 +310,23 @@ fn points_of(grid: &TimeGrid, interval: &[f64], tree: &Tree) -> Read<std::ops::R
 }
 
 /// The second number of a reduction, if it is allowed.
-fn checked_number(reduction: Reduction, number: f64, grid: &TimeGrid, tree: &Tree) -> Read<f64> {
+fn checked_number(
+    reduction: Reduction,
+    number: f64,
+    (grid, points): (&TimeGrid, &std::ops::Range<usize>),
+    tree: &Tree,
+) -> Read<f64> {
     let wrong = |message: String| Err(Diagnostic::new(tree.span.clone(), message));
     match reduction {
-        Reduction::At => grid.inside(number).map_or_else(
-            || {
-                let [first, last] = [grid.points[0], grid.points[grid.len() - 1]].map(|t| grid.shown(t));
-                let (number, name, unit) = (grid.shown(number), &grid.name, &grid.unit);
-                wrong(format!(
-                    "the {name} {number} is not between the first and the last point, {first} and {last} {unit}"
-                ))
-            },
-            Ok,
-        ),
+        Reduction::At => {
+            let [first, last] = [grid.points[points.start], grid.points[points.end - 1]];
+            if let Some(inside) = grid.inside(number).filter(|t| (first..=last).contains(t)) {
+                return Ok(inside);
+            }
+            let [first, last, number] = [first, last, number].map(|t| grid.shown(t));
+            let (name, unit) = (&grid.name, &grid.unit);
+            wrong(format!("the {name} {number} is not between the first and the last point, {first} and {last} {unit}"))
+        }
         Reduction::Norm if number < 1.0 => wrong("the exponent of a norm must be at least 1".to_owned()),
         Reduction::Smooth if number <= 0.0 => wrong("the sharpness must be positive".to_owned()),
         _ => Ok(number),

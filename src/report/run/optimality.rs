@@ -42,8 +42,8 @@ impl OptimizationReport<'_> {
             return Ok(section.paragraph(text));
         }
         section = section.paragraph(
-            "A multiplier is the sensitivity of the objective to a limit: relaxing the limit by one percent of its scale lowers \
-             the objective by about a hundredth of the multiplier.",
+            "A multiplier is the sensitivity of the objective to a limit: relaxing the limit by one percent of its scale \
+             improves the objective by about a hundredth of the multiplier.",
         );
         Ok(section.table(self.multipliers(active)?))
     }

@@ -68,7 +68,7 @@ impl<T: Scalar> Line<T> {
 
 /// |w|, with derivatives of zero at w = 0.
 #[inline]
-fn norm<T: Scalar>([x, y]: [T; 2]) -> T {
+pub(crate) fn norm<T: Scalar>([x, y]: [T; 2]) -> T {
     let square = x * x + y * y;
     if square.re() == 0.0 { T::zero() } else { square.sqrt() }
 }

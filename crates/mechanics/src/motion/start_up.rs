@@ -5,14 +5,14 @@ use autodiff::Scalar;
 
 /// A start from rest to a constant speed: p = \[position at t = 0, speed, duration\].
 ///
-/// The speed rises from zero by one of several profiles. After the duration T all of them have the position
-/// p₀ + ω (t − T/2).
+/// The speed rises from zero by one of several profiles, from t = 0 on; before, all but the sudden one are at rest. After the
+/// duration T all of these have the position p₀ + ω (t − T/2).
 ///
 /// # Sources
 /// Norton, *Cam Design and Manufacturing Handbook* (2009), for the profiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartUp {
-    /// At full speed from the first instant.
+    /// At full speed at all times: p₀ + ω t.
     Sudden,
     /// Speed ω x: the acceleration jumps at both ends.
     Linear,
@@ -46,6 +46,8 @@ impl Motion for StartUp {
         let (start, speed, duration) = (p[0], p[1], p[2]);
         if *self == Self::Sudden {
             start + speed * t
+        } else if t.re() <= 0.0 {
+            start
         } else if t.re() < duration.re() {
             start + speed * duration * self.distance(t / duration)
         } else {
@@ -77,6 +79,7 @@ mod tests {
             let (before, after) = (with_rates(&profile, &p, 0.2 - 1e-12), with_rates(&profile, &p, 0.2));
             assert!((before[0] - after[0]).abs() < 1e-9 && (before[1] - 31.4).abs() < 1e-8, "{profile:?} {before:?}");
             assert_eq!(after[1], 31.4);
+            assert_eq!(with_rates(&profile, &p, -0.7), [0.3, 0.0, 0.0], "{profile:?} before the start");
         }
     }
 }

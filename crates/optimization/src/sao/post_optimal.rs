@@ -2,7 +2,7 @@
 
 use super::{ActiveRow, State};
 use crate::approximation::CycleData;
-use crate::problem::{AnalyzedDesign, Problem, RowId, Sensitivities};
+use crate::problem::{AnalyzedDesign, Goal, Problem, RowId, Sensitivities};
 use error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
@@ -218,7 +218,8 @@ impl PostOptimal {
     /// `displacement upper at time 2.28 s: relaxing it by 1 % changes peak acceleration by -0.0028 m/s²`.
     pub fn in_words(&self, problem: &Problem, state: &State) -> Vec<String> {
         let percent = |row: &ActiveRow| {
-            let change = -0.01 * row.multiplier;
+            let sign = if problem.objective.goal == Goal::Maximize { -1.0 } else { 1.0 };
+            let change = -0.01 * sign * row.multiplier;
             let what = state.row_in_words(problem, row.row);
             let (name, unit) = (&problem.objective.name, &problem.objective.unit);
             (change.abs(), format!("{what}: relaxing it by 1 % of its scale changes {name} by {change:.3e} {unit}"))

@@ -1,6 +1,6 @@
 //! A revolute joint.
 
-use crate::elements::line::ends;
+use crate::elements::line::{ends, norm};
 use crate::mechanism::element::{
     ConstraintDerivatives, Element, ElementDescriptor, ElementState, Family, Measure, Symbol, Variable,
 };
@@ -95,7 +95,7 @@ impl Element for Revolute {
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         (out[0], out[1]) = (x.l[0], x.l[1]);
-        out[2] = (x.l[0] * x.l[0] + x.l[1] * x.l[1]).sqrt();
+        out[2] = norm([x.l[0], x.l[1]]);
     }
 }
 
