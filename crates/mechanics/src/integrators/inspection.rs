@@ -1,4 +1,4 @@
-//! Inspection of long steps: what happens between their ends.
+//! Inspection of long steps between their ends.
 
 use crate::Result;
 use crate::analyses::sampling::interpolate;
@@ -15,10 +15,10 @@ use crate::system::state::State;
 /// Number of intervals of a motion between inspections, if output times are not closer.
 const INTERVALS: usize = 100;
 
-/// Places in a piece of a function of time at which it is inspected. In the middle of a smooth ramp there is no acceleration.
+/// Fractions of each piece of a function of time at which steps are inspected. In the middle of a smooth ramp there is no acceleration.
 const QUARTERS: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// Times at which long steps are inspected: what acts for a short time only would lie between their ends.
+/// Times at which long steps are inspected: loads and motions of short duration may lie between the ends of a step.
 ///
 /// They are the output times, times that divide the motion evenly, and those at which functions of time change their form, with times
 /// between these. A step that contains none of them is not inspected: it is shorter than the distance of outputs.
