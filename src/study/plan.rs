@@ -1,4 +1,4 @@
-//! What a study consists of: phases of runs, each run a row, and conclusions from all rows.
+//! Parts of a study: phases of runs, a row for each run, and conclusions from all rows.
 
 use super::error::StudyError;
 use super::rows::{Row, Rows};

@@ -57,7 +57,7 @@ impl Tolerances {
     /// The study of a file.
     ///
     /// # Errors
-    /// If the file does not fit to the model.
+    /// If the file does not fit the model.
     pub fn new(file: &StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
         let evaluator = file.evaluator(source)?;
         let mut wanted = file.wanted(&evaluator)?;

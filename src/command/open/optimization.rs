@@ -23,7 +23,7 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::sync::watch;
 
-/// Steps that can be taken back.
+/// Largest number of trial steps that can be taken back.
 const MEMORY: usize = 200;
 
 /// A request of a page about a run.
@@ -84,7 +84,7 @@ pub struct Optimization {
     budget: Budget,
 }
 
-/// What is known of a run outside its thread.
+/// Data of a run that are visible outside its thread.
 #[derive(Default)]
 struct Published {
     /// Number of the run in the session. A thread whose run has been closed or replaced publishes nothing any more.

@@ -1,7 +1,7 @@
-//! The model file of a server, its unsaved edits, and what pages are told about them.
+//! The model file of a server, its unsaved edits, and their state for pages.
 //!
-//! The file on disk is the truth: it is read again whenever it changes. Text that is edited in a page is kept in `FILE.unsaved` until it
-//! is saved. The model in force is the last one without errors.
+//! The file on disk is authoritative: it is read again whenever it changes. Text that is edited in a page is kept in `FILE.unsaved`
+//! until it is saved. The model in force is the last one without errors.
 
 use super::super::budget::Budget;
 use super::super::model::{programs_are_allowed, with_program};
@@ -85,11 +85,11 @@ pub enum Saved {
     Changed,
 }
 
-/// Looks at an unreadable file after which pages are told.
+/// Number of failed reads of the file after which pages show the failure.
 const FAILURES: u32 = 2;
 
 impl Project {
-    /// Takes up the text on disk.
+    /// Stores the text on disk and its hash.
     fn take_disk(&mut self, text: String) {
         (self.found, self.disk) = (hash(&text), text);
         (self.failure, self.failures) = (None, 0);
@@ -105,7 +105,7 @@ impl Project {
 }
 
 impl Session {
-    /// Opens a model file. That it has errors is shown in the page.
+    /// Opens a model file. If it has errors, the page shows them.
     pub fn open(file: &Path, budget: Budget) -> anyhow::Result<Self> {
         let cannot = || format!("cannot read the model {}", file.display());
         let path = file.canonicalize().with_context(cannot)?;

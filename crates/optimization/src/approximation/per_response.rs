@@ -26,7 +26,8 @@ impl PerResponse {
         Self { default: Box::new(approximation), choices: vec![] }
     }
 
-    /// Replaces the approximation of the response, objective or constraint of this name; of several choices for a name the last one applies.
+    /// Replaces the approximation of the response, objective or constraint of this name; of several choices for a name the last
+    /// one applies.
     #[must_use]
     pub fn but(mut self, name: &str, approximation: impl Approximation + 'static) -> Self {
         self.choices.push((name.to_owned(), Box::new(approximation)));
