@@ -233,7 +233,7 @@ fn the_default_beside_other_programs_is_as_documented() {
     std::fs::write(PICTURE, drawn).unwrap();
 }
 
-/// What noise leaves of methods, on the problems of Hock & Schittkowski.
+/// Results of methods with noise, on the problems of Hock & Schittkowski.
 #[test]
 fn noise_leads_to_honest_ends_as_documented() {
     let entries = Suite::HockSchittkowski.problems();

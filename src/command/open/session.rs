@@ -50,7 +50,7 @@ struct Project {
     stamp: Option<(SystemTime, u64)>,
     /// Hash of what was found on disk last.
     found: String,
-    /// Why the file cannot be read; a file that is being replaced is missing for a moment, so the second failure counts.
+    /// Reason why the file cannot be read. A file that is being replaced is missing for a moment, so the second failure counts.
     failure: Option<String>,
     failures: u32,
     /// Text that was edited in a page and is not saved.
@@ -373,7 +373,7 @@ impl Session {
     }
 }
 
-/// What can stand in a text at a place, in UTF-16 units as browsers count.
+/// Completions of a text at a position, in UTF-16 units as browsers count.
 pub fn completions(text: &str, at: usize) -> Value {
     let mut units = 0;
     let byte = text.char_indices().find(|(_, c)| {

@@ -280,8 +280,8 @@ impl EventLocator {
     /// Opening of a contact at the beginning of the step and after the time `h` (s): positive is open.
     ///
     /// The opening is the gap, or the gap divided by the elapsed time if the step begins with an impact or with a gap
-    /// of zero that opens. What lets go at the beginning of the step is open during the step. The sign of a switch is such that it begins open. A switch that crosses zero at the time of the event at the
-    /// beginning of the step has crossed it.
+    /// of zero that opens. A contact that is released at the beginning of the step is open during the step. The sign of a switch is
+    /// such that it begins open. A switch that crosses zero at the time of the event at the beginning of the step has crossed it.
     fn openings(&self, step: &impl TrialStep, contact: usize, h: f64) -> [f64; 2] {
         self.openings_between(step.mechanism(), step.ends(), contact, h)
     }

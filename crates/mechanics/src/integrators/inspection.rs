@@ -26,8 +26,8 @@ const QUARTERS: [f64; 3] = [0.25, 0.5, 0.75];
 pub struct InspectionTimes(Vec<f64>);
 
 impl InspectionTimes {
-    /// Times of a motion from `start` to `end` (s) with outputs at the increasing `times` (s) and functions of time that change their form at
-    /// the increasing `breaks` (s).
+    /// Times of a motion from `start` to `end` (s) with outputs at the increasing `times` (s) and functions of time that change their form
+    /// at the increasing `breaks` (s).
     pub fn new(start: f64, end: f64, times: &[f64], breaks: &[f64]) -> Self {
         let even = (1..INTERVALS).map(|k| start + (end - start) * (k as f64 / INTERVALS as f64));
         let pieces = breaks.windows(2).flat_map(|ends| QUARTERS.map(|part| ends[0] + part * (ends[1] - ends[0])));
