@@ -34,9 +34,9 @@ const HEAD: usize = 32 << 10;
 const ARRIVAL: Duration = Duration::from_secs(10);
 /// Largest number of bytes of the name of a page.
 const PAGE_NAME: usize = 64;
-/// Longest wait for news; a page then asks again.
+/// Longest wait for changes; a page then repeats its request.
 const NEWS: Duration = Duration::from_secs(25);
-/// Time between two looks at the model file.
+/// Time between two checks of the model file.
 const WATCH: Duration = Duration::from_millis(300);
 
 /// The parts of the page with their types.

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `status` | results of a check, and the rules that decide them |
 //! | `samples` | analyses at designs around the checked one |
-//! | `contradictions` | a second look at derivatives that contradict the differences |
+//! | `contradictions` | second examination of derivatives that disagree with the differences |
 
 mod contradictions;
 mod samples;

@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// those that the program gives; for a program that gives none, use
 /// [`Differences`](crate::responses::Differences) of this analysis, in [`WithThreads`] for several processes at once.
 ///
-/// The program knows the first design variables, those with names; no response depends on further ones, such as the bound of a
+/// The program receives the first design variables, those with names; no response depends on further ones, such as the bound of a
 /// peak.
 pub struct ProgramAnalysis {
     declared: Declared,

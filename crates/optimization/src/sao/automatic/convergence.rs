@@ -42,7 +42,7 @@ const LARGEST_MULTIPLIER: f64 = 1e5;
 const LONGER: usize = OBJECTIVES - 1;
 /// Objective, relative to its range, that is a rounding error: in general, and where the step is zero.
 const VANISHED: [f64; 2] = [1e-18, 1e-15];
-/// Objective, relative to its first-order change over the lengths, that is as good as zero.
+/// Objective, relative to its first-order change over the lengths, that counts as zero.
 const STEEP: f64 = 1e-11;
 /// Predicted decrease, relative to the objective, above which another step is made for any history of the objective.
 const FAR: f64 = 10.0;

@@ -230,7 +230,7 @@ impl<'a> Tangent<'a> {
         if let (Some(direction), true) = (flat.get(next), explorations < MOST_EXPLORATIONS) {
             return Some((direction.clone(), Purpose::Curvature));
         }
-        // Rows at fixed times do not tell where peaks move to.
+        // Rows at fixed times do not show the motion of peaks.
         let is_over_time = |row: &RowId| self.situation.problem.constraints[row.constraint].quantity.is_transient();
         let is_known = !flat.is_empty() && !self.situation.here.rows.iter().any(is_over_time);
         is_known.then(|| (generic(&flat), Purpose::Flat))

@@ -57,7 +57,7 @@ use error::{Error, Result};
 /// constraints or variables, or adding a constant to the objective, changes the run by rounding only. An exception are variables
 /// without range that start at zero and on which no row depends: their first length is |F| / |∂F/∂b|.
 ///
-/// The result satisfies the first-order conditions. Before the run ends, the Lagrangian is evaluated beside the design in
+/// The result satisfies the first-order conditions. Before the run ends, the Lagrangian is evaluated near the design in
 /// directions along the active rows that no step had, or in which the steps show no positive curvature: at a saddle point or a
 /// maximum the run goes on. Not all directions are tried, so that this is no proof. A run may also end at a stationary point of the
 /// violation: it then reports [`Status::Infeasible`](super::Status::Infeasible), which says nothing about other regions.
