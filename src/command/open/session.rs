@@ -186,7 +186,7 @@ impl Session {
         with_files(&self.path.display().to_string(), text, self.directory.path())
     }
 
-    /// Writes an edited text, and which text on disk was edited, to the file beside the model.
+    /// Writes an edited text, and the hash of the text on disk that was edited, to `FILE.unsaved` in the folder of the model.
     fn write_draft(&self, Draft { text, base }: &Draft) -> anyhow::Result<()> {
         let written = self.directory.replace(&self.unsaved(), format!("{text}{BASE}{base}\n").as_bytes(), true);
         written.with_context(|| format!("cannot write {}", self.unsaved()))
@@ -230,7 +230,7 @@ impl Session {
         self.news.send_modify(|number| *number += 1);
     }
 
-    /// Keeps an edited text beside the file until it is saved. `edited` is the hash of the text that was edited, and `base` that of the text
+    /// Keeps an edited text in `FILE.unsaved` until it is saved. `edited` is the hash of the text that was edited, `base` that of the text
     /// on disk from which the edits began. Returns the hash of the text, or `None` if it would replace an edit of another page.
     pub fn edit(&self, text: String, edited: &str, base: String) -> anyhow::Result<Option<String>> {
         let mut project = self.project();

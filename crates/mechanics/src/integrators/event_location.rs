@@ -321,7 +321,7 @@ impl EventLocator {
             return match impact.is_sliding(&old.modes) && rate > 0.0 && has_begun {
                 // The velocity of a step has an error, where it begins to slide as well.
                 true => [rate, (after - before.min(0.0)) / h],
-                // It may have returned in the step; an overlap of rounding size is none.
+                // It may have returned in the step; an overlap of the size of rounding errors does not count.
                 false if has_opened => [TOUCHING, after + TOUCHING - before.min(0.0)],
                 false if is_leaving => [BEGUN; 2],
                 false => [BEGUN, after],

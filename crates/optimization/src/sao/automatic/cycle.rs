@@ -91,7 +91,7 @@ impl Automatic {
         state.counters.sensitivity_analyses += usize::from(data.has_derivatives());
         let here = Linearized::new(problem, (&at.design, &at.responses, &at.evaluation), &data);
         let objective = state.evaluation.objective;
-        // Another method may have left a variable that started at zero beside it.
+        // Another method may have left a variable that started at zero near zero.
         let start = state.history.first().map_or(&state.design, |start| &start.design);
         let sizes = match &state.start_sizes {
             _ if *start == state.design => start_sizes(start, objective, &here),

@@ -268,7 +268,7 @@ fn conjugate(direction: &DVector<f64>, pairs: &[Pair]) -> DVector<f64> {
 }
 
 impl Situation<'_> {
-    /// A step in directions of which nothing is known, for a design that seems to be an optimum; `None` if there is none.
+    /// A step along directions of unknown curvature, for a design that seems to be an optimum; `None` if there is none.
     ///
     /// A variable on which nothing ever depended to first order may be at a maximum. A curvature that no step has shown is a
     /// guess: where a length was underestimated it is far too large, and the step and the predicted decrease far too small.
