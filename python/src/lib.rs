@@ -2,7 +2,7 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | `work` | the border between Python and Rust: interpreter lock, panics, forked processes, exceptions of callbacks |
+//! | `work` | the interface between Python and Rust: interpreter lock, panics, forked processes, exceptions of callbacks |
 //! | `function` | an analysis that calls Python functions |
 //! | `problem` | model files and problems: analyses, derivatives, checks, runs |
 //! | `state` | the state of a run: history, results, report, figures |

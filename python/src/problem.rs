@@ -30,7 +30,7 @@ pub struct Problem {
     pub is_function: bool,
 }
 
-/// Designs of the first call of a model's analysis between two looks at signals, and the time that a call should take.
+/// Number of designs of the first call of a model's analysis between two checks for signals, and the time that a call should take.
 const FIRST_CALL: usize = 16;
 const CALL_TIME: Duration = Duration::from_millis(100);
 

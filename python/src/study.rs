@@ -93,7 +93,7 @@ impl Study {
         work(py, || Ok(self.rows(&lines)?.text(&self.0.header())))
     }
 
-    /// What the rows of all runs answer.
+    /// The conclusions from the rows of all runs.
     fn conclude(&self, py: Python<'_>, lines: Vec<String>) -> PyResult<Conclusions> {
         work(py, || {
             let rows = self.rows(&lines)?;
@@ -143,7 +143,7 @@ fn cannot(place: &Path, what: &str, why: &std::io::Error) -> PyErr {
 
 #[pymethods]
 impl RowFile {
-    /// Opens or creates the file of a study in a folder. Returns it with the lines of its rows; what a kill left at its end is removed.
+    /// Opens or creates the file of a study in a folder. Returns it with the lines of its rows; an incomplete last line is removed.
     #[staticmethod]
     fn open(py: Python<'_>, folder: &str, name: &str, study: &Study) -> PyResult<(Self, Vec<String>)> {
         let place = Path::new(folder).join(name);

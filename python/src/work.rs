@@ -1,4 +1,4 @@
-//! The border between Python and Rust.
+//! The interface between Python and Rust: interpreter lock, panics, forked processes, exceptions of callbacks.
 
 use linkwright::Error;
 use linkwright::model_file::DiagnosticReport;
@@ -15,7 +15,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
-/// Time between two looks at signals while programs compute.
+/// Time between two checks for signals while programs compute.
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// True once work was done in this process, so that there may be worker threads.
@@ -44,7 +44,7 @@ pub fn is_interrupted() -> bool {
 /// Does work without the interpreter's lock.
 ///
 /// Everything that may reach the thread pool goes through here: a thread that waits for the pool while it holds the lock, and
-/// a pool thread that waits for the lock, wait for ever.
+/// a pool thread that waits for the lock, are in deadlock.
 ///
 /// # Errors
 ///

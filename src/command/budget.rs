@@ -32,15 +32,15 @@ impl Default for Budget {
 pub struct Sizes {
     /// Number of design variables n.
     variables: u64,
-    /// Numbers of all responses at all time points.
+    /// Number of values of all responses at all time points.
     values: u64,
     /// Constraints at all time points.
     rows: u64,
-    /// Numbers of a response that are differentiated in a cycle, at most.
+    /// Largest number of values of responses that are differentiated in a cycle.
     needed: u64,
-    /// Numbers of a response that are differentiated for the objective and every constraint at one time point.
+    /// Number of values of responses that are differentiated for the objective and every constraint at one time point.
     instant: u64,
-    /// Rows of an approximate problem, at most.
+    /// Largest number of rows of an approximate problem.
     retained: u64,
     /// Earlier designs whose derivatives the approximation uses.
     earlier: u64,
@@ -70,7 +70,7 @@ const MATRICES: u64 = 2;
 const STUDY_ROW: [u64; 2] = [200, 100];
 /// Estimated times of a derivative, by forward differentiation of a formula, and of an entry of a full matrix.
 const TIMES: [Duration; 2] = [Duration::from_nanos(20), Duration::from_nanos(100)];
-/// Time of a cycle beyond which it is stated.
+/// Time of a cycle above which a note states it.
 const LONG: Duration = Duration::from_secs(60);
 
 impl Sizes {

@@ -161,7 +161,7 @@ impl Check {
 }
 
 fn describe(problem: &Problem) -> anyhow::Result<()> {
-    // The two sides of a limit are one constraint, and those that bound the peak of the objective are none.
+    // The two sides of a limit count as one constraint, and those that bound the peak of the objective do not count.
     let constraints: BTreeSet<&str> = outcome::stated_constraints(problem).map(|j| outcome::name(problem, j)).collect();
     say(&one_line(&format!(
         "{}: {}, {}, {}, {}",

@@ -13,11 +13,12 @@ use std::path::{Path, PathBuf};
 
 /// The list of files.
 pub const MANIFEST: &str = "files.json";
-/// The file by which a folder is the folder of a run.
+/// The file that marks the folder of a run.
 pub const RUN: &str = "run.json";
-/// The file by which a folder is the folder of a study.
+/// The file that marks the folder of a study.
 pub const STUDY: &str = "study.json";
-/// Files with the results of runs and studies, which no other command may replace. They are there without [`RUN`] or [`STUDY`] if that file is lost.
+/// Files with the results of runs and studies, which no other command may replace. They exist without [`RUN`] or [`STUDY`] if that
+/// file is lost.
 const KEPT: [&str; 5] = ["history.jsonl", "state.json", "state-previous.json", "answers.jsonl", "rows.jsonl"];
 /// Largest size of the list in bytes.
 const LIMIT: u64 = 16 << 20;
@@ -50,8 +51,8 @@ impl OutputFolder {
         Ok(folder)
     }
 
-    /// The file that is missing, in words, if the folder has results of a run or study which linkwright wrote, but not the file by which it is their
-    /// folder.
+    /// A message that names the missing file, if the folder has results of a run or study that linkwright wrote, but not the file that
+    /// marks it.
     pub fn lost_results(&self) -> anyhow::Result<Option<String>> {
         if self.directory.entry(RUN)?.is_some() || self.directory.entry(STUDY)?.is_some() {
             return Ok(None);
@@ -98,7 +99,7 @@ impl OutputFolder {
         !self.own.is_empty()
     }
 
-    /// Rejects names of files that cannot be written: of a folder, or of a file that exists and is not in the list.
+    /// Rejects names of files that cannot be written: that of a folder, or of a file that exists and is not in the list.
     pub fn check_free<S: AsRef<str>>(&self, names: &[S]) -> anyhow::Result<()> {
         for name in names.iter().map(S::as_ref) {
             let place = self.place(name);

@@ -251,7 +251,7 @@ impl Resume {
             Some(file) => self.edits.load_again(file)?,
             None => {
                 let (model, text) = self.edits.change(&path.join(MODEL), parsed(&directory, MODEL)?.1)?;
-                // The program lies beside the model file with which the run began.
+                // The program is in the folder of the model file with which the run began.
                 (with_program(model, Path::new(&record.file)), text)
             }
         };

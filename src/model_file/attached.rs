@@ -12,11 +12,10 @@ use std::path::{Component, Path};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Attaches the files that a model names, from its folder.
+/// Attaches the files that a model names, from its folder. A text that is not TOML is returned unchanged.
 ///
 /// # Errors
-/// If a path leaves the folder, a file cannot be read or includes itself, or all together are too long. A text that is no TOML is returned
-/// as it is.
+/// If a path leaves the folder, a file cannot be read or includes itself, or all together are too long.
 pub fn with_files(file: &str, text: &str, folder: &Path) -> Result<String, Box<DiagnosticReport>> {
     let mut all = text.to_owned();
     let fail = |all: &str, error: Diagnostic| {
@@ -92,7 +91,7 @@ fn read(name: &str, folder: &Path, span: &Range<usize>) -> Result<String, Diagno
     }
 }
 
-/// Why a file was not read.
+/// Reason why a file was not read.
 pub struct Unreadable {
     pub why: String,
     pub help: Option<&'static str>,

@@ -1,24 +1,24 @@
-//! Completion of a text at a place: what can stand there.
+//! Completion of the text of a model file at a position.
 
 use super::expression::REDUCTIONS;
 use super::{Accepts, Key, Need, TableKeys, tables};
 use crate::sao::presets;
 
-/// What can stand at a place of a text.
+/// Completions at a position of a text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Completions {
-    /// First byte of the word that is replaced; it ends at the place.
+    /// First byte of the word that is replaced; it ends at the position.
     pub from: usize,
     /// The words, those that the file needs first.
     pub words: Vec<Completion>,
 }
 
-/// A word that can stand at a place.
+/// A completion: a word that can be inserted at a position.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Completion {
     /// The text that replaces the word.
     pub text: String,
-    /// What it is.
+    /// Description of the word.
     pub about: String,
 }
 
@@ -28,7 +28,7 @@ impl Completion {
     }
 }
 
-/// What can stand at byte `at` of a model file: tables after a bracket, keys of the present table that it does not have yet, and
+/// Completions at byte `at` of a model file: tables after a bracket, keys that the current table does not have yet, and
 /// after `=` the words, names and quantities that the key takes.
 ///
 /// The text may have errors. Nothing is offered inside a comment, and none for plain numbers and texts.
@@ -193,7 +193,7 @@ impl Part {
         of(true).chain(of(false)).filter(missing).filter_map(word).collect()
     }
 
-    /// What the key takes; `opened` is the value before the present word.
+    /// Completions of the value of a key; `opened` is the value before the current word.
     fn values(&self, text: &str, key: &str, opened: &str, in_space: bool) -> Vec<Completion> {
         let Some(accepts) = self.keys.iter().find(|known| known.name == key).map(|known| known.accepts) else {
             return vec![];

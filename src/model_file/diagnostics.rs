@@ -40,7 +40,7 @@ pub struct Diagnostic {
 /// A second use of a name or a key.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct SecondUse {
-    /// The name, if it is one of a part.
+    /// Name of the part; empty for a key.
     pub name: String,
     /// The bytes of the first use, if they are known.
     pub first: Option<Range<usize>>,

@@ -132,7 +132,7 @@ pub fn schema() -> Value {
     file
 }
 
-/// Whether the table has other keys in space.
+/// Returns whether the table has other keys in space.
 fn has_space(name: &str, all: &[TableKeys]) -> bool {
     all.iter().any(|table| table.name.strip_suffix('3') == Some(name))
 }

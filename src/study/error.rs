@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::model_file::DiagnosticReport;
 
-/// Why a study cannot be made or done: a mistake in a file, or an error of the library.
+/// Error of a study: a mistake in a file, or an error of the library.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StudyError {
     /// A mistake in the study file or in the model, with its place.

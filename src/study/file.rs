@@ -1,4 +1,4 @@
-//! The study file: its keys, and what they say.
+//! The study file: its keys and their values.
 
 use super::distribution::Distribution;
 use super::model::VariedNumber;
@@ -158,7 +158,7 @@ pub struct Vary {
 }
 
 impl Vary {
-    /// A number of the file in a unit or label.
+    /// A number of the file in a unit or label, see [`number_of`].
     fn number(&self, tree: &Option<Tree>, unit: &str) -> Read<Option<f64>> {
         tree.as_ref().map(|tree| number_of(tree, unit, &self.name.text)).transpose()
     }

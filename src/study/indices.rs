@@ -1,4 +1,4 @@
-//! Sensitivity indices: which variable matters.
+//! Sensitivity indices: the share of each variable in the scatter of the results.
 
 use super::distribution::Distribution;
 use super::error::StudyError;
@@ -40,7 +40,7 @@ impl Indices {
     /// The study of a file.
     ///
     /// # Errors
-    /// If the file does not fit to the model.
+    /// If the file does not fit the model.
     pub fn new(file: &StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
         let evaluator = file.evaluator(source)?;
         let wanted = file.wanted(&evaluator)?;

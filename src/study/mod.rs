@@ -1,10 +1,10 @@
-//! Studies: many runs of one model, and what they answer.
+//! Studies: many runs of one model, and conclusions from them.
 //!
 //! | module | contents |
 //! |---|---|
 //! | `file` | the study file: its keys |
 //! | `plan` | phases, columns, and the trait of a kind of study |
-//! | `error` | why a study cannot be made or done |
+//! | `error` | errors of studies |
 //! | `rows` | rows, and the lines in which they are stored |
 //! | `model` | the model as a function of design variables and constants |
 //! | `sequence`, `distribution` | points of the unit cube; distributions of variables |
@@ -102,7 +102,7 @@ impl Study {
     /// The study of a file with a model, of which the settings of the file are applied.
     ///
     /// # Errors
-    /// If the model has errors, or the study does not fit to it: with the place in the file.
+    /// If the model has errors, or the study does not fit it; the error names the place in the file.
     pub fn new(file: StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
         let mut changed = source.clone();
         for (key, value) in &file.settings {

@@ -40,7 +40,7 @@ impl MultiStart {
     /// The study of a file.
     ///
     /// # Errors
-    /// If the file does not fit to the model.
+    /// If the file does not fit the model.
     pub fn new(file: &StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
         let model = source.model()?;
         let problem = model.problem()?;

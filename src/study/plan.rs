@@ -1,4 +1,4 @@
-//! What a study consists of: phases of runs, each run a row, and conclusions from all rows.
+//! Parts of a study: phases of runs, a row for each run, and conclusions from all rows.
 
 use super::error::StudyError;
 use super::rows::{Row, Rows};
@@ -14,7 +14,7 @@ pub struct Column {
     pub name: String,
     /// Its unit; may be empty.
     pub unit: String,
-    /// The words that its values number; empty for a column of numbers.
+    /// The words of which its values are the indices; empty for a column of numbers.
     pub words: Vec<String>,
     /// True if an earlier column has the same values, which tables do not repeat.
     pub is_repeated: bool,
@@ -95,7 +95,7 @@ impl Phase {
     }
 }
 
-/// The end of a run.
+/// Result of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunResult {
     /// A value for each column, or for the first ones; NaN where there is none.

@@ -163,7 +163,7 @@ impl Evaluated {
     }
 }
 
-/// What is sought.
+/// Aim of a search.
 #[derive(Clone, Copy, PartialEq)]
 enum Aim {
     /// min ½|u|² subject to g(u) = 0.

@@ -1,7 +1,7 @@
 //! Rows: the result of each run, and the lines in which they are stored.
 //!
 //! A row file has a header and a line of JSON for each finished run, in any order. Each line ends with a checksum of the text before it, so
-//! that a damaged line is recognised. A last line without its end is what a kill leaves; it is ignored.
+//! that a damaged line is recognised. An incomplete last line, which a kill may leave, is ignored.
 
 use crate::storage::fnv1a;
 use crate::{Error, Result};
@@ -96,7 +96,7 @@ pub struct StoredRows {
     pub header: Option<RowHeader>,
     /// Its rows.
     pub rows: Rows,
-    /// Number of bytes up to the end of the last complete line. What follows was cut by a kill.
+    /// Number of bytes up to the end of the last complete line. The bytes after it are an incomplete line.
     pub length: usize,
 }
 

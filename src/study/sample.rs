@@ -57,7 +57,7 @@ impl Analyses {
     /// The analyses of a study file.
     ///
     /// # Errors
-    /// If the file does not fit to the model.
+    /// If the file does not fit the model.
     pub fn new(file: &StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
         let evaluator = file.evaluator(source)?;
         let wanted = file.wanted(&evaluator)?;

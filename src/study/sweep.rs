@@ -77,7 +77,7 @@ impl Sweep {
     /// The study of a file.
     ///
     /// # Errors
-    /// If the file does not fit to the model.
+    /// If the file does not fit the model.
     pub fn new(file: &StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
         let model = source.model()?;
         let problem = model.problem()?;

@@ -28,7 +28,8 @@ const ASIDE: f64 = 0.1;
 /// Step of central differences of a quantity without derivatives, in standard deviations.
 const STEP: f64 = 1e-3;
 
-/// Error of the mean derivative over a step, relative to the change of the derivative, from which that is not even; of a parabola it is zero.
+/// Error of the mean derivative over a step, relative to the change of the derivative, above which the change is not even; zero for a
+/// parabola.
 const UNEVEN: f64 = 0.1;
 /// Change over a step relative to the value that may be rounding.
 const ROUNDING: f64 = 1e-9;
@@ -57,7 +58,7 @@ impl Tolerances {
     /// The study of a file.
     ///
     /// # Errors
-    /// If the file does not fit to the model.
+    /// If the file does not fit the model.
     pub fn new(file: &StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
         let evaluator = file.evaluator(source)?;
         let mut wanted = file.wanted(&evaluator)?;
@@ -198,8 +199,8 @@ impl Tolerances {
         Some([linear, second.unwrap_or([f64::NAN; 2])])
     }
 
-    /// The variable along which the derivative of a quantity does not change evenly near the mean, as where an extreme moves to another time point: on
-    /// one side the value is not that of the mean derivative. Differences of derivatives are no second derivatives there.
+    /// The variable along which the derivative of a quantity does not change evenly near the mean, as where an extreme moves to another
+    /// time point: on one side the value is not that of the mean derivative. Differences of derivatives are then not second derivatives.
     fn uneven(&self, rows: &Rows, q: usize) -> Option<usize> {
         let d = self.distributions.len();
         let row = |run: usize| rows.get(DERIVATIVES, run).filter(|row| !row.has_failed());

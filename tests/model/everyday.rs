@@ -369,7 +369,7 @@ fn messages_about_arguments_name_them() {
     }
 }
 
-/// What differs is what may not be edited, and a start that the bounds exclude is named after it.
+/// The message lists the forbidden changes only, and then a start that the bounds exclude.
 #[test]
 fn forbidden_changes_are_told_without_the_allowed_ones() {
     let place = TempFolder::new("forbidden");

@@ -215,7 +215,7 @@ fn other_peoples_files_are_not_replaced() {
         assert!(shown.contains("exists"), "{command:?}: {shown}");
         assert!(files(&place.0.join("mine")).iter().all(|(_, bytes)| bytes == VICTIM.as_bytes()));
     }
-    // What a command wrote itself, it replaces.
+    // A command replaces files that it wrote itself.
     place.run(&["analyze", TRUSS, "--out", "twice"], 0);
     place.run(&["analyze", TRUSS, "--out", "twice"], 0);
     // A figure of the user among the figures of a report.

@@ -1,4 +1,4 @@
-//! Wishes written directly: reductions of histories, peaks without a scale, several histories in one min–max objective.
+//! Objectives and constraints stated directly: reductions of histories, peaks without a scale, several histories in one min–max objective.
 
 use linkwright::model_file::{Model, read};
 use linkwright::problem::{Problem, ResponseAt, Sensitivities, SignedQuantity};
@@ -141,7 +141,7 @@ fn the_largest_of_several_peaks_is_minimized() {
     assert!(read("m.toml", &model("minimize = [\"x\", \"y\"]\nover = \"mean\"", &[])).is_err());
 }
 
-/// The scale was 1 once; a wrong one costs many analyses.
+/// The default scale fits the problem; a wrong one, such as 1, costs many analyses.
 #[test]
 fn the_shaper_needs_few_analyses_without_a_scale() {
     let text = std::fs::read_to_string(format!("{}/examples/models/shaper.toml", env!("CARGO_MANIFEST_DIR"))).unwrap();

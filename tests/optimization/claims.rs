@@ -1,4 +1,4 @@
-//! What a run claims is true, for every preset: convergence, infeasibility, and the problem as it is when a run is continued.
+//! Claims of runs are true, for every preset: convergence, infeasibility, and the problem as it is when a run is continued.
 
 use linkwright::autodiff::Scalar;
 use linkwright::cases::suite::{self, Transformation, Verdict};

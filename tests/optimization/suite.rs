@@ -21,8 +21,8 @@ fn verdict(name: &str, claim: Claim, design: &[f64]) -> Verdict {
 
 /// No multipliers exist at these optima.
 const WITHOUT_MULTIPLIERS: [&str; 2] = ["hs13", "tangent-circles"];
-/// Optima that [`Sqp`] does not reach to 1e-6 from 1 % beside them: it stalls at nearly parallel rows of neighbouring points, or reaches the
-/// iteration limit, or at times of zero, on which the functions depend in second order (HS 89 to 92). SciPy's SLSQP confirms them.
+/// Optima that [`Sqp`] does not reach to 1e-6 from starts 1 % away: it stalls at nearly parallel rows of neighbouring points, or reaches
+/// the iteration limit, or at times of zero, on which the functions depend in second order (HS 89 to 92). SciPy's SLSQP confirms them.
 const SQP_STALLS: [&str; 8] =
     ["hs116", "tangent-6", "tangents-of-a-circle", "enclosing-ellipse", "hs89", "hs90", "hs91", "hs92"];
 
@@ -36,7 +36,7 @@ fn the_suites_have_the_promised_numbers_of_problems() {
     assert!(without(|s| matches!(s, Solution::Infeasible)) >= 2 && without(|s| matches!(s, Solution::Unbounded)) >= 1);
 }
 
-/// From 1 % beside each optimum, where the gradients have the sizes by which the residual is divided.
+/// From starts 1 % away from each optimum, where the gradients have the sizes by which the residual is divided.
 #[test]
 fn the_best_known_optima_satisfy_the_optimality_conditions() {
     let mut wrong = vec![];
@@ -201,7 +201,7 @@ fn the_command_judges_runs_draws_profiles_and_reads_those_of_peers() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// The default method beside other programs, from their recorded runs.
+/// The default method compared with other programs, from their recorded runs.
 #[test]
 fn the_default_beside_other_programs_is_as_documented() {
     const PICTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/optimizers.svg");
@@ -233,7 +233,7 @@ fn the_default_beside_other_programs_is_as_documented() {
     std::fs::write(PICTURE, drawn).unwrap();
 }
 
-/// What noise leaves of methods, on the problems of Hock & Schittkowski.
+/// Results of methods with noise, on the problems of Hock & Schittkowski.
 #[test]
 fn noise_leads_to_honest_ends_as_documented() {
     let entries = Suite::HockSchittkowski.problems();

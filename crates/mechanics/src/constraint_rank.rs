@@ -6,7 +6,8 @@ use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
 use nalgebra::DMatrix;
 
-/// Part of a gradient below which it depends on the gradients before it.
+/// Norm of the part of a gradient that is orthogonal to the gradients before it, relative to the whole, below which it counts as linearly
+/// dependent.
 const DEPENDENT: f64 = 1e-9;
 
 /// Rank of the gradients Φ_q with respect to the free coordinates in one state, by Gram–Schmidt in the order of the joints.
@@ -16,7 +17,7 @@ pub(crate) struct ConstraintRank {
     pub redundant: Vec<usize>,
     /// Orthonormal basis of the gradients, by coordinate.
     basis: Vec<Vec<f64>>,
-    /// The smallest part of a gradient that is independent of those before it, as a fraction, and its multiplier.
+    /// The smallest relative norm of the part of a gradient that is independent of those before it, and its multiplier.
     smallest: (f64, usize),
 }
 
@@ -85,7 +86,7 @@ fn active_constraints(mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<boo
     is_active
 }
 
-/// Independent part of a gradient below which a position counts as singular.
+/// Relative norm of the independent part of a gradient below which a position counts as singular.
 const SINGULAR: f64 = 1e-3;
 
 /// The error of an analysis that stops in or near a singular position, where constraints that are independent elsewhere
@@ -101,9 +102,9 @@ pub(crate) fn singular_position(system: &System, mechanism: &Mechanism<f64>, sta
              independent part of {share:.0e} is left) and the motion can branch",
             state.t
         );
-        let remedy = "if a drive moves it, the drive asks for more than the mechanism can reach: reduce its stroke, or change \
+        let remedy = "if a drive moves it, the drive exceeds the reach of the mechanism: reduce its stroke, or change \
                       lengths; otherwise start elsewhere, replace a joint by a stiff bushing, or take fixed steps, which may \
-                      step over the position, and look at the energy";
+                      step over the position, and check the energy";
         Error::analysis(name_of(mechanism, Unknown::Multiplier(multiplier)), why, remedy)
     })
 }

@@ -178,7 +178,7 @@ fn close_joints(
 const LARGE_GAP: f64 = 1e-2;
 
 /// The `error` of a failed assembly from `guess`, if that is the built positions, with the largest error of a constraint in them: a
-/// drive that asks for another position than the one that was built is the usual reason.
+/// drive that prescribes another position than the built one is the usual reason.
 fn with_largest_gap(error: Error, system: &mut System, mechanism: &Mechanism<f64>, guess: &State<f64>) -> Error {
     let mut rows = vec![[0.0]; system.size()];
     let gap = largest_gap(system, mechanism, guess, &mut rows);

@@ -4,10 +4,10 @@
 //!
 //! $$ M v + \Phi_q^T \nu - E\,p = 0, \qquad \dot\Phi = 0, \qquad E^T v = g $$
 //!
-//! They minimize ½ vᵀ M v, so that they do not depend on the units of length, mass and angle. Of given velocities that depend on
-//! each other through the constraints, those are held whose share of the inertia moves most freely; the others follow. If they then differ
-//! from the given ones, these contradict the constraints. All velocities are then the nearest ones in the metric of the kinetic energy, where those
-//! that are not given count as zero:
+//! They minimize ½ vᵀ M v, so that they do not depend on the units of length, mass and angle. If given velocities depend on
+//! each other through the constraints, those with the largest mobility relative to their mass are held; the others follow. If the others
+//! then differ from the given ones, these contradict the constraints. All velocities are then the nearest ones in the metric of the
+//! kinetic energy, where those that are not given count as zero:
 //!
 //! $$ M (v - g) + \Phi_q^T \nu = 0, \qquad \dot\Phi = 0 $$
 
@@ -34,7 +34,8 @@ pub struct VelocityProjection {
 }
 
 impl VelocityProjection {
-    /// The velocities that are multiplied by M in the equations: `velocities` by coordinate, less the given ones if these are not held.
+    /// The velocities that are multiplied by M in the equations: `velocities` by coordinate, minus the given ones if the velocities
+    /// are the nearest ones.
     pub(crate) fn deviations<T: StateScalar>(&self, mechanism: &Mechanism<T>, velocities: &[T]) -> Vec<T> {
         let mut deviations = velocities.to_vec();
         if self.is_nearest {
@@ -45,7 +46,7 @@ impl VelocityProjection {
     }
 }
 
-/// Share of a coordinate's inertia that is free to move, below which its velocity follows from the others.
+/// Mobility of a coordinate times its mass (from 0 to 1), below which its velocity follows from the others.
 const DETERMINED: f64 = 1e-9;
 
 /// Weight of a coordinate without mass, relative to the power of two below the smallest mass: among velocities of the same kinetic
@@ -237,7 +238,7 @@ impl VelocityMatrix {
         for &i in given {
             if let Some(equation) = system.equation_of(i) {
                 let scale = match &rank {
-                    // Others may carry its load: its scale is what it moves, if it can move at all.
+                    // It may move masses of other coordinates: its scale follows from its mobility, if it can move at all.
                     Some(rank) if is_massless(i) => {
                         let mut direction = vec![0.0; at.q.len()];
                         direction[i] = 1.0;
@@ -259,7 +260,7 @@ impl VelocityMatrix {
         }
         let mut held = Vec::new();
         loop {
-            // Of equal shares the first one is taken: rounding must not choose.
+            // Of equal shares the first one is taken, so that rounding does not decide.
             let of = |k: usize| shares[(k, k)];
             let Some(pivot) = (0..count).reduce(|a, b| if of(b) > of(a) * (1.0 + 1e-6) { b } else { a }) else { break };
             let share = shares[(pivot, pivot)];
@@ -279,8 +280,8 @@ impl VelocityMatrix {
 
 /// Sliding coordinates of dry friction that sticks at the start of a motion.
 ///
-/// It sticks in the designs around, too: friction stops the velocities that these give it, within a time that decreases with them. Their
-/// derivatives are therefore those after an impulse of the friction.
+/// It sticks in neighbouring designs, too: friction stops the sliding velocities of these designs, within a time that decreases with the
+/// velocities. The derivatives of the velocities are therefore those after an impulse of the friction.
 pub(crate) fn sticking_coordinates(mechanism: &Mechanism<f64>, modes: &Modes) -> Vec<usize> {
     let sliding = |event: &EventElement<f64>| match event.unilateral {
         Some(Unilateral::Friction { joint, sticking, .. }) if modes.is_on(sticking) => {
@@ -294,7 +295,7 @@ pub(crate) fn sticking_coordinates(mechanism: &Mechanism<f64>, modes: &Modes) ->
 /// Coordinates without mass at positions near `rest`, with their weights.
 fn massless_weights(system: &mut System, mechanism: &Mechanism<f64>, rest: &State<f64>) -> Vec<(usize, f64)> {
     let mut moved = rest.clone();
-    // Any direction will do; its components have no simple ratios.
+    // An arbitrary direction whose components have no simple ratios.
     moved.q.iter_mut().enumerate().for_each(|(i, q)| *q += NEARBY * (1.0 + 2.3 * i as f64).sin());
     system.assemble(mechanism, &moved, Linearization::velocities(), &mut vec![[0.0]; system.size()]);
     let masses: Vec<(usize, f64)> =

@@ -22,7 +22,7 @@ const SMALLEST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 
 /// Solves M q̈ + Φ_qᵀ λ = f(q, q̇, λ), Φ̈ = 0 by Newton's method, from accelerations and multipliers in `state`.
 ///
-/// Forces depend on reactions but not linearly: the friction of a pin depends on the magnitude of its reaction. The matrix has
+/// Forces depend nonlinearly on reactions: the friction of a pin depends on the magnitude of its reaction. The matrix has
 /// the derivatives −∂f/∂λ next to Φ_qᵀ; its factor stays in `system`.
 ///
 /// `load` is the largest of the forces M q̈ − f without free accelerations and reactions. Forces of this size cancel each other in
@@ -79,7 +79,7 @@ fn subtract(system: &System, rows: &[[f64; 1]], state: &mut State<f64>, [excess,
 /// Relative change of reactions after which Newton's iteration of an implicit step may end: the next change is about its square.
 const SETTLED: f64 = 1e-8;
 
-/// Relative change of reactions that rounding, which grows with 1/h², may keep alive.
+/// Relative change of reactions up to which a change that no longer decreases counts as rounding, which grows with 1/h².
 const NOISE: f64 = 1e-4;
 
 /// Change of the multipliers from iteration to iteration of an implicit step.
@@ -93,7 +93,7 @@ pub(crate) struct ReactionChange {
 }
 
 impl ReactionChange {
-    /// No change yet, of a step that begins in the positions and velocities of `state`.
+    /// The record of a step that begins in the positions and velocities of `state`, before its first iteration.
     pub fn new(
         system: &System,
         mechanism: &Mechanism<f64>,

@@ -195,7 +195,7 @@ impl AnalysisStore {
         }
     }
 
-    /// What was taken and added, in words.
+    /// Numbers of analyses and derivatives that were taken and added, in words.
     pub fn summary(&self) -> String {
         let inner = self.inner();
         let [analyses, derivatives] = inner.taken;

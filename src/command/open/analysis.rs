@@ -15,7 +15,7 @@ use std::time::Instant;
 
 /// Largest number of equally spaced time points at which histories are differentiated; their extreme values are added.
 const POINTS: usize = 240;
-/// Step of the differences of the motion, relative to the range of the variable. The motion is drawn, not computed with.
+/// Step of the differences of the motion, relative to the range of the variable. The motion is only drawn.
 const STEP: f64 = 1e-6;
 
 /// A model with the design that was analysed last.
@@ -105,7 +105,7 @@ struct Gradients {
 }
 
 impl AnalysedModel {
-    /// A model without an analysis. That its problem cannot be built is the error of each analysis.
+    /// A model without an analysis. If its problem cannot be built, each analysis returns that error.
     pub fn new(model: Model, budget: Budget) -> Self {
         // Other designs can be analysed if the start cannot.
         let problem = model.is_problem().then(|| model.problem().or_else(|_| model.unscaled_problem()));
@@ -172,7 +172,7 @@ fn simulated(design: &[f64], responses: Responses, motion: Option<Motion>, begin
     }
 }
 
-/// The design with the variable that bounds a peak, of which no response depends.
+/// The design with the variable that bounds a peak, on which no response depends.
 pub fn full_design(problem: &Problem, design: &[f64]) -> Vec<f64> {
     let mut full = design.to_vec();
     if let Some(peak) = problem.objective.peak() {

@@ -1,4 +1,4 @@
-//! Which requests are answered.
+//! Check that a request comes from a page of this server.
 //!
 //! A page of another site can send requests to the loopback address, and with DNS rebinding under a host name of its own. A request
 //! is answered only if

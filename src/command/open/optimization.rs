@@ -1,6 +1,6 @@
 //! An optimization that is watched and steered: a thread that owns the folder of the run and does one trial step after another.
 //!
-//! The run is stored as `linkwright optimize` stores it, after each trial step, so that `resume`, `report` and `runs` know it. A
+//! The run is stored as `linkwright optimize` stores it, after each trial step, so that `resume`, `report` and `runs` can use it. A
 //! trial step that is taken back, and a decision by hand, are recorded like edits of the model. The folder is claimed while the run goes
 //! on; while it rests, other processes can continue it, and the run is then read again before the next action.
 
@@ -23,7 +23,7 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::sync::watch;
 
-/// Steps that can be taken back.
+/// Largest number of trial steps that can be taken back.
 const MEMORY: usize = 200;
 
 /// A request of a page about a run.
@@ -84,7 +84,7 @@ pub struct Optimization {
     budget: Budget,
 }
 
-/// What is known of a run outside its thread.
+/// Data of a run that are visible outside its thread.
 #[derive(Default)]
 struct Published {
     /// Number of the run in the session. A thread whose run has been closed or replaced publishes nothing any more.
@@ -162,7 +162,7 @@ impl Optimization {
     }
 }
 
-/// The model of a run with this text. Its program lies beside the model file with which the run began.
+/// The model of a run with this text. Its program is in the folder of the model file with which the run began.
 fn model_of(folder: &RunDirectory, text: &str) -> anyhow::Result<Model> {
     let file = &folder.record().file;
     Ok(with_program(read_of_run("model.toml", text)?.copied_from(file), Path::new(file)))
@@ -262,7 +262,7 @@ impl SteeredRun {
             };
             let (is_step, was_running) = (matches!(action, Action::Step), self.is_running);
             self.fault = None;
-            // A step may take minutes: pages show that it is under way, and ask for no other one.
+            // A step may take minutes: pages show that it is under way, and send no further request for a step.
             if !was_running && !matches!(action, Action::Run | Action::Pause) {
                 let mut record = self.record();
                 record["status"] = "Working".into();

@@ -24,7 +24,7 @@ use tokio::sync::Semaphore;
 use tokio::task::spawn_blocking;
 use tokio::time::{sleep, timeout};
 
-/// Largest number of connections at a time; further ones are told to come again.
+/// Largest number of connections at a time; further ones are asked to retry later.
 const CONNECTIONS: usize = 64;
 /// Largest size of the body of a request in bytes: a model file of 2 MB as JSON.
 const BODY: usize = 5 << 20;
@@ -34,9 +34,9 @@ const HEAD: usize = 32 << 10;
 const ARRIVAL: Duration = Duration::from_secs(10);
 /// Largest number of bytes of the name of a page.
 const PAGE_NAME: usize = 64;
-/// Longest wait for news; a page then asks again.
+/// Longest wait for changes; a page then repeats its request.
 const NEWS: Duration = Duration::from_secs(25);
-/// Time between two looks at the model file.
+/// Time between two checks of the model file.
 const WATCH: Duration = Duration::from_millis(300);
 
 /// The parts of the page with their types.
@@ -129,7 +129,7 @@ impl Server {
     }
 }
 
-/// Tells the client of a connection too many to come again.
+/// Answers a connection beyond [`CONNECTIONS`] with the request to retry later.
 fn turn_away(stream: &TcpStream) {
     drop(stream.try_write(
         b"HTTP/1.1 503 Service Unavailable\r\nretry-after: 1\r\ncontent-length: 0\r\nconnection: close\r\n\r\n",

@@ -1,7 +1,7 @@
-//! The model file of a server, its unsaved edits, and what pages are told about them.
+//! The model file of a server, its unsaved edits, and their state for pages.
 //!
-//! The file on disk is the truth: it is read again whenever it changes. Text that is edited in a page is kept in `FILE.unsaved` until it
-//! is saved. The model in force is the last one without errors.
+//! The file on disk is authoritative: it is read again whenever it changes. Text that is edited in a page is kept in `FILE.unsaved`
+//! until it is saved. The model in force is the last one without errors.
 
 use super::super::budget::Budget;
 use super::super::model::{programs_are_allowed, with_program};
@@ -50,7 +50,7 @@ struct Project {
     stamp: Option<(SystemTime, u64)>,
     /// Hash of what was found on disk last.
     found: String,
-    /// Why the file cannot be read; a file that is being replaced is missing for a moment, so the second failure counts.
+    /// Reason why the file cannot be read. A file that is being replaced is missing for a moment, so the second failure counts.
     failure: Option<String>,
     failures: u32,
     /// Text that was edited in a page and is not saved.
@@ -85,11 +85,11 @@ pub enum Saved {
     Changed,
 }
 
-/// Looks at an unreadable file after which pages are told.
+/// Number of failed reads of the file after which pages show the failure.
 const FAILURES: u32 = 2;
 
 impl Project {
-    /// Takes up the text on disk.
+    /// Stores the text on disk and its hash.
     fn take_disk(&mut self, text: String) {
         (self.found, self.disk) = (hash(&text), text);
         (self.failure, self.failures) = (None, 0);
@@ -105,7 +105,7 @@ impl Project {
 }
 
 impl Session {
-    /// Opens a model file. That it has errors is shown in the page.
+    /// Opens a model file. If it has errors, the page shows them.
     pub fn open(file: &Path, budget: Budget) -> anyhow::Result<Self> {
         let cannot = || format!("cannot read the model {}", file.display());
         let path = file.canonicalize().with_context(cannot)?;
@@ -186,7 +186,7 @@ impl Session {
         with_files(&self.path.display().to_string(), text, self.directory.path())
     }
 
-    /// Writes an edited text, and which text on disk was edited, to the file beside the model.
+    /// Writes an edited text, and the hash of the text on disk that was edited, to `FILE.unsaved` in the folder of the model.
     fn write_draft(&self, Draft { text, base }: &Draft) -> anyhow::Result<()> {
         let written = self.directory.replace(&self.unsaved(), format!("{text}{BASE}{base}\n").as_bytes(), true);
         written.with_context(|| format!("cannot write {}", self.unsaved()))
@@ -230,7 +230,7 @@ impl Session {
         self.news.send_modify(|number| *number += 1);
     }
 
-    /// Keeps an edited text beside the file until it is saved. `edited` is the hash of the text that was edited, and `base` that of the text
+    /// Keeps an edited text in `FILE.unsaved` until it is saved. `edited` is the hash of the text that was edited, `base` that of the text
     /// on disk from which the edits began. Returns the hash of the text, or `None` if it would replace an edit of another page.
     pub fn edit(&self, text: String, edited: &str, base: String) -> anyhow::Result<Option<String>> {
         let mut project = self.project();
@@ -373,7 +373,7 @@ impl Session {
     }
 }
 
-/// What can stand in a text at a place, in UTF-16 units as browsers count.
+/// Completions of a text at a position, in UTF-16 units as browsers count.
 pub fn completions(text: &str, at: usize) -> Value {
     let mut units = 0;
     let byte = text.char_indices().find(|(_, c)| {

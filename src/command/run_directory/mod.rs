@@ -146,7 +146,7 @@ impl RunDirectory {
             folder.accept_earlier(&FILES);
         }
         let (model, text) = parsed(folder.directory(), MODEL)?;
-        // The program lies beside the model file with which the run began.
+        // The program is in the folder of the model file with which the run began.
         let model = with_program(model.copied_from(&record.file), Path::new(&record.file));
         if fingerprint(&model) != record.fingerprint {
             let file = folder.place(MODEL);

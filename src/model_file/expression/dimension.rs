@@ -59,7 +59,7 @@ impl Names {
     }
 }
 
-/// What to do if a frequency stands for an angular velocity, or the other way round.
+/// Remedy if a frequency stands for an angular velocity, or the other way round.
 pub const CYCLES: &str = "1 Hz is 2*pi rad/s: write 60 rpm or 2*pi rad/s for one revolution per second; of a frequency f, 2*pi*f is the angular \
                           velocity";
 

@@ -1,4 +1,4 @@
-//! `[[event]]`: joints that let go, forces that are switched on and off, the end of the motion.
+//! `[[event]]`: events by a condition, which deactivate joints, switch forces on and off, or end the motion.
 
 use super::elements::ElementSpec;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};

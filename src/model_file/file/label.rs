@@ -106,7 +106,7 @@ fn of_tree(tree: &Tree) -> bool {
     false
 }
 
-/// That of a time, for the label of time points.
+/// The dimension of a time, for the label of time points.
 pub fn time() -> Option<Known> {
     Known::loose(Unit::parse("s").map_or(Dimension::NUMBER, |unit| unit.dimension))
 }

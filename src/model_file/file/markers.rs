@@ -288,7 +288,7 @@ impl Parts {
     }
 }
 
-/// Whether two directions are numbers, and parallel.
+/// Returns whether two directions are numbers, and parallel.
 pub(super) fn are_parallel(a: &Vector, b: &Vector) -> bool {
     let numbers = |v: &Vector| v.iter().map(CompiledExpression::as_constant).collect::<Option<Vec<f64>>>();
     let (Some(a), Some(b)) = (numbers(a), numbers(b)) else { return false };

@@ -89,7 +89,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
     }
 }
 
-/// Whether the mechanisms of the file are in space.
+/// Returns whether the mechanism of the file is in space.
 fn is_spatial(file: &Section<'_>) -> Read<bool> {
     match file.count("space", usize::MAX)? {
         None | Some(2) => Ok(false),

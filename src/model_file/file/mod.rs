@@ -481,7 +481,7 @@ impl Model {
         self.asked_program().map_or(Ok(None), |program| program.analysis())
     }
 
-    /// The program of the file with what the model asks of it.
+    /// The program of the file with the requests of the model.
     fn asked_program(&self) -> Option<AskedProgram<'_>> {
         self.program.as_ref().map(|program| program.asked(&self.variables, self.grid.as_ref(), &self.outputs))
     }

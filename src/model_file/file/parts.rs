@@ -168,7 +168,7 @@ pub struct Parts {
     named: HashMap<String, NamedPart>,
     pub order: Vec<String>,
     pub points: Vec<PointRef>,
-    /// Whether the mechanism is in space.
+    /// True if the mechanism is in space.
     pub is_spatial: bool,
     /// Named points in space.
     pub markers: Vec<MarkerSpec>,

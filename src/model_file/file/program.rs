@@ -37,7 +37,7 @@ pub const TABLE: TableKeys = TableKeys {
     keys: KEYS,
 };
 
-/// A program and how its outputs are differentiated. It may be started only if `program` has a folder.
+/// A program, and the method that differentiates its outputs. It may be started only if `program` has a folder.
 pub struct ProgramSpec {
     program: Program,
     derivatives: DerivativeSetting,
@@ -92,7 +92,7 @@ impl ProgramSpec {
         self.analysis = OnceLock::new();
     }
 
-    /// The program with what a model asks of it: outputs at the points of a grid, as functions of variables.
+    /// The program with the requests of a model: outputs at the points of a grid, as functions of variables.
     pub fn asked<'m>(
         &'m self,
         variables: &'m [DesignVariable],
@@ -103,7 +103,7 @@ impl ProgramSpec {
     }
 }
 
-/// A program with what a model asks of it.
+/// A program with the requests of a model.
 pub struct AskedProgram<'m> {
     spec: &'m ProgramSpec,
     variables: &'m [DesignVariable],
@@ -159,7 +159,7 @@ impl AskedProgram<'_> {
     }
 }
 
-/// In the place of a program that must not be started.
+/// Replaces a program that must not be started.
 struct NotAllowed {
     command: String,
 }

@@ -14,7 +14,8 @@ struct Index {
 }
 
 /// The copies of a table: the table itself, or one copy for each combination of the values in `each`, the last index fastest.
-/// `each` may also be a list of tables, with one copy for each of them. In all texts `{i}` is replaced by the value, and `{i+1}`, `{i-1}`, … by its neighbours if it is a whole number.
+/// `each` may also be a list of tables, with one copy for each of them. In all texts `{i}` is replaced by the value, and
+/// `{i+1}`, `{i-1}`, … by its neighbours if it is a whole number.
 pub fn replicate<'a>(table: &DeTable<'a>, span: Range<usize>) -> Read<Vec<DeTable<'a>>> {
     let Some(each) = table.get("each") else { return Ok(vec![table.clone()]) };
     if let Some(list) = each.get_ref().as_array() {

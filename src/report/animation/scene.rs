@@ -62,7 +62,7 @@ impl Viewport {
         self.height.round()
     }
 
-    /// Whether mechanisms in it can be turned.
+    /// Returns whether mechanisms in it can be turned.
     pub fn is_spatial(&self) -> bool {
         self.centre.is_some()
     }

@@ -6,12 +6,12 @@ use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::outputs::energy_in;
 use crate::system::state::{State, gather};
 
-/// Change of the energy of a mechanism that conserves it, over the output times of a simulation.
+/// Energy drift of a conservative mechanism over the output times of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnergyDrift {
     /// Energy at the start, kinetic and potential, in J.
     pub start: f64,
-    /// Change of the energy with the largest size, in J; negative if energy is lost.
+    /// Largest change of the energy in magnitude, in J; negative if energy is lost.
     pub largest: f64,
     /// Time in s of this change.
     pub time: f64,
@@ -24,16 +24,18 @@ pub struct EnergyDrift {
 /// Fraction of the largest kinetic energy above which a change of the energy is worth a warning.
 pub const NOTABLE: f64 = 0.01;
 
-/// Fraction of the largest kinetic energy from which a change of the energy is told as a multiple of it.
+/// Multiple of the largest kinetic energy from which the warning states a change as a multiple, not in percent.
 const MANY: f64 = 10.0;
 
-/// Distances in m or rad at which elements that switch are compared with their energy: a slack rope is taut far away.
+/// Displacements from the start in m or rad at which the power of elements with switching functions is compared with the rate of
+/// their energy: a rope that is slack at the start is taut far away.
 const FAR: [f64; 4] = [0.0, 1.0, 1e2, 1e4];
 
 /// Rounding of the energy, as a fraction of its size.
 const ROUNDING: f64 = 1e-9;
 
-/// Velocity in m/s or rad/s below which a mechanism is at rest: that of all its coordinates has an energy that is rounding.
+/// Velocity in m/s or rad/s below which a mechanism counts as at rest: the kinetic energy of all coordinates at this velocity counts
+/// as rounding.
 const AT_REST: f64 = 1e-6;
 
 impl EnergyDrift {
@@ -42,7 +44,7 @@ impl EnergyDrift {
         self.largest / self.kinetic.max(f64::MIN_POSITIVE)
     }
 
-    /// A sentence about a loss that is worth a warning: how much, when, and what to do.
+    /// Warning about a loss or gain of energy above [`NOTABLE`]: its size, its first time and the remedy; `None` below it.
     pub fn warning(&self) -> Option<String> {
         let from = self.notable_from?;
         let (verb, damping) = if self.largest < 0.0 { ("loses", "less") } else { ("gains", "more") };

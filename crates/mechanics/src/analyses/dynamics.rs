@@ -35,7 +35,7 @@ pub struct History {
     pub values: Vec<Vec<f64>>,
     /// State at the last time.
     pub last: State<f64>,
-    /// Impacts and zero crossings of switches, in order of time.
+    /// Events (impacts, zero crossings of switches, and others), in order of time.
     pub impacts: Vec<Event>,
     /// Numbers of steps and iterations. Iterations of explicit steps are evaluations of the accelerations.
     pub work: Work,
@@ -106,8 +106,8 @@ pub fn implicit_step_lengths(mechanism: &Mechanism<f64>, settings: &Dynamics, ti
 
 /// Simulates as [`simulate`], by steps of the given `lengths` (s) instead of those of the settings.
 ///
-/// The derivatives of a motion by adaptive steps are those of its steps. This is the function that they differentiate, for a
-/// neighbouring design. The steps do not end at events.
+/// The derivatives of a motion by adaptive steps are those along its steps, which do not change with the design. Use this function to
+/// evaluate the motion by the same steps in a neighbouring design. The steps do not end at events.
 ///
 /// # Errors
 ///
@@ -211,9 +211,9 @@ pub fn simulate_with_steps(
 
 /// The steps of a simulation as by [`simulate_explicitly`], without its history.
 ///
-/// Given as [`StepControl::Taken`](crate::integrators::explicit::StepControl::Taken), these steps repeat the simulation, also of designs
-/// around: differences of such motions are those of the frozen steps that first derivatives belong to. Events of rigid contacts end steps
-/// of their own.
+/// Given as [`StepControl::Taken`](crate::integrators::explicit::StepControl::Taken), these steps repeat the simulation, also in
+/// neighbouring designs. Differences of such motions approximate the derivatives along frozen steps, which first derivatives are. Events
+/// of rigid contacts end additional steps.
 ///
 /// # Errors
 ///

@@ -11,15 +11,16 @@ use crate::system::System;
 use crate::system::outputs::Sampler;
 use crate::system::state::{State, gather};
 
-/// Relative change of an output by reactions without effect on the motion, above which it is indeterminate.
+/// Relative change of an output by a self-stress, above which the output is indeterminate.
 const CHANGED: f64 = 1e-8;
 
-/// Nominal step in s of a motion that is not simulated: what drives move faster than 1e-9 m/s or rad/s in a millionth of it slides.
+/// Nominal step in s where no motion is simulated: friction at rest slides if drives accelerate it to more than 1e-9 m/s or rad/s within
+/// a millionth of this step.
 const NOMINAL_STEP: f64 = 1e-3;
 
-/// Names of the outputs that change by reactions without effect on the motion, in an assembled state.
+/// Names of the outputs that change with self-stresses (multipliers n with Φ_qᵀ n = 0), in an assembled state.
 ///
-/// Their values are one choice of many, in absolute coordinates that of the reactions of least norm; they have no derivatives.
+/// Their values are one of many possible ones, in absolute coordinates those of the reactions of least norm; they have no derivatives.
 pub fn indeterminate_outputs(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
     if !system.allows_redundancy() {
         return Vec::new();
@@ -43,14 +44,14 @@ pub fn indeterminate_outputs(system: &System, mechanism: &Mechanism<f64>, state:
 /// Velocities (m/s and rad/s) at which friction is compared: at rest it may have no force.
 const SLIDING: f64 = 1.0;
 
-/// Names of the parts whose friction changes by reactions without effect on the constraints, in an assembled state: the motion itself is
-/// that of one choice of many.
+/// Names of the elements whose friction changes with self-stresses (multipliers n with Φ_qᵀ n = 0), in an assembled state: the motion
+/// then depends on the choice of the reactions.
 pub fn indeterminate_friction(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
     if !system.allows_redundancy() {
         return Vec::new();
     }
     let mut sliding = state.clone();
-    // Any direction will do; its components have no simple ratios.
+    // An arbitrary direction whose components have no simple ratios.
     sliding.v.iter_mut().enumerate().for_each(|(i, v)| *v = SLIDING * (1.0 + 2.3 * i as f64).sin());
     let stresses = self_stresses(system, mechanism, state);
     let mut workspace = ElementWorkspace::<f64>::default();

@@ -14,8 +14,8 @@ pub const NOTABLE: f64 = 0.2;
 /// Size of an output below which its change is rounding: as a fraction of the largest output, and in SI units.
 const ROUNDING: [f64; 2] = [1e-9, 1e-6];
 
-/// Fraction of the largest output of the same unit below which an output counts as zero: the moment at a pin among the moments
-/// of beams.
+/// Fraction of the largest output of the same unit below which an output counts as zero, such as the moment at a pin compared with
+/// the moments of beams.
 const SMALL: f64 = 1e-2;
 
 /// Unit of energies.
@@ -133,7 +133,7 @@ pub fn explicit_step_warning(
     Ok(warning(mechanism, h, times, values, simulate_explicitly(mechanism, &coarse, times)))
 }
 
-/// A sentence about steps of the length `h` (s), from the simulation by steps of twice this length.
+/// Warning about steps of the length `h` (s), from the simulation by steps of twice this length.
 fn warning(
     mechanism: &Mechanism<f64>,
     h: f64,

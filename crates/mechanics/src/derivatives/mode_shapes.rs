@@ -21,7 +21,7 @@ const SAME_SIZE: f64 = 1e-6;
 /// Amplitudes of outputs in natural modes, and their derivatives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModeShapes {
-    /// `values[k][output]`: amplitude of the output in mode k of those asked for.
+    /// `values[k][output]`: amplitude of the output in the k-th requested mode.
     pub values: Vec<Vec<f64>>,
     /// `gradients[k][output]`: its gradient with respect to the design variables; empty without derivatives.
     pub gradients: Vec<Vec<Vec<f64>>>,

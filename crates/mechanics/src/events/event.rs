@@ -19,11 +19,12 @@ pub struct Event {
 /// # Impacts
 ///
 /// A rigid contact is an element with one constraint, the gap Φ(q, t) ≥ 0 in m or rad. When the gap closes, an impulse Λ
-/// along Φ_q makes velocities jump, M (v⁺ − v⁻) + Φ_qᵀ Λ = 0, and joints hold.
-/// So do other contacts that are closed, as far as they push: one that would pull lets go. The gap opens again by Newton's impact law,
+/// along Φ_q makes velocities jump, M (v⁺ − v⁻) + Φ_qᵀ Λ = 0. The new velocities satisfy the constraints of joints and of other
+/// closed contacts; a closed contact whose impulse would pull is opened. The gap opens again by Newton's impact law,
 /// Φ̇⁺ = −e Φ̇⁻. There is no friction. A contact stays closed if the next flight would be shorter than a millionth of a step, at
 /// once if e = 0: Φ = 0 is then a joint, until its force −λ, an output of the contact, becomes zero. Contacts that close at the same
-/// time are an error if the impulse of one changes the velocity of the other; take compliant ones ([`Mechanism::wall_contact`], [`Mechanism::bump_stop`]).
+/// time are an error if the impulse of one changes the velocity of the other; take compliant ones ([`Mechanism::wall_contact`],
+/// [`Mechanism::bump_stop`]).
 ///
 /// # Sources
 ///

@@ -166,7 +166,7 @@ pub(crate) fn factorize_jump(system: &mut System, mechanism: &Mechanism<f64>, st
 /// Makes the velocities of `state` consistent with the joints, by impulses of the joints. Returns the jump.
 ///
 /// The steps hold the joints in their positions; the velocities have errors of the order h² along the reactions, which depend
-/// on the length of the last step. A joint that lets go at an event leaves them free.
+/// on the length of the last step. A joint that an event releases no longer constrains them.
 pub(crate) fn make_consistent(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -255,10 +255,10 @@ pub(crate) fn are_coupled(mechanism: &Mechanism<f64>, state: &State<f64>, contac
     Ok(coupling.abs() > UNCOUPLED * (one.compliance * other.compliance).sqrt())
 }
 
-/// Gap in m or rad up to which a contact takes part in the locking of a drive.
+/// Gap in m or rad up to which a contact can block a prescribed motion.
 const NEARLY_CLOSED: f64 = 1e-6;
 
-/// The contact with which the contact number `event` leaves no way to a prescribed motion at `state`, if there is one.
+/// The contact that, together with the contact number `event`, blocks a prescribed motion at `state`; `None` if there is none.
 ///
 /// The gradients of both gaps with respect to the free coordinates then depend on each other and on the joints.
 pub(crate) fn locked_with(mechanism: &Mechanism<f64>, state: &State<f64>, event: usize) -> Option<usize> {
@@ -386,7 +386,7 @@ pub(crate) fn apply_impact(
 /// [`Error::Unsupported`] if the mechanism has a rigid contact, dry friction, or an event.
 pub(crate) fn refuse<T>(mechanism: &Mechanism<T>, analysis: &str) -> Result<()> {
     mechanism.events.first().map_or(Ok(()), |impact| {
-        let why = format!("{analysis} know no impacts, no friction that sticks and no events");
+        let why = format!("{analysis} do not support impacts, friction that sticks and events");
         let remedy = "simulate over time (dynamics), or remove it";
         Err(Error::unsupported(&impact.gap.name, why, remedy))
     })

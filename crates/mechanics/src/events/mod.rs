@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `event` | contacts and switches of a mechanism, the record of an event |
 //! | `impact` | jump of the velocities at an impact, accelerations after a switch |
-//! | `when` | events by a condition: joints that let go, forces that are switched, the end of a motion |
+//! | `when` | events by a condition: joints that are released, forces that are switched, the end of a motion |
 //! | `unilateral` | rigid contacts that last, dry friction that sticks |
 //! | `settling` | their modes after an event and at the start |
 //! | `held_outputs` | outputs that keep their value from an event on |

@@ -1,11 +1,12 @@
 //! Modes of rigid contacts and dry friction after an event and at the start of a motion.
 //!
-//! A joint lets go if its force is not admissible: all parts at rest are held first, and the part that violates its limit most is
-//! released, until no limit is violated. A part that was released must then move in the direction in which it was released. Friction
-//! at rest is held only if nothing before it holds its place: joints, drives, closed contacts, or other friction; it rests otherwise.
+//! A contact or friction is released if its force is not admissible: all parts at rest are held first, and the part that violates its
+//! limit most is released, until no limit is violated. A part that was released must then move in the direction in which it was
+//! released. Friction at rest sticks, as a constraint, only if its constraint is independent of those before it: joints, drives, closed
+//! contacts, and other friction. It rests otherwise (see `unilateral`).
 //! If several parts of friction hold a motion together, the one that reaches its static limit first keeps its Coulomb force, and the
-//! next one carries the rest. During an impact at another place, closed contacts are joints as well, and the one whose impulse pulls
-//! most lets go, until no impulse pulls.
+//! next one carries the rest. During an impact at another place, closed contacts are joints as well; the one with the largest pulling
+//! impulse is opened, until no impulse pulls.
 
 use crate::constraint_rank::ConstraintRank;
 use crate::events::impact::{apply_impact, apply_switch, gap_rounding, make_consistent, switch_offset};
@@ -37,10 +38,10 @@ pub(crate) const SHORTEST_FLIGHT: f64 = 1e-6;
 /// Sliding velocity, as a fraction of the largest velocity, that is zero but for rounding.
 const STOPPED: f64 = 1e-12;
 
-/// Largest excess of a force that is rounding.
+/// Largest relative excess of a force over its limit that counts as rounding.
 const EXCESS: f64 = 1e-9;
 
-/// Finds the modes in which the motion goes on from an event in the state `end`, by steps of the nominal length `step` in s.
+/// Finds the modes in which the motion continues after an event in the state `end`, by steps of the nominal length `step` in s.
 ///
 /// * `contact`: the event that ends the step; `at_event`: this event and those at the same time.
 ///
@@ -86,8 +87,8 @@ pub(crate) fn passage(
     Ok(Passage { stays: false, jump: rebound, after: state.modes })
 }
 
-/// The state in which the motion goes on after the events `at_event`, of which `contact` ends the step in the state `end`, with its
-/// accelerations and multipliers. Forces that jump are those at most the time `longest` (s) later.
+/// The state with accelerations and multipliers in which the motion continues after the events `at_event`. One of them, `contact`, ends
+/// the step in the state `end`. Forces that jump at the event are evaluated up to the time `longest` (s) later.
 pub(crate) fn state_after(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -107,8 +108,8 @@ pub(crate) fn state_after(
     Ok(state)
 }
 
-/// Events whose conditions become true by the jumps of the motion at the event `contact` and the `simultaneous` ones, which end a step in the
-/// state `end`: of velocities at an impact, of forces and accelerations at a switch. They may cause further ones.
+/// Events whose conditions become true because the motion jumps at the event `contact` and the `simultaneous` ones, in the state `end` at
+/// the end of a step: velocities jump at an impact, forces and accelerations at a switch. Events that these cause in turn are included.
 ///
 /// # Errors
 ///
@@ -148,8 +149,8 @@ pub(crate) fn triggered_events(
 
 /// The state with accelerations and multipliers after an event in the state `held`, with its modes, and the modes during the jump.
 ///
-/// `jump` and `after` are the modes before anything lets go. A rigid contact that `stays` closed has no restitution, and is held as long
-/// as it is pressed together.
+/// `jump` and `after` are the modes before any part is released. A rigid contact that `stays` closed has no restitution, and is held as
+/// long as it is pressed together.
 fn after_event(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -238,8 +239,8 @@ fn opens_with(
     contact.rate(state, &along) > contact.rate(state, &still)
 }
 
-/// Closes the contacts that touch at rest, unless they `stay`: the forces to come may press them together. Velocities have the `error` (m/s or
-/// rad/s).
+/// Closes the contacts that touch at rest, because the forces after the event may press them together; those for which `stay` is true keep
+/// their mode. Velocities have the `error` (m/s or rad/s).
 fn close_touching(mechanism: &Mechanism<f64>, state: &mut State<f64>, error: f64, stay: impl Fn(usize) -> bool) {
     for event in (0..mechanism.events.len()).filter(|k| !stay(*k)).map(|k| &mechanism.events[k]) {
         if let Some(Unilateral::Contact { closed, .. }) = event.unilateral {
@@ -252,7 +253,7 @@ fn close_touching(mechanism: &Mechanism<f64>, state: &mut State<f64>, error: f64
 }
 
 /// Applies the impact at a contact to the velocities of `state`. Returns the closed contact whose impulse pulls most, if there is one:
-/// a contact can only push, so it has to let go.
+/// a contact can only push, so it has to open.
 fn pulling_contact<'m>(
     system: &mut System,
     mechanism: &'m Mechanism<f64>,
@@ -271,9 +272,9 @@ fn pulling_contact<'m>(
     Ok(worst.map(|(event, law, _)| (event, law)))
 }
 
-/// Sets the modes of dry friction to the velocities of `state`: where they are zero, compared with those `before` an event, it sticks;
-/// `starts` tells that it begins to slide. Friction that an event has ended keeps no mode. `errors` are the parts of the sliding velocities, by
-/// event, that are none.
+/// Sets the modes of dry friction by the velocities of `state`. Friction sticks where the sliding velocity is zero compared with the
+/// largest velocity in `state` and `before` the event, unless it `starts` to slide. Friction that an event has deactivated keeps no mode.
+/// `errors` are the numerical errors of the sliding velocities, by event.
 fn follow_velocities(
     mechanism: &Mechanism<f64>,
     before: &State<f64>,
@@ -294,7 +295,7 @@ fn follow_velocities(
 
 /// Releases parts that are held until no force exceeds its limit, and solves for accelerations and multipliers.
 ///
-/// `released`: the events of friction that breaks away, with its directions; it is at rest.
+/// `released`: the events of friction that breaks away from rest, with the directions in which it then slides.
 fn settle(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -318,7 +319,7 @@ fn settle(
             released.push((k, sign(force)));
             continue;
         }
-        // What drives move at once does not rest.
+        // Resting friction slides if drives accelerate it at once.
         let least = AT_REST / (SHORTEST_FLIGHT * step);
         let moves = |k: &usize| {
             mechanism.events[*k].is_resting(&state.modes) && sliding(&mechanism.events[*k], &state.a).abs() > least
@@ -351,8 +352,8 @@ fn settle(
     })
 }
 
-/// Lets the friction `at_rest` stick where nothing before it holds its place, and rest elsewhere; that which is `released` slides, or
-/// rests with its Coulomb force.
+/// Sets the modes of friction `at_rest` to sticking if its constraint is independent of those before it, and to resting otherwise.
+/// Friction that is `released` slides, or rests with its Coulomb force.
 fn hold(
     system: &System,
     mechanism: &Mechanism<f64>,
@@ -390,7 +391,7 @@ fn is_friction(mechanism: &Mechanism<f64>, event: usize) -> bool {
 
 /// The rank of the joints, drives and closed contacts, and for each event the gradient of the sliding velocity of its friction.
 ///
-/// The coordinate that stores the place of friction does not move while it sticks: it has no part in its gradient.
+/// The coordinate that stores the position of friction is constant while it sticks: its entry in the gradient is zero.
 fn sliding_gradients(
     system: &System,
     mechanism: &Mechanism<f64>,
@@ -413,7 +414,7 @@ fn sliding_gradients(
     (rank, gradients)
 }
 
-/// Adds friction that rests with its Coulomb force to that which is `released`, if it slides in that direction with one of these.
+/// Adds friction that rests with its Coulomb force to the `released` friction, if the motion of one of these slides it in that direction.
 fn release_together(
     system: &System,
     mechanism: &Mechanism<f64>,
@@ -452,7 +453,7 @@ pub(crate) fn settle_start(
     close_touching(mechanism, state, 0.0, |_| false);
     follow_velocities(mechanism, &state.clone(), (state, &vec![0.0; mechanism.events.len()]), |_| false);
     let mut settled = state.clone();
-    // More contacts than can carry independent forces: those of least norm decide.
+    // If more contacts touch than can carry independent forces, the forces of least norm decide.
     let is_touching =
         mechanism.events.iter().filter_map(|event| event.unilateral).any(|law| is_closed(law, &state.modes));
     let is_dependent = is_touching
@@ -470,7 +471,7 @@ pub(crate) fn settle_start(
     Ok(mechanism.events.iter().filter_map(|event| event.unilateral).any(|law| is_closed(law, &state.modes)))
 }
 
-/// Assembles the mechanism again, with contacts that begin closed as joints: in designs around, they are closed as well.
+/// Assembles the mechanism again, with contacts that begin closed as joints: they are closed in neighbouring designs as well.
 ///
 /// # Errors
 ///

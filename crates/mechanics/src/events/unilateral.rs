@@ -5,8 +5,8 @@
 //! contact force, the sliding velocity or the margin of the static limit becomes zero. This is an event: the step ends there, and the
 //! derivatives include that of its time. Between events the motion is that of a mechanism with joints.
 //!
-//! Where drives, closed contacts or other friction hold the place as well, the force of friction at rest is not determined. Such friction
-//! *rests*: it has no constraint, and no force, or its Coulomb force if it has broken away and others still hold the place.
+//! Where drives, closed contacts or other friction prevent sliding as well, the force of friction at rest is not determined. Such friction
+//! *rests*: it has no constraint, and no force, or its Coulomb force if it has broken away and others still prevent sliding.
 //!
 //! `settling` finds the modes after an event.
 //!
@@ -25,7 +25,7 @@ use crate::system::state::State;
 use crate::{Error, Result};
 use autodiff::Scalar;
 
-/// Gap in m or rad, and rate of it, up to which a rigid contact begins closed.
+/// Gap in m or rad, and its rate in m/s or rad/s, up to which a rigid contact begins closed.
 pub(crate) const TOUCHING: f64 = 1e-9;
 
 /// Sliding velocity in m/s or rad/s up to which friction is at rest at an event.
@@ -66,7 +66,7 @@ impl Unilateral {
         }
     }
 
-    /// Size of the numbers whose difference this function is, for their rounding.
+    /// Size of the terms whose difference this function is, from which its rounding error follows.
     pub fn size(&self, event: &EventElement<f64>, state: &State<f64>) -> f64 {
         let largest = |x: &[f64]| event.gap.coordinates.iter().map(|&i| x[i].abs()).fold(0.0, f64::max);
         match *self {
@@ -77,7 +77,8 @@ impl Unilateral {
         }
     }
 
-    /// Direction in which friction slides, or has its Coulomb force while it rests; `None` without that, and for a contact.
+    /// Direction in which friction slides, or in which it would slide while it rests with its Coulomb force; `None` otherwise, and for a
+    /// contact.
     pub fn direction(&self, modes: &Modes) -> Option<f64> {
         let Self::Friction { forward, backward, .. } = *self else { return None };
         match (modes.is_on(forward), modes.is_on(backward)) {
@@ -114,12 +115,12 @@ impl Unilateral {
         }
     }
 
-    /// Returns whether an event has ended friction: it has none of its modes, and no force.
+    /// Returns whether an event has deactivated friction: it is in none of its modes, and has no force.
     pub fn has_ended(&self, modes: &Modes) -> bool {
         matches!(self, Self::Friction { .. }) && self.modes().into_iter().all(|mode| !modes.is_on(mode))
     }
 
-    /// Returns whether friction rests: something else holds its place.
+    /// Returns whether friction rests: something else prevents sliding.
     pub fn is_resting(&self, modes: &Modes) -> bool {
         matches!(*self, Self::Friction { resting, .. } if modes.is_on(resting))
     }
@@ -196,7 +197,7 @@ impl<S> EventElement<S> {
 
 impl EventElement<f64> {
     /// The function of the event at the end of an implicit step, with the forces and accelerations of its positions
-    /// and velocities; not a number if there are none.
+    /// and velocities; NaN if these cannot be computed.
     pub(crate) fn value_after_step(&self, mechanism: &Mechanism<f64>, state: &State<f64>, start: f64) -> f64 {
         let is_projected = mechanism.has_consistent_velocities();
         if !self.needs_forces(&state.modes) && !is_projected {

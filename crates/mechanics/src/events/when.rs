@@ -1,4 +1,4 @@
-//! Events by a condition: joints that let go, forces that are switched on and off, the end of a motion.
+//! Events by a condition: they deactivate joints, switch forces on and off, and end a motion.
 
 use crate::elements::element::ElementWorkspace;
 use crate::mechanism::element::{Element, ElementState};
@@ -19,9 +19,9 @@ pub struct EventIndex(pub(crate) usize);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Action {
-    /// Makes an element active, which is inactive before.
+    /// Activates an element that is inactive before.
     Activate(ElementIndex),
-    /// Makes an element inactive: a force ends, a joint lets go.
+    /// Deactivates an element: a force ends, a joint is released.
     Deactivate(ElementIndex),
     /// Ends the motion. Outputs keep the values that they have at the event.
     Terminate,
@@ -30,8 +30,8 @@ pub enum Action {
 /// # Events by a condition
 ///
 /// An event happens once, when a function g of time and measured quantities becomes positive. At the time T(b) of the event
-/// g(x(T, b), T, b) = 0, so that dT/db = −(∂g/∂b + g_x ∂x/∂b)/ġ. A step ends at T, and the forces and joints after T are
-/// other ones. Positions and velocities are continuous, but for the errors of the steps: velocities are made consistent with the
+/// g(x(T, b), T, b) = 0, so that dT/db = −(∂g/∂b + g_x ∂x/∂b)/ġ. A step ends at T, where forces and joints change.
+/// Positions and velocities are continuous except for errors of the steps: velocities are made consistent with the
 /// joints before the event. Derivatives are exact for the discrete motion.
 ///
 /// # Sources
@@ -175,8 +175,8 @@ impl Element for NoGap {
     fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _dynamics: &mut [T], _constraint: &mut [T]) {}
 }
 
-/// Error of an output at an event that has not happened until the time `t` (s): the last one, or that of the event `ended_by` which ends
-/// the motion.
+/// Error of an output at an event that has not happened by the time `t` (s): the last output time, or that of the event `ended_by`, which
+/// ends the motion.
 pub(crate) fn not_happened(name: &str, t: f64, ended_by: Option<&str>) -> Error {
     if let Some(other) = ended_by {
         let why = format!(

@@ -10,8 +10,9 @@ use crate::system::state::State;
 /// The ends of an implicit step with the accelerations and multipliers of M q̈ + Φ_qᵀ λ = f, Φ̈ = 0.
 ///
 /// The accelerations and multipliers of a step have errors that change their sign from step to step. Whether a contact opens, or a force
-/// exceeds a limit, is decided by those of its positions and velocities, which are also those with which the motion goes on. Velocities satisfy the constraints up to the error
-/// of the step; where friction begins and ends to slide is decided by those that satisfy them.
+/// exceeds a limit, is therefore decided by those that the equations of motion give at its positions and velocities; the motion also
+/// continues with these. The velocities of a step satisfy the constraints up to its error; whether friction begins or ceases to slide is
+/// decided by velocities that satisfy them.
 pub(crate) struct ConsistentEnds {
     system: System,
     solver: AccelerationSolver,

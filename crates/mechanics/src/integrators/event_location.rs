@@ -16,7 +16,7 @@ use crate::{Error, Result};
 /// Largest number of trial steps in the search for the time at which a contact closes.
 const MAX_TRIALS: usize = 100;
 
-/// Largest number of times by which a step is halved in the search for a place where a held part is inside of its limits.
+/// Largest number of halvings of a step in the search for a time at which a held part is inside its limits.
 const MAX_HALVINGS: usize = 20;
 
 /// Part of the estimated rest of the way to a switch that a trial step covers.
@@ -25,7 +25,8 @@ const MOST: f64 = 0.99;
 /// Shortest time between two events of a part, in nominal steps: less than the shortest flight, whose length is an estimate.
 const SHORTEST_TIME: f64 = 0.1 * SHORTEST_FLIGHT;
 
-/// Length of a step between events, in nominal steps, that is very short, and the number of them after which the motion does not go on. A
+/// Length of a step between events, in nominal steps, that counts as very short, and the number of them in a row after which the motion
+/// ends with an error. A
 /// ball with the restitution 0.999 comes to rest in 7000 impacts between such steps.
 const SHORT: f64 = 1e-3;
 const MOST_SHORT_STEPS: usize = 10_000;
@@ -280,8 +281,8 @@ impl EventLocator {
     /// Opening of a contact at the beginning of the step and after the time `h` (s): positive is open.
     ///
     /// The opening is the gap, or the gap divided by the elapsed time if the step begins with an impact or with a gap
-    /// of zero that opens. What lets go at the beginning of the step is open during the step. The sign of a switch is such that it begins open. A switch that crosses zero at the time of the event at the
-    /// beginning of the step has crossed it.
+    /// of zero that opens. A contact that is released at the beginning of the step is open during the step. The sign of a switch is
+    /// such that it begins open. A switch that crosses zero at the time of the event at the beginning of the step has crossed it.
     fn openings(&self, step: &impl TrialStep, contact: usize, h: f64) -> [f64; 2] {
         self.openings_between(step.mechanism(), step.ends(), contact, h)
     }
@@ -320,7 +321,7 @@ impl EventLocator {
             return match impact.is_sliding(&old.modes) && rate > 0.0 && has_begun {
                 // The velocity of a step has an error, where it begins to slide as well.
                 true => [rate, (after - before.min(0.0)) / h],
-                // It may have returned in the step; an overlap of rounding size is none.
+                // It may have returned in the step; an overlap of the size of rounding errors does not count.
                 false if has_opened => [TOUCHING, after + TOUCHING - before.min(0.0)],
                 false if is_leaving => [BEGUN; 2],
                 false => [BEGUN, after],

@@ -1,4 +1,4 @@
-//! Inspection of long steps: what happens between their ends.
+//! Inspection of long steps between their ends.
 
 use crate::Result;
 use crate::analyses::sampling::interpolate;
@@ -15,10 +15,10 @@ use crate::system::state::State;
 /// Number of intervals of a motion between inspections, if output times are not closer.
 const INTERVALS: usize = 100;
 
-/// Places in a piece of a function of time at which it is inspected. In the middle of a smooth ramp there is no acceleration.
+/// Fractions of each piece of a function of time at which steps are inspected. In the middle of a smooth ramp there is no acceleration.
 const QUARTERS: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// Times at which long steps are inspected: what acts for a short time only would lie between their ends.
+/// Times at which long steps are inspected: loads and motions of short duration may lie between the ends of a step.
 ///
 /// They are the output times, times that divide the motion evenly, and those at which functions of time change their form, with times
 /// between these. A step that contains none of them is not inspected: it is shorter than the distance of outputs.
@@ -26,8 +26,8 @@ const QUARTERS: [f64; 3] = [0.25, 0.5, 0.75];
 pub struct InspectionTimes(Vec<f64>);
 
 impl InspectionTimes {
-    /// Times of a motion from `start` to `end` (s) with outputs at the increasing `times` (s) and functions of time that change their form at
-    /// the increasing `breaks` (s).
+    /// Times of a motion from `start` to `end` (s) with outputs at the increasing `times` (s) and functions of time that change their form
+    /// at the increasing `breaks` (s).
     pub fn new(start: f64, end: f64, times: &[f64], breaks: &[f64]) -> Self {
         let even = (1..INTERVALS).map(|k| start + (end - start) * (k as f64 / INTERVALS as f64));
         let pieces = breaks.windows(2).flat_map(|ends| QUARTERS.map(|part| ends[0] + part * (ends[1] - ends[0])));

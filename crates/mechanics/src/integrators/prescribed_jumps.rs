@@ -1,5 +1,5 @@
-//! Prescribed positions that jump, which no force follows, and prescribed velocities that jump, which cause impulses that explicit steps
-//! do not have.
+//! Rejection of jumps of prescribed positions, which no finite force can cause, and of jumps of prescribed velocities along explicit
+//! steps, which have no impulses.
 
 use crate::events::impact::{Jump, joint_rows};
 use crate::mechanism::Mechanism;
@@ -11,23 +11,24 @@ use crate::{Error, Result};
 /// Number of halvings of a step in the search for a jump.
 const HALVINGS: usize = 24;
 
-/// Error of a rule, as a fraction of the velocities, below which the velocity is smooth.
+/// Error of the trapezoidal rule or of the cubic, as a fraction of the velocities, below which the velocity counts as smooth.
 const SMOOTH: f64 = 1e-6;
 
-/// Least jump as a fraction of the velocities. What takes more than a hundred-thousandth of the step is none.
+/// Smallest jump as a fraction of the velocities. A smooth change that takes more than about 6e-5 of the step is smaller in the interval
+/// that is left after [`HALVINGS`] halvings.
 const LEAST: f64 = 1e-3;
 
 /// Largest rounding of a mean velocity, as a fraction of a change of the velocity, that leaves enough digits in positions.
 const ROUNDED: f64 = 1e-2;
 
-/// Largest effect of a jump on the equations, per unit of the jump, that is rounding.
+/// Largest effect of a jump on the equations, per unit of the jump, that counts as rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Jump of a velocity as a fraction of the velocity a step later that is none: the step ends where a smooth motion has just begun, and all its
-/// velocities are rounding errors.
+/// Jump of a velocity, as a fraction of the velocity one step later, up to which it is ignored: the step ends where a smooth motion has
+/// just begun, and all its velocities are rounding errors.
 const BEGINNING: f64 = 1e-6;
 
-/// Part of a change of position over a step that a jump keeps at its place.
+/// Fraction of a change of position over a step that must remain in the smallest interval if it is a jump.
 const KEPT: f64 = 1e-3;
 
 /// Change of a position over a step, in units of the largest of three velocities times the length, below which nothing jumps.
@@ -63,7 +64,8 @@ pub(crate) fn refuse_jumps(
     Ok(())
 }
 
-/// Checks that no prescribed position of other bodies jumps between the `ends` of a step (s), the last one with this `state`.
+/// Checks that no prescribed position that moves other coordinates jumps between the `ends` (s) of a step; `state` returns the state at
+/// the last one.
 ///
 /// # Errors
 ///
@@ -110,7 +112,7 @@ fn motion_of(mechanism: &Mechanism<f64>, i: usize) -> impl Fn(f64) -> [f64; 2] +
     }
 }
 
-/// Time in s of a jump of the position between the `ends` (s), and the jump: a change that remains in intervals without length.
+/// Time in s of a jump of the position between the `ends` (s), and the jump: a change that remains in intervals of vanishing length.
 fn position_jump(at: impl Fn(f64) -> [f64; 2], [mut begin, mut end]: [f64; 2]) -> Option<(f64, f64)> {
     let (mut first, mut last) = (at(begin), at(end));
     let (whole, inside) = ((last[0] - first[0]).abs(), at(0.5 * (begin + end)));
@@ -138,7 +140,7 @@ fn position_jump(at: impl Fn(f64) -> [f64; 2], [mut begin, mut end]: [f64; 2]) -
 ///
 /// The error of the trapezoidal rule, and of the cubic through the ends in the middle, is of second order in the length of an
 /// interval, relative to it, where the velocity is smooth. Where it jumps, one of them is a fixed part of the jump. In intervals that are
-/// too short for differences of positions, the larger change of the velocity tells the place.
+/// too short for differences of positions, the half with the larger change of the velocity is taken.
 fn velocity_jump(at: impl Fn(f64) -> [f64; 2], [mut begin, mut end]: [f64; 2]) -> Option<(f64, f64)> {
     let (mut first, mut last) = (at(begin), at(end));
     let error = |[q0, v0]: [f64; 2], [q, _]: [f64; 2], [q1, v1]: [f64; 2], h: f64| {
@@ -172,7 +174,7 @@ fn velocity_jump(at: impl Fn(f64) -> [f64; 2], [mut begin, mut end]: [f64; 2]) -
     (jump.abs() > LEAST * size).then_some((end, jump))
 }
 
-/// Returns whether a jump of the velocity of coordinate number `i` violates constraints, or has momentum of free coordinates.
+/// Returns whether a jump of the velocity of coordinate number `i` violates constraints, or changes the momentum of free coordinates.
 fn moves_others(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, (i, by): (usize, f64)) -> bool {
     let rows = |by: f64| {
         let mut rows = vec![0.0; system.size()];

@@ -19,12 +19,12 @@ pub trait Motion: Send + Sync + 'static {
     /// Returns the position (m or rad) at time `t` (s) for the parameters `p`.
     fn position<T: Scalar>(&self, p: &[T], t: T) -> T;
 
-    /// Describes an inadmissible parameter, if there is one: a negative duration.
+    /// Describes an inadmissible parameter, such as a negative duration; `None` if all are admissible.
     fn validate_parameters(&self, _p: &[f64]) -> Option<String> {
         None
     }
 
-    /// Times in s at which its form changes: the ends of a ramp, the points of a table. Adaptive steps look at what acts between them.
+    /// Times in s at which its form changes: the ends of a ramp, the points of a table. Long steps are inspected there and between.
     fn breaks(&self, _p: &[f64]) -> Vec<f64> {
         Vec::new()
     }

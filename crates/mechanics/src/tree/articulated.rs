@@ -1,11 +1,11 @@
 //! The articulated-body recursion: factorization of the mass matrix of a tree, and solutions with it, in O(n).
 //!
-//! From the tips to the ground, the inertia of a body and of all bodies that hang on it is that of one rigid body whose joint
-//! coordinates give way. For a joint with the direction s of its coordinate and the inertia I of the part behind it
+//! From the tips to the ground, each body has an articulated-body inertia: that of the body and of all bodies outboard of it, whose
+//! joints move freely. For a joint with the direction s of its coordinate and the inertia I of the body outboard of it
 //!
 //! $$ U = I s,\qquad D = s^T U,\qquad I' = I - U U^T / D $$
 //!
-//! and I′ moves to the parent. A solution of A x = b takes one sweep inwards and one outwards with these numbers.
+//! and I′ is added to the inertia of the parent. A solution of A x = b takes one sweep inwards and one outwards with these numbers.
 //!
 //! # Sources
 //!
@@ -154,14 +154,14 @@ impl Articulated {
         }
     }
 
-    /// Solves A x = b in place, where row i of `b` belongs to the joint coordinate i. `work` is a workspace.
+    /// Solves A x = b in place, where row i of `b` belongs to the joint coordinate i.
     #[inline(always)]
     pub fn solve<const W: usize>(&self, tree: &Tree, b: &mut [[f64; W]], workspace: &mut SolveWorkspace<W>) {
         self.space.solve(&tree.space, b, &mut workspace.space);
         let (zero, work) = ([0.0; W], &mut workspace.plane);
         work.clear();
         work.resize(tree.nodes.len(), [zero; 3]);
-        // Inwards: forces that the parts of the tree exert on their parents.
+        // Inwards: forces that subtrees exert on their parents.
         for (k, (node, factor)) in tree.nodes.iter().zip(&self.nodes).enumerate().rev() {
             let mut p = work[k];
             match node.joint {

@@ -11,7 +11,7 @@ impl Tree {
     /// Adds the rows of every body to those of its parent, and writes the rows of the joint coordinates to `out`.
     ///
     /// `rows` are inertia − force by coordinate, and `wrenches` those of bodies in space; q are the joint coordinates. On return those
-    /// of a body are the wrench of the part of the tree from this body on, about its reference point.
+    /// of a body are the wrench of the subtree that begins with this body, about its reference point.
     #[inline(always)]
     pub fn collect<T: StateScalar>(
         &self,

@@ -32,7 +32,7 @@ impl Joint {
     }
 }
 
-/// A body of a tree, and the joint by which it hangs on its parent.
+/// A body of a tree, and the joint that connects it to its parent.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     /// Coordinates x, y and θ of the body.

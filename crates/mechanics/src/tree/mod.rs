@@ -1,6 +1,6 @@
 //! Relative (joint) coordinates of chains, trees and loops, in the plane and in space.
 //!
-//! Bodies hang on each other by joints: a revolute joint adds an angle, a prismatic joint a displacement. The joint coordinates q
+//! Joints connect each body to its parent: a revolute joint adds an angle, a prismatic joint a displacement. The joint coordinates q
 //! are the unknowns. Positions, velocities and accelerations of the bodies in the plane are computed from them, so that
 //! elements, outputs and derivatives of elements are those of absolute coordinates:
 //!

@@ -8,7 +8,7 @@ use crate::tree::plan::Tree;
 use crate::tree::space::joint::JointMarkers;
 use crate::tree::space::placed::{Placed, Twist};
 
-/// Parameters of all joints, as seen from the tree.
+/// Parameters of all joints, from parent to child in the tree.
 #[derive(Clone)]
 pub(crate) struct TreeParameters<T> {
     /// Of joints in the plane.
@@ -185,8 +185,8 @@ impl Tree {
 
     /// Writes the virtual displacements of all coordinates for those of the joint coordinates, `psi`.
     ///
-    /// Joints open against their constraints: the virtual displacement of the equation with the multiplier m is the negative
-    /// `gaps[m]`. Then `gaps` · λ = Σ `out` · r over the rows of all bodies, which gives the derivatives of reactions.
+    /// With `gaps`, joints open against their constraints: the virtual displacement of the constraint with the multiplier m is
+    /// −`gaps[m]`. Then `gaps` · λ = Σ `out` · r over the rows of all bodies, which gives the derivatives of reactions.
     pub fn place_virtual(
         &self,
         y: &[f64],

@@ -122,7 +122,7 @@ impl Tree {
         })
     }
 
-    /// Returns whether it has joints or Euler parameters, in place of constraints.
+    /// Returns whether joint coordinates or Euler parameters replace constraints.
     fn has_joints(&self) -> bool {
         let replaces = |node: &Node3| node.element.is_some() || node.rotates();
         self.space.nodes.iter().any(replaces) || self.nodes.iter().any(|node| node.element.is_some())
@@ -173,7 +173,7 @@ fn is_body(instance: &ElementInstance<f64>) -> bool {
         .any(|descriptor| is_kind(instance, descriptor))
 }
 
-/// A tree that grows from the ground.
+/// A tree under construction, from the ground outwards.
 struct Plan<'m> {
     mechanism: &'m Mechanism<f64>,
     /// Coordinates of each body.
@@ -249,7 +249,7 @@ impl<'m> Plan<'m> {
         for &body in &queue {
             self.reached[body] = Some(None);
         }
-        // Of the free bodies, those with prescribed translations cannot hang on others.
+        // Of the free bodies, those with prescribed translations cannot be children of others.
         let (guided, others): (Vec<usize>, _) = all.partition(|&body| {
             let [x, y, _] = self.is_free(body);
             !(x && y)
@@ -265,7 +265,7 @@ impl<'m> Plan<'m> {
         }
     }
 
-    /// Attaches all bodies that hang on those in the queue. Joints that close loops, or that a tree cannot have, are cut.
+    /// Attaches all bodies that joints connect to those in the queue. Joints that close loops, or that a tree cannot have, are cut.
     fn attach_from(&mut self, queue: &mut VecDeque<usize>, used: &mut [bool]) {
         while let Some(parent) = queue.pop_front() {
             for k in self.joints_of[parent].clone() {

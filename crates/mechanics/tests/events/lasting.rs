@@ -1,4 +1,4 @@
-//! Contacts that last and dry friction that sticks: exact solutions, all schemes and methods, and clear words.
+//! Contacts that last and dry friction that sticks: exact solutions, all schemes and methods, and clear messages.
 
 use crate::explicit::check;
 use crate::methods::{all_settings, check_adjoint_by, check_semi_analytical_by};
@@ -225,8 +225,8 @@ impl ParametricMechanism for RockingBar {
     }
 }
 
-/// Rates of height and angle after the impact of the right end. Energy gives the angular velocity ω before it, and the left end lets
-/// go: the impulse is P = (1 + e) 2 r ω / (1/m + r²/J).
+/// Rates of height and angle after the impact of the right end. Energy gives the angular velocity ω before it, and the left end
+/// lifts off: the impulse is P = (1 + e) 2 r ω / (1/m + r²/J).
 fn after_impact<S: Scalar>(b: &[S]) -> [S; 2] {
     let [mass, inertia, half, tilt, restitution, gravity] = std::array::from_fn(|k| b[k]);
     let rate = (mass * gravity * half * tilt.sin() * 2.0 / (inertia + mass * half * half)).sqrt();
@@ -359,7 +359,7 @@ fn a_block_stops_and_stays() {
     }
 }
 
-/// A bar that a hinge lets go: its constraints are linear in coordinates, but not at all times.
+/// A bar that a hinge releases: its constraints are linear in coordinates, but not at all times.
 struct Dropped;
 
 const DROPPED: [f64; 5] = [1.1, 0.4, 9.81, 0.3, 0.07];
@@ -710,7 +710,7 @@ impl ParametricMechanism for StuckTogether {
     }
 }
 
-/// Friction that sticks stops the velocities that designs around the current one give it: momentum is kept, and a body on the ground stays.
+/// Friction that sticks stops the sliding velocities of neighbouring designs: momentum is kept, and a body on the ground stays.
 #[test]
 fn velocities_that_friction_stops_at_the_start_have_the_derivatives_of_an_impulse() {
     let (t, b) = (0.8, STUCK);

@@ -20,7 +20,7 @@ impl Formula for After {
     }
 }
 
-/// What happens to a pendulum.
+/// Event of a pendulum.
 #[derive(Clone, Copy, Debug)]
 enum Happens {
     /// Its pin breaks where the measure of this name exceeds the limit.

@@ -2,7 +2,7 @@
 
 use super::Asymptotes;
 
-/// Number of designs that a rule for moving asymptotes looks at.
+/// Number of last designs that a rule for moving asymptotes uses.
 const LAST: usize = 3;
 
 /// The accepted designs of a run: the last ones, the extent of all of them, and the distances of moving asymptotes. Its size does not
@@ -20,7 +20,8 @@ pub struct DesignHistory {
 }
 
 impl DesignHistory {
-    /// A history without designs, in which the distances by these rules are followed; see [`Approximation::asymptotes`](super::Approximation::asymptotes).
+    /// A history without designs, which updates the distances of these rules with each design; see
+    /// [`Approximation::asymptotes`](super::Approximation::asymptotes).
     pub fn new(rules: &[Asymptotes]) -> Self {
         let followed = rules.iter().flat_map(Asymptotes::parts).map(|rule| (*rule, vec![])).collect();
         Self { followed, ..Self::default() }
@@ -74,7 +75,7 @@ impl DesignHistory {
         self.extents.get(k).copied().unwrap_or([f64::INFINITY, f64::NEG_INFINITY])
     }
 
-    /// Distances of the asymptotes of variable k; `None` if the rule is not followed and there were more designs than it looks at.
+    /// Distances of the asymptotes of variable k; `None` if the rule is not followed and there were more designs than it uses.
     pub(super) fn distances(&self, rule: &Asymptotes, k: usize) -> Option<[f64; 2]> {
         if let Some((_, distances)) = self.followed.iter().find(|(followed, _)| followed == rule)
             && let Some(known) = distances.get(k)

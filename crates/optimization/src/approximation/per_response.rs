@@ -5,7 +5,7 @@ use crate::problem::Problem;
 use error::{Error, Result};
 use std::sync::Arc;
 
-/// One approximation for all numbers, and others for some of them by name.
+/// One approximation for all responses, and others for some of them by name.
 ///
 /// Names are those of responses, and of the objective and constraints that are approximated directly.
 ///
@@ -21,12 +21,13 @@ pub struct PerResponse {
 }
 
 impl PerResponse {
-    /// One approximation for all numbers.
+    /// One approximation for all responses.
     pub fn all(approximation: impl Approximation + 'static) -> Self {
         Self { default: Box::new(approximation), choices: vec![] }
     }
 
-    /// Replaces the approximation of the number of this name; of several choices for a name the last one applies.
+    /// Replaces the approximation of the response, objective or constraint of this name; of several choices for a name the last
+    /// one applies.
     #[must_use]
     pub fn but(mut self, name: &str, approximation: impl Approximation + 'static) -> Self {
         self.choices.push((name.to_owned(), Box::new(approximation)));

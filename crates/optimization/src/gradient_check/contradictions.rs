@@ -1,11 +1,11 @@
-//! A second look at derivatives that contradict the differences.
+//! Second examination of derivatives that disagree with the differences.
 //!
 //! * **Rounding.** A derivative that is zero but for rounding takes other values in designs that differ in their last digits. This scatter is
 //!   an estimate of its error; a derivative that is wrong does not scatter.
 //! * **Discrete motions.** Where fixed steps end at events, the response is smooth between designs in which an event changes the step in
 //!   which it falls, and has small jumps there. Differences across many of these have the slope of the exact motion, which differs from
 //!   the slope of the discrete motion by the discretization error, with an error estimate that is too small. Narrower differences have the
-//!   slope of the discrete motion. Deviations larger than the discretization error stay wrong: the response may be a staircase.
+//!   slope of the discrete motion. Deviations larger than the discretization error stay wrong: the response may be a step function.
 
 use super::ridders;
 use super::samples::{DifferenceSamples, FirstStep};
@@ -15,10 +15,10 @@ use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 /// Distances of designs in which derivatives scatter by rounding only, as fractions of the sizes of the variables.
 const ROUNDED: [f64; 3] = [1e-11, -1e-10, 3e-10];
 
-/// Least number of distances, but one, from which narrow differences are extrapolated.
+/// One less than the smallest number of distances from which narrow differences are extrapolated.
 const FEWEST: usize = 4;
 
-/// Decides again about derivatives that are called wrong.
+/// Examines derivatives with the status wrong again, and updates their status.
 pub(super) fn examine(
     analysis: &dyn Analysis,
     (methods, names): (&[GradientMethod<'_>], &[String]),

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `status` | results of a check, and the rules that decide them |
 //! | `samples` | analyses at designs around the checked one |
-//! | `contradictions` | a second look at derivatives that contradict the differences |
+//! | `contradictions` | second examination of derivatives that disagree with the differences |
 
 mod contradictions;
 mod samples;
@@ -112,7 +112,7 @@ pub fn check(
         by_methods(methods, b, &here, wanted, &mut failed)?.into_iter().unzip();
     let first: Vec<FirstStep> = scales.iter().map(|size| FirstStep::of_size(*size)).collect();
     let samples = DifferenceSamples::along_all(|designs| analysis.analyze_around(b, designs), b, &first);
-    // What the error of chosen steps can contribute to the change of a response over the size of a variable.
+    // Largest contribution of the error of adaptive steps to the change of a response over the size of a variable.
     let by_steps: Vec<f64> = {
         let tolerance = ACCUMULATED * analysis.step_tolerance(b);
         let largest = |series: &Vec<f64>| series.iter().fold(0.0f64, |most, x| most.max(x.abs()));

@@ -5,10 +5,10 @@ use autodiff::differences::StepValues;
 use error::Result;
 use std::ops::Range;
 
-/// Numbers of the steps of extrapolated differences: each step is half of the one before it.
+/// Indices of the steps of extrapolated differences: each step is half of the one before it.
 const STEPS: Range<usize> = 0..11;
 
-/// Numbers of narrower steps, down to a ten-millionth of a variable's size.
+/// Indices of narrower steps, down to a ten-millionth of a variable's size.
 const NARROW_STEPS: Range<usize> = 8..18;
 
 /// Step number 0 as a fraction of a variable's size.
@@ -17,14 +17,14 @@ const FIRST: f64 = 1e-2;
 /// The first and longest step along a variable; each further one is half of the one before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstStep {
-    /// Distance; negative for the lower side.
+    /// Distance in the unit of the variable; negative for the lower side.
     pub h: f64,
     /// True if the designs at h and 2h are analysed instead of those at ±h.
     pub is_one_sided: bool,
 }
 
 impl FirstStep {
-    /// That of a variable of this size, on both sides.
+    /// The first step along a variable of this size, on both sides.
     pub fn of_size(size: f64) -> Self {
         Self { h: FIRST * size, is_one_sided: false }
     }

@@ -45,7 +45,7 @@ pub struct CheckedDerivative {
     pub computed: Vec<f64>,
     /// Estimated error of each of them; zero for exact methods.
     pub uncertainty: Vec<f64>,
-    /// Derivative by finite differences; `None` if the designs around could not be analysed.
+    /// Derivative by finite differences; `None` if the neighbouring designs could not be analysed.
     pub difference: Option<DifferenceEstimate>,
     /// Jump of the slope, if there is a kink.
     pub slope_discontinuity: Option<f64>,

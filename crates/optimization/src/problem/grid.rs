@@ -70,7 +70,7 @@ impl TimeGrid {
         self.points.iter().map(|&t| self.shown(t)).collect()
     }
 
-    /// A point in words, with as many digits as tell it from its neighbours: `time 1.08 s`.
+    /// A point in words, with as many digits as distinguish it from its neighbours: `time 1.08 s`.
     pub(super) fn point_in_words(&self, p: usize) -> String {
         let shown = self.shown_points();
         let steps = shown.windows(2).map(|pair| pair[1] - pair[0]);

@@ -100,8 +100,8 @@ impl Quantity {
         self.uses.first().copied().filter(|_| self.is_response)
     }
 
-    /// Index of the response r if the quantity is r(t) − f(b, t): its limit is then a curve beside the history of r. The form is
-    /// found by values of the quantity at this design, at some times of its grid.
+    /// Index of the response r if the quantity is r(t) − f(b, t): its limit can then be drawn as a curve with the history of r. The
+    /// form is recognized by values of the quantity at this design, at some times of its grid.
     pub fn as_shifted_response(&self, grids: &[TimeGrid], design: &[f64]) -> Option<usize> {
         let (QuantityForm::EachPoint(grid, _), [response]) = (&self.form, &self.uses[..]) else { return None };
         let signed = SignedQuantity { quantity: self, sign: 1.0, bound: None };

@@ -18,7 +18,7 @@ const AT_ONCE: usize = 256;
 /// | [`richardson`](Self::richardson) | (4 D(h/2) − D(h)) / 3 | h⁴ | 4 n |
 /// | [`noise_aware`](Self::noise_aware) | D extrapolated from 11 steps, the best one for curvature and noise | estimated | 22 n |
 ///
-/// With [bounds](Self::with_variables) no design is outside of them. Where a bound leaves no room for a step, all designs of this variable
+/// With [bounds](Self::with_variables) no design is outside of them. Where a bound is nearer than a step, all designs of this variable
 /// are on the other side, with formulas of the same order and the same number of analyses.
 ///
 /// All analyses of a sensitivity analysis are made by [`Analysis::analyze_many`], by default in parallel; the result has the same

@@ -10,7 +10,7 @@ const REFUSED: f64 = 0.5;
 impl Method {
     /// The state after `state` whose design is the last proposal, which the method has rejected. The proposal is analysed again.
     ///
-    /// The filter of the [automatic method](super::Automatic) is emptied: it would lead back.
+    /// The filter of the [automatic method](super::Automatic) is emptied, because it would reject designs near this one.
     ///
     /// # Errors
     ///

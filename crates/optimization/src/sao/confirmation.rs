@@ -1,4 +1,4 @@
-//! Confirmation of the end of a run: does the automatic method find a better design from there?
+//! Confirmation of the end of a run: a search for a better design from there by the automatic method.
 //!
 //! Methods that approximate in first derivatives can settle where no optimum is: steps become short by move limits, asymptotes or
 //! conservatism, or the start says nothing about the lengths of the variables. Whether a design is an optimum is therefore
@@ -17,26 +17,26 @@ use error::Result;
 const KEPT: usize = 8;
 /// Largest number of trial steps of a confirmation.
 const MOST_TRIALS: usize = 30;
-/// Violation by which a run may exceed the violation that the automatic method calls stationary.
+/// Largest ratio of the violation of a run to the violation that the automatic method reports as stationary.
 const LARGER: f64 = 1.01;
 /// Least number of accepted designs over which the recent change of the objective is taken; it is half of a longer run.
 const RECENT: usize = 6;
 /// Least unit of the objective, as a fraction of its change.
 const LEAST: f64 = 1e-4;
-/// Least gain, as a fraction of the objective or its range, for which an earlier design is where a confirmation begins; and loss for
-/// which its end is another design.
+/// Least gain, as a fraction of the smaller one of the objective and its range, for which a confirmation begins at an earlier design; and
+/// loss, in units of the objective, above which a confirmation ends at another design.
 const CLEARLY: f64 = 0.01;
 /// Part of the accuracy by which the end of a confirmation must be better to be the end of the run.
 const ADOPTED: f64 = 0.01;
 /// Least step of a variable, relative to itself, by which a run still moves.
 const NO_STEP: f64 = 1e-12;
-/// A constant may hide the size of an objective that has changed over a run by less than this part of itself. Its unit is then this
-/// fraction of its change.
+/// Change of the objective over a run, relative to itself, below which a constant may hide the size of the objective.
 const HIDDEN: f64 = 0.01;
+/// Factor of the unit of such an objective.
 const UNSEEN: f64 = 0.1;
 
 impl Confirmation {
-    /// True if the run has done nothing since then.
+    /// True if the run has made no trial step since this confirmation.
     fn is_of(&self, problem: &Problem, state: &State) -> bool {
         self.fingerprint == problem.fingerprint() && self.trials == state.history.len()
     }
@@ -68,7 +68,7 @@ impl Confirmation {
         self.from - self.objective > ADOPTED * accuracy * self.unit && self.violation <= self.violation_before
     }
 
-    /// What it found, for a run that ends with this verdict.
+    /// Its result in words, for a run that ends with this verdict.
     fn in_words(&self, verdict: Option<Status>) -> String {
         let [analyses, sensitivities] = self.work;
         let work = format!("{analyses} analyses and {sensitivities} sensitivity analyses");
@@ -168,7 +168,7 @@ impl Method {
     }
 }
 
-/// True if the last trial step was none.
+/// True if the last trial step was accepted and has the length zero.
 fn has_stopped(state: &State) -> bool {
     let zero = |(step, b): (&f64, &f64)| step.abs() <= NO_STEP * b.abs();
     let is_accepted = state.history.last().is_some_and(|c| c.accepted && c.cycle > 0);
@@ -247,9 +247,10 @@ fn clearly_better(state: &State, accuracy: f64) -> Option<&Cycle> {
     state.better_than_last(accuracy, accuracy).filter(is_clear)
 }
 
-/// The smaller one of the objective and its change over a run, the last of its objectives at a design whose slopes allow a change by
-/// `by_slopes` over the lengths. A start with a huge objective must not count for ever; an objective of zero is reached in parts of
-/// its change. If a constant may hide the size of the objective, a part of the change counts.
+/// The unit of the objective: the smaller one of the last objective and the change of the objective over a run. `by_slopes` is the change
+/// that the slopes at the last design allow over the lengths. A start with a huge objective must not affect the whole run, so that the
+/// change over the last designs counts, too; for an objective near zero the unit is a fraction of the change. If a constant may hide the
+/// size of the objective, the unit is smaller.
 fn unit(objectives: &[f64], by_slopes: f64) -> f64 {
     let range = |count: usize| spread(objectives[objectives.len().saturating_sub(count)..].iter().copied());
     let whole = range(objectives.len());

@@ -29,7 +29,7 @@ impl Default for Screening {
 }
 
 impl Screening {
-    /// The default without repetitions: what the screening has removed and is violated is retained in the next cycle.
+    /// The default without repetitions: violated rows that the screening has removed are retained in the next cycle.
     pub fn as_published() -> Self {
         Self { repeats: false, ..Self::default() }
     }
@@ -80,10 +80,10 @@ impl Screening {
         retained
     }
 
-    /// Rows that were not retained, but are violated at a proposed design: the screening was wrong about them.
+    /// Rows that were not retained, but are violated at a proposed design.
     ///
-    /// Of a constraint with retained rows only if `all`: other time points are otherwise left to the next cycle. Constraints in
-    /// continuous time have a row for each peak at the start of the cycle and no others.
+    /// Unless `all` is true, only rows of constraints without retained rows: other time points of the other constraints are left to the
+    /// next cycle. Constraints in continuous time have a row for each peak at the start of the cycle and no others.
     pub(super) fn missed(&self, problem: &Problem, retained: &[RowId], proposed: &Evaluation, all: bool) -> Vec<RowId> {
         const VIOLATED: f64 = 1e-7;
         // Without a cut-off each constraint has retained rows.

@@ -80,7 +80,7 @@ pub struct State {
     /// The last accepted designs before the current one with their derivatives, for a confirmation of the end.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<AcceptedPoint>,
-    /// Sizes of the start values, for a confirmation of the end: |b|, or zero for one that is as good as zero.
+    /// Sizes of the start values, for a confirmation of the end: |b|, or zero for one that counts as zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_sizes: Option<Vec<f64>>,
     /// The last confirmation.

@@ -4,8 +4,8 @@ use super::{Cycle, State, Status};
 use crate::problem::Problem;
 use error::{Error, Result};
 
-/// Decrease of the objective, relative to its first values, from which on it seems to be unbounded, and the largest violation for which
-/// it does.
+/// Decrease of the objective, relative to its first values, above which the problem seems to be unbounded, and the largest violation at
+/// which this is concluded.
 const UNBOUNDED: [f64; 2] = [1e8, 0.01];
 
 /// The stop test.

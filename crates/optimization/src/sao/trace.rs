@@ -1,14 +1,14 @@
-//! Quantities of all trial steps of a run, so that a cycle costs as much early as late.
+//! Quantities of all trial steps of a run, updated step by step, so that the cost of a cycle does not grow with the number of cycles.
 
 use super::Cycle;
 use crate::approximation::{Asymptotes, DesignHistory};
 
-/// Part of an objective that is left by a step after which its range counts anew.
+/// Ratio of the objectives after and before a step below which the settled range begins anew.
 const COLLAPSE: f64 = 1e-8;
 /// Number of objectives of accepted designs that are kept.
 pub(super) const OBJECTIVES: usize = 21;
 
-/// Quantities of the trial steps of a history. They follow it: each step is read once.
+/// Quantities of the trial steps of a history, from which each step is read once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Trace {
     /// Number of steps that were read.
@@ -20,7 +20,8 @@ pub(super) struct Trace {
     /// Range of the objective over the accepted designs, without the excursions of the run: designs to which it was displaced, and
     /// those after them until it has come back to the objective before.
     pub objective: Range,
-    /// That since the last step that made the objective smaller by many orders: a start far away says nothing about its size.
+    /// Settled range: that since the last step that reduced the objective by many orders of magnitude. A distant start says nothing about
+    /// the size of the objective.
     pub settled: Range,
     /// The last of these objectives, at most [`OBJECTIVES`].
     pub objectives: Vec<f64>,

@@ -312,7 +312,7 @@ impl<'a> Bodies<'a> {
         Ok(Some(self.balanced(own.in_frame(&self.settings.pose(element, what)?))))
     }
 
-    /// The mass, with equal moments of inertia if no body has its own ones and the file wants this.
+    /// The mass, with equal moments of inertia if no physical body can have its own ones and the file sets this option.
     fn balanced(&self, mut mass: MassData) -> MassData {
         let of = mass.inertia.symmetric_eigenvalues();
         let (sum, largest) = (of.sum(), of.max());

@@ -1,11 +1,11 @@
-//! Transposed derivatives of the steps around an event.
+//! Vector–Jacobian products of the steps around an event.
 //!
 //! The lengths of these steps and the time between them depend on the state in which they begin, and the event makes
-//! velocities, forces and joints jump. The derivatives of their end and of the outputs within them are those of the direct
-//! method, with respect to the state at their beginning and to the design; the adjoint method multiplies them from the left.
-//! With n coordinates and m multipliers these are 4n + m directions more than those of the design: events are rare. Of a motion
-//! by fixed steps the steps around an event are two, or a few if steps fail. Of a motion by adaptive steps they are all steps
-//! from its first event on, whose times depend on that of the event.
+//! velocities, forces and joints jump. The direct method computes the derivatives of their end and of the outputs within them with
+//! respect to the state at their beginning and to the design; the adjoint method multiplies them by the adjoint state from the left.
+//! With n coordinates and m multipliers this takes 4n + m directions besides those of the design, which is acceptable because events
+//! are rare. With fixed steps there are two steps around an event, or a few if steps fail. With adaptive steps they are all steps
+//! from the first event on, because their times depend on that of the event.
 
 use crate::Result;
 use crate::analyses::dynamics::Dynamics;
@@ -96,7 +96,7 @@ impl EventWindow {
                 seeded.iter().zip(sums[k]).for_each(|(variable, sum)| *variable.of_adjoint(&mut batch.state) = sum);
             }
         }
-        // The events of these steps have happened now, and no step before them holds their outputs.
+        // Backward in time, the steps before these precede the events: their outputs are not held yet.
         let end = &self.steps[0].end;
         for (output, data) in problem.mechanism.outputs.iter().enumerate() {
             if data.held_from.is_some_and(|event| !end.modes.has_happened(event)) {

@@ -47,8 +47,8 @@ pub(super) fn gradients_from_start(
 ///    M\ddot q + \Phi_q^T\lambda - f &= 0, & \ddot\Phi &= 0 \end{aligned} $$
 ///
 /// where q_b and v_b are those in which the mechanism was built, and E the coordinates with given velocities that are held. If these
-/// contradict the constraints, M v − E p is M (v − v_b). With the transposed matrices, ψ of the last problem comes first and contributes to the derivatives with respect to velocities and positions; ψ of the velocities contributes to
-/// those with respect to positions.
+/// contradict the constraints, M v − E p is M (v − v_b). The transposed problems are solved in reverse order: ψ of the accelerations
+/// contributes to the derivatives with respect to velocities and positions, ψ of the velocities to those with respect to positions.
 pub(crate) struct InitialConditionAdjoint<'m> {
     mechanism: &'m Mechanism<f64>,
     activity: &'m Activity,

@@ -308,7 +308,7 @@ where
         saltation::event_value(self.plain, self.mechanism, &mut self.system, event, &step.end, &self.step.new)
     }
 
-    /// Checks that the `switch` crosses zero with the `contact` in all designs around: at the end of the step `h`.
+    /// Checks that the `switch` crosses zero with the `contact` in all neighbouring designs: at the end of the step `h`.
     ///
     /// # Errors
     ///

@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// Smallest number of points of a profile.
 pub(crate) const FEWEST: usize = 4;
 
-/// 2 − √3 with the sign of the alternating inverse.
+/// √3 − 2: ratio of the entries of the inverse of the spline matrix from point to point, which alternate in sign.
 const DECAY: f64 = -0.267_949_192_431_122_7;
 
 /// Trial positions of the search on each segment of the curve.
@@ -17,7 +17,7 @@ const TRIALS: usize = 4;
 /// Iterations of the search in numbers without derivatives.
 const ITERATIONS: usize = 30;
 
-/// Newton corrections in numbers with derivatives: each doubles the order of the derivatives that are exact.
+/// Number of Newton corrections in numbers with derivatives: each one doubles the number of orders of derivatives that are exact.
 const CORRECTIONS: usize = 3;
 
 /// A closed curve: the periodic cubic spline through `points` (x and y in turn, in m) with one unit of the parameter s from

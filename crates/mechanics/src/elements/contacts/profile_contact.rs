@@ -17,8 +17,9 @@ use autodiff::Scalar;
 ///    \delta = \rho - \mathbf n\cdot(\mathbf r_B - \mathbf r_c) $$
 ///
 /// Points that run counter-clockwise enclose material, and the roller is outside; points that run clockwise enclose an opening,
-/// and the roller is inside. The curvature of the profile must leave room for the roller: where the nearest point jumps, so does
-/// the force. Use [`CamFollower`](crate::elements::joints::CamFollower) for a follower that a groove guides.
+/// and the roller is inside. Where the profile is concave towards the roller, its radius of curvature must exceed that of the
+/// roller: otherwise the nearest point jumps, and the force with it. Use
+/// [`CamFollower`](crate::elements::joints::CamFollower) for a follower that a groove guides.
 ///
 /// # Sources
 /// Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.

@@ -1,4 +1,4 @@
-//! Defect of dense output: whether the rates along a step are those that its stages have seen.
+//! Defect of dense output, as a check that the rates along a step are those that its stages imply.
 
 use crate::integrators::explicit::settings::Tolerance;
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
@@ -7,8 +7,8 @@ use crate::integrators::inspection::InspectionTimes;
 
 /// Check of completed adaptive steps at given times inside them.
 ///
-/// The estimate of the local error knows the rates at the stages only. Where nothing moves it is zero, and steps become so long that a
-/// load which acts for a short time lies between the stages. The defect of dense output u(t), f(t, u) − u̇, shows it.
+/// The estimate of the local error depends on the rates at the stages only. If nothing moves it is zero, and steps become so long that a
+/// load of short duration may lie between the stages. The defect of dense output u(t), f(t, u) − u̇, shows it.
 ///
 /// # Sources
 ///

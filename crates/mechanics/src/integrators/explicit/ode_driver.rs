@@ -182,7 +182,7 @@ impl<F: OdeRhs> OdeDriver<F> {
             if error <= 1.0
                 && let Some(t) = self.defect.first_miss(&mut self.stepper, &self.inspections, tolerance)
             {
-                // What acts there is at the end of the next trial step, or inside of a later one.
+                // The missed load or motion is then at the end of the next trial step, or inside a later one.
                 (rejected, h) = (true, (t - old).min(0.5 * self.stepper.length()));
                 self.failed_steps += 1;
                 continue;

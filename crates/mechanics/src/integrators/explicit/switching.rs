@@ -8,7 +8,7 @@ use crate::{Error, Result};
 /// Signs of the switching functions along a motion.
 ///
 /// A step across a point where the rates are not smooth loses the order of the method, in values and still more in their
-/// derivatives, which have one smooth derivative less. A step that ends there loses nothing: in the designs around, the
+/// derivatives, which have one smooth derivative less. A step that ends there loses nothing: in neighbouring designs, the
 /// part of the step on the other side is infinitely short, and the rates themselves are continuous.
 ///
 /// Along a step the rates are those of the sides on which it begins. They are smooth beyond the end of the step, where trial steps and
@@ -60,7 +60,7 @@ impl HeldSides {
 /// Length over which a function is extrapolated at the end of a step, as a fraction of the step.
 const CLOSE: f64 = 1e-3;
 
-/// Distance in time of the end of a step from a zero, as a fraction of the step, that counts as none beside the rounding of times.
+/// Distance in time of the end of a step from a zero, as a fraction of the step, that counts as zero, besides the rounding of times.
 const AT_ZERO: f64 = 1e-11;
 
 /// Largest number of corrections of the end of a step towards a zero.
@@ -92,7 +92,7 @@ impl SwitchLocator {
         locator
     }
 
-    /// Begins a step: after an event in another state than that at the end of the last step, or else on the sides at its end.
+    /// Begins a step: after an event with the sides of its new state, otherwise with the sides at the end of the last step.
     pub fn begin_step<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>, is_after_event: bool) -> Result<()> {
         (self.is_restarted, self.crossed) = (false, None);
         (self.begins_at_power, self.is_even) = (false, false);
@@ -103,7 +103,7 @@ impl SwitchLocator {
         if self.sides == self.held { Ok(()) } else { self.hold(stepper) }
     }
 
-    /// Begins a step on the given `sides`.
+    /// Begins a step of a recorded simulation, on the given `sides`.
     ///
     /// # Errors
     /// [`Error::Definition`] if they are not one for each switching function, and errors of the rates.

@@ -45,7 +45,7 @@ pub enum Symbol {
     Pin,
     /// Bar between two points.
     Bar,
-    /// Spring between two points or two coordinates; with a damper beside it if it has damping.
+    /// Spring between two points or two coordinates; with a damper in parallel if it has damping.
     Spring,
     /// Damper between two points.
     Damper,

@@ -33,7 +33,7 @@ pub(crate) struct Attached {
     pub multiplier: usize,
 }
 
-/// A body of a tree in space, and the joint by which it hangs on its parent.
+/// A body of a tree in space, and the joint that connects it to its parent.
 #[derive(Clone, Debug)]
 pub(crate) struct Node3 {
     /// Coordinates x, y, z and Euler parameters of the body.
@@ -363,7 +363,7 @@ impl<'m> Plan3<'m> {
         for &body in &queue {
             self.reached[body] = Some(None);
         }
-        // Of the free bodies, those with prescribed coordinates cannot hang on others.
+        // Of the free bodies, those with prescribed coordinates cannot be children of others.
         let (guided, others): (Vec<usize>, _) = all.partition(|&body| self.moves(body) != [true; 3]);
         let mut used = self.closing_edges()?;
         self.attach_from(&mut queue, &mut used)?;
@@ -422,7 +422,7 @@ impl<'m> Plan3<'m> {
         Ok(())
     }
 
-    /// Attaches all bodies that hang on those in the queue. Joints that would move a prescribed coordinate are cut.
+    /// Attaches all bodies that joints connect to those in the queue. Joints that would move a prescribed coordinate are cut.
     fn attach_from(&mut self, queue: &mut VecDeque<usize>, used: &mut [bool]) -> Result<()> {
         while let Some(parent) = queue.pop_front() {
             for k in self.edges_of[parent].clone() {

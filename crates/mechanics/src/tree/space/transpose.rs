@@ -166,7 +166,8 @@ fn columns<T: StateScalar>(node: &Node3, body: &Placed<T>, q: &[T; 4], out: &mut
 }
 
 impl Space {
-    /// Derivatives of all bodies that hang on joints. `is_active` tells whether parameters of an element depend on the design.
+    /// Derivatives of each body with respect to its parent, its joint and the markers; empty for a body without a joint. `is_active`
+    /// returns whether parameters of an element depend on the design.
     pub fn jacobians<'p>(
         &self,
         x: &SpacePoint<'_>,

@@ -28,7 +28,7 @@ use working_rows::ScaledResult;
 const ACCEPTED: f64 = 1e-8;
 /// Residual in scaled units below which no other scaling is tried.
 const ACCURATE: f64 = 1e-11;
-/// Least curvature of a variable, relative to the largest one, that counts beside it.
+/// Least curvature of a variable, relative to the largest one, that is not negligible compared with it.
 const UNBALANCED: f64 = 1e-8;
 /// Largest KKT residual of a solution.
 const LARGEST_KKT_RESIDUAL: f64 = 1e-6;

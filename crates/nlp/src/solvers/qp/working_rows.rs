@@ -1,7 +1,7 @@
 //! Programs with many rows and few active ones: the program is solved with some rows, and violated rows are added.
 //!
 //! A solution with some of the rows is a solution with all rows if it satisfies the others. If some rows are
-//! contradictory, so are all. With few variables only a few rows can be active, so this is much faster than an interior
+//! inconsistent, so are all. With few variables only a few rows can be active, so this is much faster than an interior
 //! point method with thousands of rows.
 
 use crate::QuadraticProgram;
@@ -19,7 +19,7 @@ const ROUNDS: usize = 20;
 pub(super) enum ScaledResult {
     /// A point with multipliers and its residual.
     Point(Candidate, f64),
-    /// The rows are contradictory.
+    /// The rows have no common point within the bounds.
     Infeasible { iterations: usize },
     /// The objective decreases without limit along a direction.
     Unbounded { iterations: usize },

@@ -9,11 +9,11 @@ const DAMPING: f64 = 0.2;
 const FLOOR: f64 = 1e-8;
 /// Entries of the Hessian relative to the largest one that are rounding.
 const ROUNDING: f64 = 1e-15;
-/// Part of the largest entry as which a row of zeros counts: its variable is limited by bounds and rows alone.
+/// Size of a row of zeros, as a fraction of the largest entry: its variable is limited by bounds and rows alone.
 const ALONE: f64 = 1e-6;
 /// Number of passes in which the rows are balanced.
 const PASSES: usize = 10;
-/// Part of a vector that is new, below which it counts as dependent on others.
+/// Relative norm of the part of a vector orthogonal to others, below which it counts as linearly dependent on them.
 const DEPENDENT: f64 = 1e-6;
 
 /// The initial Hessian unit · S⁻², with the scales S of the variables on the diagonal.
@@ -74,7 +74,7 @@ pub(super) fn absolute(
     unscaled(&absolute_on_tangents(scaled, normals, &floor), scale)
 }
 
-/// The positive semidefinite H, plus `floor` where it is less along a direction.
+/// The positive semidefinite H, plus `floor` if H is less than `floor` along any direction.
 fn at_least(h: DMatrix<f64>, floor: &DMatrix<f64>) -> DMatrix<f64> {
     if is_definite(&h - floor) { h } else { h + floor }
 }
@@ -91,9 +91,9 @@ fn unscaled(h: &DMatrix<f64>, scale: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(scale.len(), scale.len(), |i, j| h[(i, j)] / scale[i] / scale[j])
 }
 
-/// The part [`FLOOR`] of the curvature of each variable, as a diagonal matrix: in balanced variables, in which the largest entry of each row
-/// of H is one. Curvatures of very different size count alike; a row of zeros counts as a part of `size`. If it is uniform,
-/// each one counts as `size`.
+/// The fraction [`FLOOR`] of the curvature of each variable, as a diagonal matrix. Variables are balanced so that the largest entry of each
+/// row of H is one; curvatures of very different size then count alike. A row of zeros counts as the fraction [`ALONE`] of `size`. If
+/// `is_uniform`, each curvature counts as `size`.
 ///
 /// # Sources
 /// Ruiz, *A scaling algorithm to equilibrate both rows and columns norms in matrices* (2001).
@@ -141,8 +141,8 @@ pub(super) fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<
     basis
 }
 
-/// A positive definite matrix that equals H in the products of a tangent with any vector, but for the absolute eigenvalues on the
-/// tangents, which are the vectors orthogonal to the orthonormal `normals`.
+/// A positive definite matrix that equals H in the products of a tangent with any vector, except that its eigenvalues on the tangents are
+/// absolute values. Tangents are the vectors orthogonal to the orthonormal `normals`.
 ///
 /// The eigenvalues of H itself may be large with opposite signs where its curvature along the tangents is small: their absolute values
 /// would shorten all steps along the active rows. With tangents Z and normals Y the matrix is

@@ -40,7 +40,7 @@ impl From<Status> for Claim {
     }
 }
 
-/// Conclusion about a run.
+/// Verdict on the claim of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
     /// Claimed to be an optimum, and is the best known one.
@@ -107,7 +107,7 @@ pub fn judge(
     claim: Claim,
     design: &[f64],
 ) -> Result<Judgement> {
-    // A design is judged by what it is, not by what was seen of it.
+    // A design is judged by the exact problem, not by noisy analyses.
     let exact = if transformation.noise > 0.0 { Some(transformation.without_noise().build(entry)?) } else { None };
     let place = Place::new(entry, transformation, exact.as_ref().unwrap_or(problem), design)?;
     let known = place.nearest();

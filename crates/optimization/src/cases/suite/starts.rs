@@ -1,4 +1,4 @@
-//! Starts that say little about the lengths of the variables: components near zero beside others, and flat directions.
+//! Starts that say little about the lengths of the variables: components near zero next to larger ones, and flat directions.
 
 use super::Suite;
 use super::statement::{POSITIVE, at, problems, sq};

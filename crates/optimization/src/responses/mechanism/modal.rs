@@ -1,4 +1,4 @@
-//! Natural frequencies and mode shapes about static equilibrium as responses, beside other outputs.
+//! Natural frequencies and mode shapes about static equilibrium as responses, in addition to other outputs.
 
 use super::StaticResponses;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};

@@ -14,11 +14,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// An [`Analysis`] by another program: see [the module](super).
 ///
-/// Answers are kept (up to 2²⁴ numbers, the oldest are forgotten first), so that no design is analysed twice. Derivatives are
+/// Answers are kept (up to 2²⁴ numbers, the oldest are removed first), so that no design is analysed twice. Derivatives are
 /// those that the program gives; for a program that gives none, use
 /// [`Differences`](crate::responses::Differences) of this analysis, in [`WithThreads`] for several processes at once.
 ///
-/// The program knows the first design variables, those with names; no response depends on further ones, such as the bound of a
+/// The program receives the first design variables, those with names; no response depends on further ones, such as the bound of a
 /// peak.
 pub struct ProgramAnalysis {
     declared: Declared,

@@ -1,7 +1,7 @@
 //! Answers of a program by design, in memory and, if wanted, in a file.
 //!
-//! The first line of the file names the program and what is asked of it. Each further line is an answer with its design and a hash,
-//! in the order in which the answers came:
+//! The first line of the file names the program, the variables, the time points and the responses. Each further line is an answer with
+//! its design and a hash, in the order in which the answers came:
 //!
 //! ```json
 //! {"linkwright":1,"command":["python3","truss.py"],"variables":["area","span"],"times":[],"responses":["stress"]}
@@ -20,7 +20,7 @@ use std::sync::Arc;
 /// Largest number of numbers in memory: 128 MiB.
 const KEPT: usize = 1 << 24;
 
-/// Answers by the bits of their designs. The oldest are forgotten first; the file has all of them.
+/// Answers by the bits of their designs. The oldest are removed first; the file has all of them.
 #[derive(Default)]
 pub struct Answers {
     by_design: BTreeMap<Vec<u64>, Arc<Answer>>,
@@ -80,8 +80,8 @@ impl Answers {
         file.map_or(Ok(0), |file| self.read(&mut BufReader::new(file), &head, declared, &place))
     }
 
-    /// As [`read_from`](Self::read_from), and appends answers that the file lacks and all further ones. A file of another program or of other requests
-    /// is replaced; an incomplete last line, which a kill may leave, is removed.
+    /// As [`read_from`](Self::read_from), and appends answers that the file lacks and all further ones. A file of another program or of
+    /// other requests is replaced; an incomplete last line, which a kill may leave, is removed.
     ///
     /// # Errors
     /// Those of [`read_from`](Self::read_from), and [`Error::File`] if the file cannot be written.
@@ -154,7 +154,7 @@ fn unreadable(place: &str, why: &io::Error) -> Error {
 }
 
 fn unwritable(place: &str, why: &io::Error) -> Error {
-    file_error(place, format!("cannot be written: {why}"), "make room or get the right to write, then resume the run")
+    file_error(place, format!("cannot be written: {why}"), "free space or get write permission, then resume the run")
 }
 
 fn damaged(place: &str, line: usize) -> Error {
@@ -165,7 +165,7 @@ fn damaged(place: &str, line: usize) -> Error {
     )
 }
 
-/// The first line: changes of it make the answers those of another program.
+/// The first line. Answers in a file with another first line belong to another program or to other requests.
 fn head(command: &[String], declared: &Declared) -> String {
     #[derive(Serialize)]
     struct Head<'a> {

@@ -96,7 +96,7 @@ enum Incoming {
     TooLong,
 }
 
-/// Why no program starts after [`end_programs`].
+/// Reason why no program starts after [`end_programs`].
 const INTERRUPTED: &str = "the program cannot be started: it was interrupted";
 
 fn cannot_start(program: &Program, why: &str) -> Error {
@@ -218,7 +218,7 @@ impl Process {
         }
     }
 
-    /// Ends the program and the processes that it started, without waiting for what it does.
+    /// Kills the program and the processes that it started, without waiting for it to end by itself.
     pub fn kill(mut self) {
         self.kill_group();
     }
@@ -234,7 +234,7 @@ impl Process {
 }
 
 impl Drop for Process {
-    /// Ends the input of the program, gives it a moment to end by itself, and leaves nothing behind.
+    /// Ends the input of the program, waits up to [`FAREWELL`] for it to end by itself, and kills the processes that are left.
     fn drop(&mut self) {
         self.requests = None;
         self.wait(FAREWELL);

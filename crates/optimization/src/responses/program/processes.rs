@@ -37,13 +37,13 @@ impl Processes {
     /// The answer of the program at a design.
     ///
     /// # Errors
-    /// [`Error::Analysis`] if the program refuses the design, or fails in all tries; [`Error::File`] if it cannot be started.
+    /// [`Error::Analysis`] if the program refuses the design, or fails in all attempts; [`Error::File`] if it cannot be started.
     pub fn ask(&self, declared: &Declared, design: &[f64], derivatives: bool) -> Result<Answer> {
         let mut why = String::new();
         for attempt in 0..=self.program.retries {
             let id = self.next.fetch_add(1, Ordering::Relaxed);
             let place = self.place();
-            // A repetition is done by a new process: another old one may be at its end, too.
+            // A repeated request uses a new process, because other old ones may be ending, too.
             let waiting = if attempt == 0 { place.process() } else { None };
             let mut process = match waiting {
                 Some(process) => process,
@@ -91,7 +91,7 @@ impl Processes {
     }
 }
 
-/// The right to keep one process busy.
+/// Permit to use one process.
 struct Place<'a>(&'a Processes);
 
 impl Place<'_> {

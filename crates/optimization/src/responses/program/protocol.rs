@@ -31,7 +31,7 @@ pub struct Answer {
     pub derivatives: Option<Vec<Vec<Vec<f64>>>>,
 }
 
-/// Why a line is no answer.
+/// Reason why a line is not an answer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Refusal {
     /// The program says that it cannot analyse this design.

@@ -1,4 +1,4 @@
-//! Programs that answer, fail, break down, hang and write rubbish: small scripts of the shell.
+//! Programs that answer, fail, crash, hang and write invalid output: small shell scripts.
 
 use super::{Program, ProgramAnalysis, WithThreads};
 use crate::problem::{Analysis, ResponseAt, Responses};

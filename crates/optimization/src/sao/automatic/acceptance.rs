@@ -6,16 +6,16 @@ use super::lengths::Units;
 const FEASIBLE: f64 = 1e-6;
 /// Least relative decrease of the violation.
 const MARGIN: f64 = 0.999;
-/// Decrease of the objective, per σ_f h, by which a design of less violation may be dominated.
+/// Slope of the envelope of the filter: decrease of the objective, per σ_f h, below which an entry with less violation dominates a design.
 const ENVELOPE: f64 = 1e-5;
 /// Largest violation of an accepted design, in units of the rows or of the violation before it: in these units, rows change by 1 to first
-/// order. Without a bound, a first step with rows that seem far from their limits may go anywhere.
+/// order. Without this bound, a first step with rows that seem far from their limits could be of any length.
 const LARGEST: f64 = 10.0;
 /// Fraction of the predicted decrease that must be reached.
 const FRACTION: f64 = 0.01;
-/// Increase of the objective per σ_f h that is too much for less violation of a feasible design.
+/// Largest increase of the objective, per σ_f h, that is accepted for a smaller violation at a design that is feasible already.
 const DEAR: f64 = 10.0;
-/// Decrease of the objective, relative to its range in the run, that is enough whatever was predicted.
+/// Decrease of the objective, relative to its range in the run, that suffices for any prediction.
 const ENOUGH: f64 = 0.1;
 /// Fraction of the possible decrease of the violation that a restoration must reach.
 const RESTORED: f64 = 0.05;
@@ -25,7 +25,7 @@ const WORSE: f64 = 1.0;
 /// Rounding error of the objective, relative to itself.
 const ROUNDING: f64 = 1e-13;
 
-/// Objective and violation of a design in today's units.
+/// Objective and violation of a design, in the units of the current cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Merit {
     pub objective: f64,
@@ -38,14 +38,14 @@ impl Merit {
     }
 }
 
-/// A trial step in today's units.
+/// A trial step in the units of the current cycle.
 pub(super) struct Step {
     pub from: Merit,
     pub predicted: Merit,
     pub to: Merit,
     /// The least violation of the linearized rows, if they are incompatible.
     pub restoration: Option<f64>,
-    /// σ_f.
+    /// σ_f, see [`Units::objective_per_violation`].
     pub objective_per_violation: f64,
     /// Range of the objective over the accepted designs.
     pub objective_range: f64,
@@ -62,7 +62,7 @@ pub(super) enum Decision {
 }
 
 impl Step {
-    /// The decision; `filter` holds the designs of the filter in today's units.
+    /// The decision; `filter` holds the designs of the filter, in the units of the current cycle.
     pub fn decide(&self, filter: impl Iterator<Item = Merit>) -> Decision {
         let Self { from, to, predicted, .. } = self;
         let (h, next) = (from.violation, to.violation);
@@ -124,7 +124,7 @@ pub(super) fn widths_after_acceptance(widths: &mut [f64], step: &[f64], at_limit
     widths.iter_mut().zip(step).for_each(|(w, s)| *w = w.max(share * s.abs()));
 }
 
-/// The half widths after a rejected step: half the step the first time in a row, a quarter afterwards or if it failed.
+/// The half widths after a rejected step: half the step at the first rejection in a row, a quarter at later ones or if the analysis failed.
 pub(super) fn widths_after_rejection(widths: &mut [f64], step: &[f64], is_first: bool) {
     let factor = largest_fraction(widths, step) * if is_first { 0.5 } else { 0.25 };
     widths.iter_mut().for_each(|w| *w *= factor);

@@ -10,49 +10,50 @@ const FEASIBLE: f64 = 1e-6;
 /// Largest violation of a converged design in the terms of its row, and the violation in units of the rows below which this
 /// does not matter: the terms of a row vanish where its slope does.
 const IN_TERMS: [f64; 2] = [1e-5, 1e-9];
-/// Largest predicted decrease, relative to F: in general, and while a move limit is active. Limits may be small because a
-/// length was underestimated, and grow by up to ten a cycle.
+/// Largest predicted decrease, relative to the unit U of the objective ([`StopTest::objective_unit`]): in general, and while a move
+/// limit is active. Limits may be small because a length was underestimated, and grow by a factor of up to ten in a cycle.
 const PREDICTED: [f64; 2] = [1e-6, 1e-13];
-/// Largest first-order decrease R, relative to F: in general, and where the step is zero.
+/// Largest first-order decrease R, relative to U: in general, and where the step is zero.
 const RESIDUAL: [f64; 2] = [1e-4, 3e-4];
-/// Largest residual where no other step can be made: relative to the smaller one of the objective and its range since it was far
-/// larger, and relative to that range; rounding errors of the objective, to which values of it can be compared.
+/// Largest residual where no other step can be made: relative to the smaller one of the objective and its settled range, and relative to
+/// the smaller one of its ranges over the last designs and since it settled.
 const AT_LAST: [f64; 2] = [1e-6, 1e-12];
 /// Largest residual where the step is zero and the subproblem predicts no better design, relative to the larger one of the ranges of the
 /// objective over the last designs. Random curve fits end at up to 2e-11 of it by rounding.
 const AT_ZERO_STEP: f64 = 1e-10;
+/// Rounding error of the objective, relative to itself, to which its values can be compared.
 const COMPARABLE: f64 = 1e-13;
-/// Largest Σ |λᵢ cᵢ|, relative to F.
+/// Largest Σ |λᵢ cᵢ|, relative to U.
 const COMPLEMENTARITY: f64 = 1e-5;
 /// Number of accepted designs over which the recent range of the objective is taken.
 const RECENT: usize = 4;
-/// Least F, relative to the geometric mean of the ranges of the objective in the run and over the last [`LONGER`] accepted
+/// Least U, relative to the geometric mean of the ranges of the objective in the run and over the last [`LONGER`] accepted
 /// designs, or to the objective.
 const LEAST: f64 = 1e-4;
-/// Violation of a row relative to its scale, relative to its terms Σ |∂ĝ/∂bⱼ| |bⱼ|, and the part of Σ |∂ĝ/∂bⱼ| ℓⱼ that is rounding. A
-/// converged design meets one of them with its own slopes.
+/// Violation of a row relative to its scale, relative to its terms Σ |∂ĝ/∂bⱼ| |bⱼ|, and relative to its change Σ |∂ĝ/∂bⱼ| ℓⱼ (rounding).
+/// A converged design meets one of these limits with its own slopes.
 const BY_ITSELF: [f64; 3] = [1e-6, 1e-9, 1e-12];
 /// Largest violation of a converged design relative to the scale of its row, whatever its slopes and terms are.
 const MOST: f64 = 1e-3;
-/// Largest change of the objective by a row, with its slopes at the last designs, relative to F and to that by the slopes of the
+/// Largest change of the objective by a row, with its slopes at the last designs, relative to U and to the change by the slopes of the
 /// objective. Rows whose slopes vanish or oppose each other have no bounded multipliers.
 const LARGEST_MULTIPLIER: f64 = 1e5;
-/// Number of accepted designs of the longer range, without the start. A start with a huge objective must not count for ever.
+/// Number of accepted designs of the longer range, without the start. A start with a huge objective must not affect the whole run.
 const LONGER: usize = OBJECTIVES - 1;
 /// Objective, relative to its range, that is a rounding error: in general, and where the step is zero.
 const VANISHED: [f64; 2] = [1e-18, 1e-15];
-/// Objective, relative to its first-order change over the lengths, that is as good as zero.
+/// Objective, relative to its first-order change over the lengths, that counts as zero.
 const STEEP: f64 = 1e-11;
-/// Predicted decrease, relative to the objective, from which on another step is made whatever the objective has been.
+/// Predicted decrease, relative to the objective, above which another step is made for any history of the objective.
 const FAR: f64 = 10.0;
 /// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.
 const ROUNDING: [f64; 2] = [1e-14, 1e-12];
 /// Part of the change of the objective that does not matter, below which each of the sums does not matter.
 const OF_TOLERANCE: f64 = 0.1;
-/// First-order change over a length, relative to F, below which a direction need not be explored.
+/// First-order change over a length, relative to U, below which a direction need not be explored.
 const NEGLIGIBLE: f64 = 1e-10;
-/// Largest residual at the start: relative to the largest change of the objective by its slopes, and relative to F if rejected steps
-/// have shown a curvature that predicts no better design.
+/// Largest residual at the start: relative to the largest change of the objective by its slopes, and relative to the smaller one of the
+/// objective and its change by rejected steps, if the curvature that these have shown predicts no better design.
 const AT_START: f64 = 1e-9;
 const AFTER_TRIALS: f64 = 1e-6;
 /// Largest step over the lengths, and largest box, of a stalled run.
@@ -74,7 +75,7 @@ pub(super) struct Optimality {
 impl Optimality {
     /// The conditions at design `b` with the multipliers of the subproblem, or with those of least squares if these hold better.
     ///
-    /// Any multipliers that satisfy the conditions are a proof of them. Those of a subproblem may belong to another active set, or
+    /// Any multipliers that satisfy the conditions show that they hold. Those of a subproblem may belong to another active set, or
     /// be inaccurate if its last step is a rounding error.
     pub fn new(problem: &Problem, b: &[f64], here: &Linearized, multipliers: &[f64], lengths: &[f64]) -> Self {
         let given = Self::with(problem, b, here, multipliers, lengths);
@@ -118,7 +119,7 @@ pub(super) struct StopTest<'a> {
     pub objectives: &'a [f64],
     /// Range of the objective over all accepted designs without excursions.
     pub objective_range: f64,
-    /// That since the last step that made the objective smaller by many orders.
+    /// Settled range: that since the last step that reduced the objective by many orders of magnitude.
     pub settled_range: f64,
     /// Largest change of the objective by a rejected step from the current design.
     pub rejected_change: f64,
@@ -127,7 +128,7 @@ pub(super) struct StopTest<'a> {
 }
 
 impl StopTest<'_> {
-    /// F: the range of the objective over the last designs or its absolute value, whichever is smaller; at least a part of the
+    /// U: the range of the objective over the last designs or its absolute value, whichever is smaller; at least a part of the
     /// objective or of its change, in the run or by its slopes, whichever is smaller: the change may come from a start far away, and a
     /// run that starts at an optimum has none.
     pub fn objective_unit(&self) -> f64 {
@@ -169,13 +170,13 @@ impl StopTest<'_> {
         if self.is_last { by_range.max(by_values).max(by_prediction) } else { 0.0 }
     }
 
-    /// A change of the objective that does not matter at all.
+    /// Change of the objective below which a direction is not explored.
     pub fn negligible(&self) -> f64 {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         (NEGLIGIBLE * self.objective_unit()).max(ROUNDING[1] * objective)
     }
 
-    /// A reason in words why the optimality conditions say nothing; `None` if they do.
+    /// The reason in words why the optimality conditions are inconclusive; `None` if they are conclusive.
     pub fn unbounded_multipliers(&self) -> Option<String> {
         let largest = LARGEST_MULTIPLIER * self.optimality.largest_change.max(self.objective_unit());
         (self.is_feasible && self.largest_multiplier > largest).then(|| {
@@ -190,7 +191,7 @@ impl StopTest<'_> {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let Optimality { residual, complementarity, largest_change, .. } = self.optimality;
         let unit = self.objective_unit();
-        // Numbers near the largest one overflow, and then tell nothing.
+        // Numbers near the largest representable one overflow, and the test is then inconclusive.
         if ![objective, unit, residual, complementarity, largest_change, self.predicted].iter().all(|x| x.is_finite()) {
             return None;
         }
@@ -239,10 +240,10 @@ pub(super) fn is_feasible(violation: f64, in_terms: f64, factor: f64) -> bool {
     violation <= FEASIBLE && (in_terms <= IN_TERMS[0] || violation <= IN_TERMS[1])
 }
 
-/// True if a violation of a row is small beside its scale or its terms at the design, or a rounding error of its change over the
+/// True if a violation of a row is small compared with its scale or its terms at the design, or a rounding error of its change over the
 /// lengths.
 ///
-/// Units from other designs say nothing about a row whose slopes have changed by many orders.
+/// Units from other designs say nothing about a row whose slopes have changed by many orders of magnitude.
 pub(super) fn is_feasible_by_itself(
     violation: f64,
     slopes: &[f64],

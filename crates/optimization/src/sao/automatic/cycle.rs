@@ -91,7 +91,7 @@ impl Automatic {
         state.counters.sensitivity_analyses += usize::from(data.has_derivatives());
         let here = Linearized::new(problem, (&at.design, &at.responses, &at.evaluation), &data);
         let objective = state.evaluation.objective;
-        // Another method may have left a variable that started at zero beside it.
+        // Another method may have left a variable that started at zero near zero.
         let start = state.history.first().map_or(&state.design, |start| &start.design);
         let sizes = match &state.start_sizes {
             _ if *start == state.design => start_sizes(start, objective, &here),
@@ -182,7 +182,7 @@ impl Automatic {
         Ok(())
     }
 
-    /// Sizes of the values of the current design if it is the start; zero for one that is as good as zero.
+    /// Sizes of the values of the current design if it is the start; zero for one that counts as zero.
     pub(in crate::sao) fn start_sizes(problem: &Problem, state: &State, data: &CycleData) -> Vec<f64> {
         let State { design, responses, evaluation, .. } = state;
         start_sizes(design, evaluation.objective, &Linearized::new(problem, (design, responses, evaluation), data))
@@ -195,7 +195,7 @@ impl Automatic {
         self.forget(memory);
     }
 
-    /// Stores a design beside the current one, as the last but one.
+    /// Stores a design near the current one, as the last but one.
     fn store_beside(&self, problem: &Problem, beside: &AnalyzedDesign, data: &CycleData, memory: &mut AutomaticState) {
         let AnalyzedDesign { design, responses, evaluation } = beside;
         let point = AcceptedPoint::new(problem, (design, responses, evaluation), data);

@@ -1,8 +1,8 @@
-//! Steps in directions of which nothing is known, from a design that satisfies the first-order conditions.
+//! Steps in directions of unknown curvature, from a design that satisfies the first-order conditions.
 //!
-//! The conditions hold at saddle points and maxima, too. What the run has shown says more: a curvature of the Lagrangian on the
-//! tangent space of the active rows that is not positive, or a tangent direction that no step had. The value of the Lagrangian beside
-//! the design, in this direction, decides before the run ends: if it is less, the run goes on from there. If not, its slope there shows
+//! The conditions hold at saddle points and maxima, too. Two signs of these are a curvature of the Lagrangian on the
+//! tangent space of the active rows that is not positive, and a tangent direction that no step had. The value of the Lagrangian next to
+//! the design, in this direction, decides before the run ends: if it is less, the run continues from there. If not, its slope there shows
 //! how this direction is coupled with others, as in the method of Lanczos for the least eigenvalue.
 
 use super::candidates::AcceptedPoint;
@@ -21,20 +21,20 @@ use nlp::{KktResidual, Solution};
 const DISPLACEMENT: f64 = 0.1;
 const STEP: f64 = 0.01;
 const FLAT_STEP: f64 = 0.5;
-/// First-order decrease of the objective by such a step, in negligible changes, where there is a slope.
+/// First-order decrease of the objective by such a step where there is a slope, as a multiple of the negligible change.
 const MATTERS: f64 = 1e6;
 /// Largest part of a slope by which it may change between designs and still count as the same.
 const STEADY: f64 = 0.5;
 /// Largest number of steps of a run that show a curvature, and of those in directions that no step had.
 const MOST_EXPLORATIONS: usize = 3;
 const MOST_UNKNOWN: usize = 2;
-/// Largest part of a direction of unit length that no step had, if the steps are to tell about it.
+/// Largest norm of the part of a unit direction orthogonal to the steps, up to which the steps determine the curvature along it.
 const MOSTLY: f64 = 0.5;
 /// Number of explorations from a design. A second design is explored if a flat direction led to it.
 const ROUND: usize = MOST_EXPLORATIONS + 2;
 /// Distance from a bound in lengths within which a variable that its slope pushes to the bound is not free.
 const NEAR_BOUND: f64 = 1e-6;
-/// Part of a direction that is new, from which on it counts as another direction.
+/// Relative norm of the part of a direction orthogonal to others, from which on it counts as another direction.
 const INDEPENDENT: f64 = 1e-2;
 /// Part of a length, and of the largest change of a row over the lengths, that counts as none.
 const NO_EFFECT: f64 = 1e-6;
@@ -99,13 +99,13 @@ impl<'a> Tangent<'a> {
         DVector::from_fn(self.situation.n(), |j, _| if self.is_free(j) { component(j) } else { 0.0 })
     }
 
-    /// −∂L/∂b without what the active rows forbid.
+    /// −∂L/∂b, projected onto the tangent space of the active rows.
     fn descent(&self) -> DVector<f64> {
         without(&self.free(|j| -self.slope[j] * self.situation.units.lengths[j]), &self.normals)
     }
 
-    /// Orthonormal steps of the run without their components along orthonormal vectors; those along which the curvature says something
-    /// about that at the design, if `are_local`.
+    /// Orthonormal steps of the run without their components along orthonormal vectors; if `are_local`, only those along which the
+    /// curvature represents that at the design.
     fn steps(&self, normals: &[DVector<f64>], are_local: bool) -> Vec<DVector<f64>> {
         let (points, lengths) = (&self.situation.memory.points, &self.situation.units.lengths);
         let step = |ends: &[AcceptedPoint]| self.free(|j| (ends[1].design[j] - ends[0].design[j]) / lengths[j]);
@@ -124,7 +124,7 @@ impl<'a> Tangent<'a> {
         pairs
     }
 
-    /// Those along which the curvature says something about that at the design.
+    /// The pairs of [`Self::pairs`] along which the curvature represents that at the design.
     fn local_pairs(&self) -> Vec<Pair> {
         let steps =
             self.situation.lagrangian_steps(&self.weights).into_iter().zip(self.situation.memory.points.windows(2));
@@ -162,7 +162,7 @@ impl<'a> Tangent<'a> {
         last.filter(|ends| !self.is_local(ends)).count()
     }
 
-    /// True if steps along a direction have hardly changed the slope along it. The lengths are then no measure of how far it leads.
+    /// True if steps along a direction have hardly changed the slope along it. The lengths then do not bound the step along it.
     fn is_steady(&self, direction: &DVector<f64>, slope: f64) -> bool {
         let mut change = 0.0;
         let is_known = without(direction, &self.steps(&self.binding, false)).norm() < MOSTLY;
@@ -230,7 +230,7 @@ impl<'a> Tangent<'a> {
         if let (Some(direction), true) = (flat.get(next), explorations < MOST_EXPLORATIONS) {
             return Some((direction.clone(), Purpose::Curvature));
         }
-        // Rows at fixed times do not tell where peaks move to.
+        // Rows at fixed times do not show the motion of peaks.
         let is_over_time = |row: &RowId| self.situation.problem.constraints[row.constraint].quantity.is_transient();
         let is_known = !flat.is_empty() && !self.situation.here.rows.iter().any(is_over_time);
         is_known.then(|| (generic(&flat), Purpose::Flat))
@@ -268,7 +268,7 @@ fn conjugate(direction: &DVector<f64>, pairs: &[Pair]) -> DVector<f64> {
 }
 
 impl Situation<'_> {
-    /// A step in directions of which nothing is known, for a design that seems to be an optimum; `None` if there is none.
+    /// A step along directions of unknown curvature, for a design that seems to be an optimum; `None` if there is none.
     ///
     /// A variable on which nothing ever depended to first order may be at a maximum. A curvature that no step has shown is a
     /// guess: where a length was underestimated it is far too large, and the step and the predicted decrease far too small.

@@ -1,4 +1,4 @@
-//! Lengths of variables and units of rows and objective, all from what was seen in the run.
+//! Lengths of variables and units of rows and objective, from the designs of the run.
 
 use super::AutomaticState;
 use super::candidates::AcceptedPoint;
@@ -6,32 +6,34 @@ use super::linearized::Linearized;
 use crate::problem::{Evaluation, Problem};
 use crate::sao::trace::Trace;
 
-/// Fraction of a bounded variable's range that a start length has at least.
+/// Least start length of a bounded variable, as a fraction of its range.
 const LEAST_OF_RANGE: f64 = 0.02;
 /// Largest length from a range or from rows, relative to the variable, or to |F| / |∂F/∂b| of one that is zero.
 const WIDEST: [f64; 2] = [3e4, 1e3];
 /// Length from a range, relative to the variable, above which it is a guess: bounds of 1e6 may stand for none.
 const GUESSED: f64 = 10.0;
-/// Range above which it tells nothing about a variable whose size is not known: it starts at zero, and so does all that depends on it.
+/// Range above which the range does not determine a length where the size of the variable is not known either: the variable starts at
+/// zero, and so does everything that depends on it.
 const LONGEST_RANGE: f64 = 1e5;
-/// A length from slopes is at most this times the median of the others. Slopes beside a point where they vanish are very small.
+/// A length from slopes is at most this times the median of the others. Slopes near a point where they vanish are very small.
 const LARGEST: f64 = 1e6;
 /// Gradients below this fraction of the largest one do not determine a length.
 const NEGLIGIBLE: f64 = 1e-12;
-/// Share of the first-order change of each function over the start values below which a start value is as good as zero.
+/// Share of the first-order change of each function over the start values below which a start value counts as zero.
 const LEAST_SHARE: f64 = 1e-5;
 /// Value of a violated row, and of the objective, relative to its first-order change over the start values, from which on all start
-/// values are as good as zero. The objective may contain a constant.
+/// values count as zero. The objective may contain a constant.
 const FAR: [f64; 2] = [1e6, 1e10];
 /// Least objective per unit of violation, as a fraction of the range of the objective.
 const LEAST_OF_OBJECTIVE: f64 = 1e-3;
 
 /// Start lengths d: |b|, at least 2 % of the range of a bounded variable and at most its range; a range of more than 1.5·10⁶ |b| counts as
-/// less, and a length from a range of more than 500 |b| is a guess. A start value is as good as zero if the first-order changes by it of objective and rows are negligible beside those by the
-/// others, or if those of all variables together are negligible beside what they would have to be.
+/// 1.5·10⁶ |b|, and a length from a range of more than 500 |b| is a guess. A start value counts as zero if its contributions to the
+/// first-order changes of objective and rows are negligible compared with those of the others. All start values count as zero if their
+/// contributions together are negligible compared with the objective or with the value of a violated row.
 ///
 /// A variable without range that starts at zero has the median of |cᵢ| / |∂cᵢ/∂bⱼ| over the rows; failing that, |F| / |∂F/∂bⱼ|;
-/// failing that, the median of the other variables; failing that, 1. It is a guess: move limits grow by up to ten a cycle, and
+/// failing that, the median of the other variables; failing that, 1. It is a guess: move limits grow up to tenfold in a cycle, and
 /// [`Units`] shortens guesses that steps have shown to be too long. The second result says which lengths are guesses.
 ///
 /// The sizes of the start are those of [`start_sizes`]; slopes `here` at a later design, which may be an optimum, say nothing about them.
@@ -53,7 +55,7 @@ pub(super) fn start_lengths(
         median(rows.iter().filter_map(ratio).collect()).or_else(|| ratio(&(objective, here.slope.clone())))
     };
     let by_objective = |j: usize| Some((objective / here.slope[j]).abs()).filter(|d| d.is_finite() && *d > 0.0);
-    // Bounds and limits may be as good as none.
+    // Very wide bounds and limits do not determine a length.
     let size = |j: usize| {
         let known = Some(start_sizes[j]).filter(|size| *size > 0.0);
         known.or_else(|| by_objective(j)).or_else(|| seen(j)).unwrap_or(f64::INFINITY)
@@ -80,7 +82,7 @@ pub(super) fn start_lengths(
     (lengths.into_iter().map(|d| d.unwrap_or(other)).collect(), guessed)
 }
 
-/// |b|, or zero for a start value that is as good as zero by the slopes at the start.
+/// |b|, or zero for a start value that counts as zero by the slopes at the start.
 pub(super) fn start_sizes(b: &[f64], objective: f64, here: &Linearized) -> Vec<f64> {
     let n = b.len();
     let changes =
@@ -127,8 +129,8 @@ impl Units {
     /// Units from the start lengths, the accepted designs, and the stored designs.
     ///
     /// Once a step was rejected, all guessed lengths shrink by the same factor, to the largest extent that one of their variables
-    /// has, or the half width of its box if that is larger: a guess depends on a constant in the objective, and what is seen within a
-    /// length must not.
+    /// has, or the half width of its box if that is larger: a guess depends on a constant in the objective, on which the run must not
+    /// depend.
     pub fn new(memory: &AutomaticState, trace: &Trace, evaluation: &Evaluation) -> Self {
         let AutomaticState { start_lengths, guessed, points, widths, .. } = memory;
         let extents: Vec<f64> = (0..start_lengths.len()).map(|j| spread(trace.designs.extent(j).into_iter())).collect();

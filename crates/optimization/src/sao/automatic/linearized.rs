@@ -59,7 +59,7 @@ impl Linearized {
         slopes
     }
 
-    /// True for an equality, and for a row whose distance from its limit is negligible beside its terms.
+    /// True for an equality, and for a row whose distance from its limit is negligible compared with its terms.
     pub fn is_active(&self, i: usize, lengths: &[f64]) -> bool {
         let terms = || self.jacobian.row(i).iter().zip(lengths).map(|(g, l)| g.abs() * l).sum::<f64>();
         self.equality[i] || self.c[i] > -ACTIVE * terms()

@@ -5,12 +5,12 @@
 //! | `state`, `shape` | the data that are stored, and their check when they come from a file |
 //! | `numbers` | the numbers that are approximated |
 //! | `candidates`, `quasi_newton` | the candidate approximations of a number |
-//! | `linearized`, `lengths` | first derivatives; lengths and units from what was seen |
+//! | `linearized`, `lengths` | first derivatives; lengths and units from the designs of the run |
 //! | `surrogate` | the approximate problem |
-//! | `situation` | what is known at the beginning of a cycle |
+//! | `situation` | the data at the beginning of a cycle |
 //! | `proposal`, `subproblem` | the proposed design: the solution of the approximate problem |
-//! | `restoration`, `stationary` | incompatible rows; points from which no step leads on |
-//! | `exploration` | steps that show unknown curvatures before the end |
+//! | `restoration`, `stationary` | incompatible rows; points that no step improves |
+//! | `exploration` | steps along unknown curvatures before the end |
 //! | `convergence`, `noise` | the stop test; noise of the analysis |
 //! | `selection`, `observation` | prediction errors and the choice by them |
 //! | `examination`, `acceptance` | the decision about a proposal; filter and box |
@@ -53,14 +53,14 @@ use error::{Error, Result};
 /// is known without another analysis: for each response, the one with the least errors is used next. One candidate concerns
 /// the whole problem: linear responses with a BFGS matrix of the Lagrangian. The globalization does not depend on the
 /// candidate: a filter, a box whose size follows the prediction, restoration where linearized rows are incompatible, and a
-/// correction through rejected designs. The stop test is made in units of what was seen: scaling the objective,
-/// constraints or variables, or adding a constant to the objective, changes the run by rounding only; but for variables without
-/// range that start at zero and on which no row depends, whose first length is |F| / |∂F/∂b|.
+/// correction through rejected designs. The stop test uses lengths and units from the designs of the run: scaling the objective,
+/// constraints or variables, or adding a constant to the objective, changes the run by rounding only. An exception are variables
+/// without range that start at zero and on which no row depends: their first length is |F| / |∂F/∂b|.
 ///
-/// The result satisfies the first-order conditions. Before the run ends, the Lagrangian is evaluated beside the design in
+/// The result satisfies the first-order conditions. Before the run ends, the Lagrangian is evaluated near the design in
 /// directions along the active rows that no step had, or in which the steps show no positive curvature: at a saddle point or a
-/// maximum the run goes on. Not all directions are tried, so that this is no proof. A run may also end at a stationary point of the violation: it then reports
-/// [`Status::Infeasible`](super::Status::Infeasible), which says nothing about other regions.
+/// maximum the run goes on. Not all directions are tried, so that this is no proof. A run may also end at a stationary point of the
+/// violation: it then reports [`Status::Infeasible`](super::Status::Infeasible), which says nothing about other regions.
 ///
 /// # Sources
 ///

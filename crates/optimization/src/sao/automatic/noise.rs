@@ -1,11 +1,11 @@
-//! Noise of the analysis, as trial steps show it.
+//! Estimate of the noise of the analysis from trial steps.
 
 use super::candidates::AcceptedPoint;
 use super::numbers::{Number, find};
 use super::situation::Situation;
 use super::state::RejectedPoint;
 
-/// Number of trial steps, the last ones, that show noise.
+/// Number of the last trial steps from which noise is estimated.
 const STEPS: usize = 6;
 /// Ratio of the longest to the shortest of these steps.
 const SHORTER: f64 = 64.0;
@@ -98,7 +98,7 @@ impl Situation<'_> {
     }
 }
 
-/// The reason for an end where noise hides what steps do.
+/// The reason in words for an end because of noise.
 pub(super) fn in_words(noise: f64) -> String {
     format!(
         "shorter steps do not make the errors of predictions smaller: the analysis has noise of about {noise:.0e} of the largest \

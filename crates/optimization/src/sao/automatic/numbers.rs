@@ -1,4 +1,4 @@
-//! The approximated numbers of a problem: responses at time points, and quantities that are approximated directly.
+//! The approximated numbers of a problem: values of responses at time points, and of quantities that are approximated directly.
 
 use crate::approximation::CycleData;
 use crate::problem::{Evaluation, Intermediates, Problem, ResponseAt, Responses, RowId};
@@ -66,7 +66,7 @@ pub struct Number {
     pub id: NumberId,
     /// Value.
     pub value: f64,
-    /// Derivatives by the design variables (length n).
+    /// Derivatives with respect to the design variables (length n).
     pub gradient: Vec<f64>,
 }
 
@@ -146,14 +146,14 @@ pub(super) fn mapped_curvature(intermediates: &Intermediates, weights: &[f64], b
     hessian(sum, b).2
 }
 
-/// The solution s of (∂y/∂b)ᵀ s = `gradient`; `None` if it is singular.
+/// The solution s of (∂y/∂b)ᵀ s = `gradient`: the gradient with respect to y. `None` if ∂y/∂b is singular.
 pub(super) fn pulled(rows: &Option<DMatrix<f64>>, gradient: &[f64]) -> Option<Vec<f64>> {
     let Some(rows) = rows else { return Some(gradient.to_vec()) };
     let solution = rows.transpose().lu().solve(&DVector::from_column_slice(gradient))?;
     solution.iter().all(|v| v.is_finite()).then(|| solution.as_slice().to_vec())
 }
 
-/// (∂y/∂b)ᵀ s.
+/// (∂y/∂b)ᵀ s: the gradient with respect to b from the gradient s with respect to y.
 pub(super) fn pushed(rows: &Option<DMatrix<f64>>, slope: Vec<f64>) -> Vec<f64> {
     match rows {
         None => slope,

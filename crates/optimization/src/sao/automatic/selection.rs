@@ -31,7 +31,7 @@ impl Scores {
     pub fn choose(&self, group: NumberGroup) -> Candidate {
         let preferred = Candidate::Sr1;
         let Ok(k) = self.groups.binary_search_by_key(&group, |(g, _)| *g) else { return preferred };
-        // Until it has been scored, the preferred candidate is as good as the linear one.
+        // Until it has a score, the preferred candidate has that of the linear one.
         let score =
             |c: Candidate| self.groups[k].1[c as usize].unwrap_or(if c == preferred { 1.0 } else { f64::INFINITY });
         let best = Candidate::ALL.into_iter().min_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(preferred);

@@ -1,4 +1,4 @@
-//! The situation at the beginning of a cycle: the current design, what is known about it, and the surrogates made from that.
+//! Data at the beginning of a cycle: the current design, its derivatives, the stored designs, and surrogates from these.
 
 use super::candidates::{AcceptedPoint, Candidate, Model, Samples, gradient_changes};
 use super::convergence::{is_feasible, is_feasible_by_itself, largest_change};
@@ -27,7 +27,7 @@ pub(super) struct Situation<'a> {
     pub violation: f64,
 }
 
-/// The surrogate of a cycle: which models it has.
+/// Kind of the surrogate of a cycle.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Linear,
@@ -116,7 +116,7 @@ impl<'a> Situation<'a> {
         self.last_points(RECENT).map(change).fold(0.0, f64::max)
     }
 
-    /// The surrogate of this kind at the current design; `None` for the Lagrangian before a step along which it bends up.
+    /// The surrogate of this kind at the current design; `None` for the Lagrangian before a step along which it has positive curvature.
     pub(super) fn surrogate(&self, kind: Kind) -> Option<Surrogate<'_>> {
         let numbers = &self.current().numbers;
         let model = |k: usize| -> Model {
@@ -162,14 +162,14 @@ impl<'a> Situation<'a> {
         points.windows(2).zip(&changes).map(pair).collect()
     }
 
-    /// Those that are not zero.
+    /// The pairs of [`Self::lagrangian_steps`] whose step is not zero.
     pub(super) fn lagrangian_pairs(&self, weights: &[f64]) -> Vec<Pair> {
         let mut pairs = self.lagrangian_steps(weights);
         pairs.retain(|[step, _]| step.norm() > 0.0);
         pairs
     }
 
-    /// The damped BFGS matrix of the Lagrangian; `None` before a step along which it bends up.
+    /// The damped BFGS matrix of the Lagrangian; `None` before a step along which it has positive curvature.
     pub(super) fn lagrangian_matrix(&self) -> Option<DMatrix<f64>> {
         let scaled = damped_bfgs(&self.lagrangian_pairs(&self.lagrangian_weights(&self.last_multipliers())))?;
         let (n, l) = (self.n(), &self.units.lengths);

@@ -31,7 +31,7 @@ pub struct AutomaticState {
     /// violation measured by slopes is stationary.
     #[serde(default)]
     pub has_common_unit: bool,
-    /// Number of analyses beside a design that seemed to be an optimum, to see the curvature in a direction.
+    /// Number of analyses near a design that seemed to be an optimum, to determine the curvature along a direction.
     #[serde(default)]
     pub explorations: usize,
     /// Change of the objective that does not matter, where the run of another method is continued; zero otherwise.

@@ -1,4 +1,4 @@
-//! Points from which no step leads on: a stationary violation, and subproblems without a step.
+//! Points that no step improves: a stationary violation, and subproblems without a step.
 
 use super::convergence::stalled;
 use super::proposal::{Next, Proposal};
@@ -12,8 +12,8 @@ pub(super) const DISPLACEMENTS: [f64; 3] = [0.1, 0.5, 0.5];
 /// Number of sizes of a displacement that is rejected, each [`SHORTER`] times the one before.
 pub(super) const SIZES: usize = 3;
 const SHORTER: f64 = 0.01;
-/// Factor by which an increase of the objective may differ from that by the square of the displacement, whose directions differ; and the
-/// part of the objective that is rounding.
+/// Factor by which an increase of the objective may deviate from the square of the displacement, because the directions of displacements
+/// differ; and the part of the objective that is rounding.
 const EVENLY: f64 = 50.0;
 const ROUNDING: f64 = 1e-14;
 /// Largest number of displacements in a run.
@@ -37,8 +37,8 @@ impl Situation<'_> {
     /// A displacement or the end if the violation is stationary within so many lengths; `None` if it is not.
     ///
     /// Rows are measured by their slopes over the lengths, which makes restorations independent of their scales. A row without slopes can
-    /// then outweigh violations of any size. Where their violation is stationary, restoration goes on with a common unit of the rows: what
-    /// is left and what is called infeasible are points where the largest violation of the problem itself is stationary.
+    /// then outweigh violations of any size. Where the violation in these units is stationary, restoration continues with a common unit of
+    /// the rows. A point is left, or reported as infeasible, only where the largest violation of the problem itself is stationary.
     pub(super) fn stationary_violation(&self, within: f64) -> Result<Option<Next>> {
         let widths: Vec<f64> = self.units.lengths.iter().map(|l| within * l).collect();
         let region = self.sides(&widths);
@@ -99,7 +99,7 @@ impl Situation<'_> {
         rises.len() == SIZES && !problem.objective.quantity.is_explicit() && rises.windows(2).all(is_even)
     }
 
-    /// Number of displacements since the last one that led to a better point, in today's units.
+    /// Number of displacements since the last one that led to a better point, in the units of the current cycle.
     pub(super) fn futile_displacements(&self) -> usize {
         let left: Vec<f64> = self.memory.left.iter().map(|violations| self.units.violation(violations)).collect();
         let best = left.iter().copied().fold(f64::INFINITY, f64::min);
@@ -107,20 +107,20 @@ impl Situation<'_> {
         if is_better { 0 } else { left.iter().rev().take_while(|v| **v < best / BETTER).count() }
     }
 
-    /// A displacement from a point where steps do not reduce the violation; `None` after several that were futile.
+    /// A displacement from a point where steps do not reduce the violation; `None` after several that led to no better point.
     fn displaced(&self) -> Option<Proposal> {
         let futile = self.futile_displacements();
         let may_be_left = futile < DISPLACEMENTS.len() && self.memory.left.len() < MOST_DISPLACEMENTS;
         may_be_left.then(|| self.displacement(DISPLACEMENTS[futile], |_| true))
     }
 
-    /// The next step, or the end, where the subproblem gives no step; `None` if nothing leads on.
+    /// The next step, or the end, where the subproblem gives no step; `None` if there is neither.
     pub(super) fn after_stalling(&self, restoration: Option<f64>) -> Result<Option<Next>> {
         let analyse = |step| Next::Analyse(Box::new(step));
         if let Some(step) = self.by_another_surrogate(restoration)? {
             return Ok(Some(analyse(step)));
         }
-        // Curvatures end the steps long before the slopes, which shrink with the last step, promise nothing within wide limits.
+        // Curvatures end the steps long before the slopes, which shrink with the last step, predict no decrease within wide limits.
         if restoration.is_some()
             && let Some(next) = self.stationary_violation(1.0)?
         {

@@ -1,8 +1,8 @@
 //! Sensitivities of a motion by explicit steps in relative coordinates, for a few design variables at a time.
 //!
 //! At a stage the rows of the joints vanish, r(q, v, v̇, b) = 0. Every stage is linearized once for all design variables: the
-//! derivatives of each joint by its neighbours, and those of each force by its coordinates and parameters. For each design variable
-//! remain two sweeps over the tree, and one solution A δv̇ = −δr with the factorized mass matrix of the values.
+//! derivatives of each joint with respect to its neighbours, and those of each force with respect to its coordinates and parameters.
+//! Each design variable then takes two sweeps over the tree, and one solution A δv̇ = −δr with the factorized mass matrix of the values.
 
 use crate::Result;
 use crate::analyses::sampling::OutputRecorder;
