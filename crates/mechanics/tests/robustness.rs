@@ -353,6 +353,29 @@ fn kinematics_names_the_degrees_of_freedom_that_are_not_driven() {
     assert!(error.contains("first.theta") && error.contains("second.theta"), "{error}");
 }
 
+/// A crank-rocker whose crank makes whole turns between two time points: the rocker is where it was, however many turns there are.
+#[test]
+fn kinematics_keeps_its_branch_over_many_turns() {
+    let mut m = Mechanism::<f64>::new();
+    let ground = m.ground();
+    let at = [(0.5, 0.0, 0.0), (1.5, 1.5, 0.98), (2.5, 1.5, 1.8)];
+    let [crank, rod, rocker] = [("crank", at[0]), ("rod", at[1]), ("rocker", at[2])]
+        .map(|(name, (x, y, theta))| m.body(name, 1.0, 0.1, Pose { x, y, theta }));
+    m.revolute("a", ground.origin(), crank.at(-0.5, 0.0));
+    m.revolute("b", crank.at(0.5, 0.0), rod.at(-1.5, 0.0));
+    m.revolute("c", rod.at(1.5, 0.0), rocker.at(1.25, 0.0));
+    m.revolute("d", ground.at(3.0, 0.0), rocker.at(-1.25, 0.0));
+    m.driver("motor", ground.theta, crank.theta, ConstantSpeed, &[0.0, std::f64::consts::TAU]);
+    let sensor = m.sensor("sensor", rocker.at(0.0, 0.0));
+    let angle = m.measure(sensor, "theta").unwrap();
+    m.output("angle", &[angle]);
+    for turns in [1.0, 80.0, 110.0, 128.0, 200.0, 1000.0] {
+        let values = kinematics(&m, Assembly::default(), &[0.0, turns]).unwrap();
+        let [first, last] = [values[0][0], values[0][1]];
+        assert!((last - first).abs() < 1e-9, "after {turns} turns: {last} for {first}");
+    }
+}
+
 #[test]
 fn impossible_drives_are_rejected() {
     let cart = |drive: &dyn Fn(&mut Mechanism<f64>, linkwright_mechanics::Coordinate)| {

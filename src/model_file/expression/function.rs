@@ -158,7 +158,7 @@ pub(super) fn kinked<S: Scalar>(chosen: S, difference: S) -> S {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use autodiff::{Dual8, HyperDual, HyperDual4, Jet2};
+    use autodiff::{Dual8, DualNum, HyperDual, HyperDual4, Jet2};
 
     /// Powers above one are smooth at zero to first order, with derivatives of zero; the second derivative of x^1.5 is infinite there.
     #[test]

@@ -1,6 +1,6 @@
 //! Reductions of a history to a number: `peak(x)`, `mean(x)`, `at(x, 0.5)`, …
 
-use super::function::power;
+use super::function::{kinked, power};
 use autodiff::Scalar;
 
 /// Reduction of a history to a number.
@@ -86,10 +86,10 @@ impl Reduction {
     pub fn over<S: Scalar>(self, values: &[S], times: &[f64], number: f64) -> S {
         let last = values.len() - 1;
         match self {
-            Peak => values[extreme(values, |v| v.abs())].abs(),
-            Max => values[extreme(values, |v| v)],
-            Min => values[extreme(values, |v| -v)],
-            Range => values[extreme(values, |v| v)] - values[extreme(values, |v| -v)],
+            Peak => chosen(values, extreme(values, |v| v.abs())).abs(),
+            Max => chosen(values, extreme(values, |v| v)),
+            Min => chosen(values, extreme(values, |v| -v)),
+            Range => chosen(values, extreme(values, |v| v)) - chosen(values, extreme(values, |v| -v)),
             Mean => mean(values, times, |v| v),
             Rms => root(mean(values, times, |v| v * v)),
             Integral => integral(values, times, |v| v),
@@ -115,6 +115,11 @@ impl Reduction {
             }
         }
     }
+}
+
+/// The value at a point that depends on the values, marked as not polynomial for scalars that track the polynomial degree.
+fn chosen<S: Scalar>(values: &[S], p: usize) -> S {
+    values.iter().fold(values[p], |value, other| kinked(value, *other - values[p]))
 }
 
 /// The index of the first largest value.
@@ -179,6 +184,7 @@ fn crossing<S: Scalar>(values: &[S], times: &[f64], level: f64) -> S {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use autodiff::PolynomialDegree;
 
     /// sin over one period: each reduction against its exact value.
     #[test]
@@ -212,6 +218,17 @@ mod tests {
         // Between time points, too: the maximum of a parabola.
         let parabola: Vec<f64> = [0.0, 1.0, 3.0, 4.0].iter().map(|t| 1.0 - (t - 1.7f64).powi(2)).collect();
         assert!((TimeOfMax.over(&parabola, &[0.0, 1.0, 3.0, 4.0], 0.0) - 1.7).abs() < 1e-12);
+    }
+
+    /// The largest of values that are linear in the design is not: the point of the largest value changes.
+    #[test]
+    fn extremes_are_no_polynomials() {
+        let values = [PolynomialDegree::variable(1.0), PolynomialDegree::variable(2.0)];
+        for reduction in [Peak, Max, Min, Range] {
+            let found = reduction.over(&values, &[0.0, 1.0], 0.0);
+            assert_eq!(found.degree, PolynomialDegree::NONLINEAR, "{}", reduction.name());
+        }
+        assert_eq!(Final.over(&values, &[0.0, 1.0], 0.0).degree, 1);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::{Error, Result};
 /// Largest error of a predicted position for which a substep is accepted, as a fraction of the change of the position.
 const GOOD_PREDICTION: f64 = 0.2;
 
-/// Smallest substep, as a fraction of the whole interval.
+/// Smallest substep, as a fraction of the interval, or of the time in which the fastest coordinate moves by 1 rad or 1 m if that is shorter.
 const SMALLEST: f64 = 1.0 / 256.0;
 
 /// Solver for the motion of a driven mechanism, without integration: each time point is solved separately.
@@ -75,15 +75,17 @@ impl<'m> KinematicDriver<'m> {
     ///
     /// [`Error::Analysis`] if a joint cannot be closed, for example beyond a dead centre.
     pub fn advance_to(&mut self, t: f64) -> Result<()> {
-        let (from, start) = (self.state.t, self.state.clone());
-        let mut substep = t - from;
+        let start = self.state.clone();
+        let interval = t - start.t;
+        let mut substep = interval;
         while self.state.t != t {
             let last = (t - self.state.t).abs() <= substep.abs() * (1.0 + 1e-9);
             let to = if last { t } else { self.state.t + substep };
             let before = self.state.clone();
+            let fastest = before.v.iter().fold(0.0, |fastest: f64, v| fastest.max(v.abs()));
             match self.substep(to) {
-                Ok(true) => continue,
-                outcome if (2.0 * SMALLEST * (t - from)).abs() > substep.abs() => {
+                Ok(true) => substep *= 2.0,
+                outcome if 2.0 * SMALLEST * interval.abs().min(1.0 / fastest) > substep.abs() => {
                     outcome.inspect_err(|_| self.state.copy_from(&start))?;
                 }
                 _ => {
