@@ -1,5 +1,6 @@
 //! The choice of derivatives in a model file.
 
+use crate::kinds::assert_derivatives;
 use linkwright::approximation::CycleData;
 use linkwright::gradient_check::GradientStatus;
 use linkwright::model_file::read;
@@ -162,4 +163,57 @@ fn derivatives_of_adaptive_steps_are_right_at_every_tolerance() {
     let implicit = text("kind = \"dynamics\"\ntolerance = 1e-5\n", "automatic");
     let problem = problem(&implicit).unwrap();
     problem.check_sensitivities(&problem.start(), 4).unwrap().expect_right();
+}
+
+/// Formulas that are smooth where their parts are singular: powers at zero, angles on an axis, the magnitude of a force that is zero. Most were
+/// refused, as their derivatives were NaN.
+#[test]
+fn smooth_formulas_have_derivatives_where_their_parts_are_singular() {
+    let values =
+        ["(n*time)^2.5", "n*max(time-0.5,0)^1.5", "time^(n+0.5)", "atan2(n*(time+1), time-0.5)", "norm(time*n, 2.5)"];
+    for value in values {
+        let text = format!(
+            "version = 2\n[design.n]\nstart = 1.5\n[time]\nto = 1\npoints = 11\n[[output]]\nname = \"o\"\nvalue = \"{}\"\n\
+             [objective]\nminimize = \"{}\"\n",
+            if value.starts_with("norm") { "time*n" } else { value },
+            if value.starts_with("norm") { "norm(o, 2.5)" } else { "final(o)" },
+        );
+        assert_derivatives(&text);
+    }
+    for motion in ["n*time^2.5", "0.3*time^(n + 1)"] {
+        let text = format!(
+            "version = 2\n[design.n]\nstart = 1.5\n[[body]]\nname = \"s\"\nkind = \"slider\"\nmass = 1\n[[driver]]\nname = \"d\"\n\
+             coordinate = \"s\"\nmotion = \"{motion}\"\n[time]\nto = 1\npoints = 6\n[analysis]\nkind = \"kinematics\"\n\
+             [[output]]\nname = \"o\"\nvalue = \"d.driving_force\"\n[objective]\nminimize = \"final(o)\"\n"
+        );
+        assert_derivatives(&text);
+    }
+    // An arm without gravity whose torque rises from zero: no force in its pin at the start.
+    let text = "version = 2\n[design.L]\nstart = 1\n[[body]]\nname = \"p\"\nmass = 1\ninertia = 0.1\nposition = [\"L\", 0]\n[[joint]]\n\
+                name = \"pin\"\na = \"ground\"\nb = { body = \"p\", at = [\"-L\", 0] }\n[[force]]\nname = \"m\"\nkind = \"load\"\n\
+                b = \"p.theta\"\ngeneralized_force = \"2*time\"\n[time]\nto = 1\npoints = 11\n[analysis]\nkind = \"dynamics\"\n\
+                scheme = \"rk8\"\n[[output]]\nname = \"f\"\nvalue = \"pin.force\"\n[objective]\nminimize = \"mean(f)\"\n";
+    assert_derivatives(text);
+}
+
+/// The assembly of a linkage of a micrometre is as accurate as that of a metre: x = 1/2 − … by the law of cosines.
+#[test]
+fn small_linkages_are_assembled_as_accurately_as_large_ones() {
+    let position = |s: f64| {
+        let text = format!(
+            "version = 2\n[constants]\ns = {s:e}\n[[body]]\nname = \"p\"\nkind = \"point\"\nmass = 1\nposition = [\"0.55*s\", \"0.8*s\"]\n\
+             [[joint]]\nname = \"a\"\nkind = \"distance\"\na = \"ground\"\nb = \"p\"\nlength = \"s\"\n[[driver]]\nname = \"m\"\n\
+             kind = \"length\"\na = {{ body = \"ground\", at = [\"s\", 0] }}\nb = \"p\"\nmotion = \"s*(1 + 0.3*sin(6*time))\"\n[time]\n\
+             to = 1\npoints = 6\n[analysis]\nkind = \"kinematics\"\n[[output]]\nname = \"x\"\nvalue = \"p.x/s\"\n{}",
+            crate::space::OBJECTIVE
+        );
+        problem(&text).unwrap().analyze(&[1.0]).unwrap().values[0].clone()
+    };
+    for s in [1.0, 1e-3, 1e-6] {
+        for (k, x) in position(s).into_iter().enumerate() {
+            let length = 1.0 + 0.3 * (6.0 * 0.2 * k as f64).sin();
+            let exact = 1.0 - 0.5 * length * length;
+            assert!((x - exact).abs() < 1e-9, "{s:e}, point {k}: {x} for {exact}");
+        }
+    }
 }

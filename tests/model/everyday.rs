@@ -517,6 +517,46 @@ fn values_in_steps_are_told_before_a_run() {
     }
 }
 
+/// Derivatives lack the motion of a jump: of a force that jumps by a formula, and of a history under an integral.
+#[test]
+fn jumps_that_move_with_the_design_are_told_before_a_run() {
+    let place = TempFolder::new("everyday-jumps");
+    let model = |force: &str, event: &str, objective: &str| {
+        format!(
+            "version = 2\n[design.a]\nstart = 0.5\nlower = 0.1\nupper = 0.9\n[[body]]\nname = \"s\"\nkind = \"slider\"\nmass = 1\n\
+             velocity = 1\n[[force]]\nname = \"f\"\n{force}\n{event}[time]\nto = 1\npoints = 21\n[analysis]\nkind = \"dynamics\"\n\
+             scheme = \"rk8\"\n[[output]]\nname = \"x\"\nvalue = \"s.position\"\n[objective]\nminimize = \"{objective}\"\n"
+        )
+    };
+    let load = |value: &str| format!("kind = \"load\"\nb = \"s\"\ngeneralized_force = \"{value}\"");
+    let feedback = |value: &str| format!("kind = \"feedback\"\ncoordinate = \"s\"\ngeneralized_force = \"{value}\"");
+    let shown = |force: &str, event: &str, objective: &str| {
+        std::fs::write(place.0.join("m.toml"), model(force, event, objective)).unwrap();
+        place.run(&["analyze", "m"], 0)
+    };
+    let jumps = "its value jumps where a condition changes";
+    let laws = ["if(time > a, 2, 0)", "a*if(time > a, 2, 1) + 1", "sign(time - a)", "if(time > a, 2, 0)/a"];
+    for value in laws {
+        assert!(shown(&load(value), "", "final(x)").contains(jumps), "{value}");
+    }
+    for value in ["if(s.position > 0.3, -1, 0)", "-sign(s.velocity)", "3*sign(s.position - a)"] {
+        assert!(shown(&feedback(value), "", "final(x)").contains(jumps), "{value}");
+    }
+    let without =
+        ["if(time > 0.5, a, 0)", "if(time > a, time - a, 0)", "(time - a)*if(time > a, 1, 0)", "if(a > 0.3, 1, 2)"];
+    for value in without {
+        assert!(!shown(&load(value), "", "final(x)").contains(jumps), "{value}");
+    }
+    assert!(!shown(&feedback("-sign(s.velocity)*s.velocity^2"), "", "final(x)").contains(jumps));
+    let integral = "if its history jumps at an event";
+    let off = "[[event]]\nname = \"off\"\nwhen = \"s.position > a\"\nswitch_off = \"f\"\n";
+    for objective in ["integral(x)", "mean(x)", "1 + rms(x)", "norm(x, 8)"] {
+        assert!(shown(&load("2"), off, objective).contains(integral), "{objective}");
+        assert!(!shown(&load("2"), "", objective).contains(integral), "{objective}");
+    }
+    assert!(!shown(&load("2"), off, "max(x)").contains(integral));
+}
+
 /// A simulation has no objective to be checked, and a study is no run.
 #[test]
 fn simulations_are_checked_and_studies_are_no_runs() {

@@ -155,8 +155,9 @@ fn close_joints(
             break;
         }
         let largest = apply(system, &rows, state);
-        // The next correction of Newton's method is about the square of this one.
-        if largest <= settings.tolerance || largest * largest <= 0.01 * settings.tolerance {
+        // Relative to the size of the mechanism, the next correction of Newton's method is about the square of this one.
+        let size = (SMALL * state.q.iter().fold(0.0, |size: f64, q| size.max(q.abs()))).min(1.0);
+        if largest <= settings.tolerance || largest * largest <= 0.01 * settings.tolerance * size * size {
             if system.allows_redundancy() && largest_gap(system, mechanism, state, &mut rows) > CLOSED {
                 break;
             }
@@ -173,6 +174,9 @@ fn close_joints(
     let why = format!("the mechanism cannot be assembled at t = {:.6e} s", state.t);
     Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))
 }
+
+/// Inverse of the size of a mechanism in m below which the convergence of its assembly is judged in units of its size.
+const SMALL: f64 = 10.0;
 
 /// Error of a constraint in the built positions, in m or rad, from which on a failure names it.
 const LARGE_GAP: f64 = 1e-2;

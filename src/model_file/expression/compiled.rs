@@ -59,6 +59,28 @@ pub(super) enum Operation {
 
 use Operation::*;
 
+/// How a value changes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Dependence {
+    /// It changes with time or with other names.
+    moves: bool,
+    /// It depends on the design or on other names.
+    depends: bool,
+    /// It jumps while it moves.
+    jumps: bool,
+}
+
+impl Dependence {
+    /// That of a function of both.
+    fn joined(self, other: Self) -> Self {
+        Self {
+            moves: self.moves || other.moves,
+            depends: self.depends || other.depends,
+            jumps: self.jumps || other.jumps,
+        }
+    }
+}
+
 /// A compiled expression. Derivatives are those of the scalar with which it is evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompiledExpression {
@@ -222,6 +244,37 @@ impl CompiledExpression {
             stack.push(pushed);
         }
         stack.pop().unwrap_or(Change::Constant)
+    }
+
+    /// Returns `true` if the value surely jumps during a motion, at a place that depends on the design or on other names: by `sign`, or by a
+    /// condition between values that do not move. Where a factor may vanish at the jump, the answer is `false`.
+    pub fn has_moving_jump(&self) -> bool {
+        let mut stack: Vec<Dependence> = vec![];
+        for operation in &self.operations {
+            let pushed = match *operation {
+                Constant(_) => Dependence::default(),
+                Time => Dependence { moves: true, ..Dependence::default() },
+                Design(_) => Dependence { depends: true, ..Dependence::default() },
+                Other(_) => Dependence { moves: true, depends: true, jumps: false },
+                Copy(place) => stack[place],
+                operation => {
+                    let operands = stack.split_off(stack.len() - 1 - operation.pops());
+                    let joined = operands.iter().fold(Dependence::default(), |all, one| all.joined(*one));
+                    let jumps = match (operation, &operands[..]) {
+                        (Of(MathFunction::Sign), [x]) => x.moves && x.depends,
+                        (Choose(_), [test, yes, no]) => {
+                            yes.jumps || no.jumps || test.moves && test.depends && !yes.moves && !no.moves
+                        }
+                        (Multiply | Divide, [x, y]) => x.jumps && !y.moves || y.jumps && !x.moves,
+                        (Add | Subtract | Negate | AddConstant(_) | Scale(_) | DivideBy(_), _) => joined.jumps,
+                        _ => false,
+                    };
+                    Dependence { jumps, ..joined }
+                }
+            };
+            stack.push(pushed);
+        }
+        stack.pop().is_some_and(|value| value.jumps)
     }
 
     /// The number, if the expression is a constant.

@@ -147,6 +147,9 @@ pub(super) fn power<S: Scalar>(x: S, p: f64) -> S {
 /// The angle atan2(y, x): that of the values, and the arc tangent of the angle from there, which is small.
 fn angle<S: Scalar>(y: S, x: S) -> S {
     let (y0, x0) = (y.re(), x.re());
+    if x0 == 0.0 && y0 == 0.0 {
+        return y.atan2(x);
+    }
     ((y * x0 - x * y0) / (x * x0 + y * y0)).atan() + y0.atan2(x0)
 }
 

@@ -65,6 +65,11 @@ impl Reduction {
         !matches!(self, Integral | TimeOfMax | TimeOfMin | TimeOfPeak | Crossing)
     }
 
+    /// Returns `true` for sums over time, in which a jump of the history counts by its time.
+    pub fn is_integral(self) -> bool {
+        matches!(self, Mean | Rms | Integral | Norm)
+    }
+
     /// The reduction of a call with this many arguments: `max(x)` reduces a history, `max(x, y)` compares two numbers.
     pub fn named(name: &str, arguments: usize) -> Option<Self> {
         let (_, reduction, has_number, _) = REDUCTIONS.iter().find(|(known, ..)| *known == name)?;

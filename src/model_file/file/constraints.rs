@@ -75,7 +75,7 @@ fn one(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constrain
     let (unit, is_formula) = unit(section, &tree, known)?;
     let tree = if let (Some(unit), true) = (&unit, is_formula) { tree.per(unit) } else { tree };
     let value = known.compile(&tree, "value")?;
-    known.remark_steps(section, &tree, &value);
+    known.remark_derivative(section, &tree, &value);
     let limit = |key| limit(section, key, unit.as_ref(), known);
     let quantity = known.linearized(section, value.clone().quantity())?;
     let sides = match (limit("at_least")?, limit("at_most")?, limit("equals")?) {

@@ -58,6 +58,13 @@ pub struct EventSpec {
     is_terminal: bool,
 }
 
+impl EventSpec {
+    /// Returns whether the event releases or switches something, so that forces may jump.
+    pub fn changes_forces(&self) -> bool {
+        !self.changes.is_empty()
+    }
+}
+
 /// Reads the events and enters their names.
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts, elements: &[ElementSpec]) -> Read<Vec<EventSpec>> {
     let mut count = 0;

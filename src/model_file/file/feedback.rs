@@ -1,5 +1,6 @@
 //! Forces and torques that depend on time and motion.
 
+use super::motion::remark_jumps;
 use super::parts::{BuildContext, CoordinateRef, FrameCoordinate, NamedPart, Parts, PointRef, position_or_push};
 use super::section::{Read, Section};
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
@@ -102,6 +103,9 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> R
     let suggestions = || suggestions(parts);
     let scope = Scope { others: &others, suggestions: &suggestions, ..Scope::MOTION };
     let expression = section.expression(key, names, &scope)?;
+    if let Some(value) = section.get(key) {
+        remark_jumps(section, &expression, &value.span());
+    }
     let mut observed = vec![];
     let mut inputs: Vec<MotionInput> = found
         .into_inner()

@@ -41,6 +41,14 @@ pub struct MechanismSpec {
     pub clock: SimulationClock,
 }
 
+impl MechanismSpec {
+    /// Returns whether outputs may jump at the times of events: where forces are switched, joints let go, contacts close or friction sticks.
+    pub fn has_events(&self) -> bool {
+        self.elements.iter().any(|element| element.kind.has_modes())
+            || self.events.iter().any(EventSpec::changes_forces)
+    }
+}
+
 /// Reads the mechanism, if there is one.
 pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<MechanismSpec>> {
     let mut parts = Parts::default();

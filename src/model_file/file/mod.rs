@@ -322,6 +322,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         grid: grid.as_ref(),
         variables: &all,
         labels: &labels,
+        has_events: mechanism.as_ref().is_some_and(MechanismSpec::has_events),
     };
     let objective = match is_problem {
         true => source.log.keep(objective::read(&section, &known, bound)).map(Some),

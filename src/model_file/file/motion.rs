@@ -126,6 +126,7 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
     let tree = tree(value, key, section.source())?;
     let scope = Scope { place: &format!("`{key}`"), units: section.unit_of(key), ..Scope::MOTION };
     let expression = names.compile(&tree, &scope)?;
+    remark_jumps(section, &expression, &tree.span);
     let used = expression.uses();
     if used.len() > MOST_MOTION_PARAMETERS {
         let message =
@@ -134,6 +135,16 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
     }
     let parameters = used.iter().map(|&i| CompiledExpression::variable(i)).collect();
     Ok(TimeFunction { law: MotionLaw::Formula(expression.with_design(&used)), parameters })
+}
+
+/// Notes that derivatives lack the motion of a jump of a force.
+pub fn remark_jumps(section: &Section<'_>, expression: &CompiledExpression, at: &std::ops::Range<usize>) {
+    if expression.has_moving_jump() {
+        let message =
+            "its value jumps where a condition changes, and derivatives lack the effect of the design on that place";
+        let help = "switch a force on or off by an `[[event]]`, or let it change by `smooth_step`";
+        section.source().log.remark(Diagnostic::new(at.clone(), message).help(help));
+    }
 }
 
 fn of_kind(kind: &str, keys: &[Key], section: &Section<'_>, names: &Names) -> Read<TimeFunction> {

@@ -197,7 +197,7 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         trees = trees.into_iter().map(convert).collect::<Read<_>>()?;
     }
     let mut values: Vec<CompiledQuantity> = trees.iter().map(|tree| known.compile(tree, key)).collect::<Read<_>>()?;
-    trees.iter().zip(&values).for_each(|(tree, value)| known.remark_steps(&section, tree, value));
+    trees.iter().zip(&values).for_each(|(tree, value)| known.remark_derivative(&section, tree, value));
     let is_instant = over.is_none() && known.grid.is_some_and(|grid| grid.len() == 1);
     if let ([tree], [value], true) = (&trees[..], &values[..], is_instant)
         && value.is_transient
@@ -225,6 +225,9 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         (Some(Over::Peak), _) => Err(section.error_at("maximize", "a peak can only be minimized")),
         (_, Some(_)) => Err(section.error_at("bound", "`bound` belongs to over = \"peak\"")),
         (over, None) => {
+            if let (Some(Over::Integral | Over::Mean), Some(tree)) = (over, trees.first()) {
+                known.remark_integral(&section, &tree.span, "over");
+            }
             let dimension = dimension.filter(|_| !matches!(over, Some(Over::Sum | Over::Integral)));
             let quantity = number(&section, known, value, over)?;
             let label = known.labels.read(&section, dimension, unit.as_ref())?;

@@ -64,6 +64,8 @@ pub struct QuantityContext<'a> {
     /// Design variables, with the bound of a peak if the objective has one.
     pub variables: &'a [DesignVariable],
     pub labels: &'a Labels,
+    /// True if the mechanism has events, rigid contacts or dry friction, at which outputs may jump.
+    pub has_events: bool,
 }
 
 /// A formula of outputs, series, design variables and time.
@@ -185,13 +187,29 @@ impl QuantityContext<'_> {
         }
     }
 
-    /// Notes that a value has no derivative by which it could be improved.
-    pub fn remark_steps(&self, section: &Section<'_>, tree: &Tree, value: &CompiledQuantity) {
+    /// Notes that a value has no derivative by which it could be improved, or lacks a part of it.
+    pub fn remark_derivative(&self, section: &Section<'_>, tree: &Tree, value: &CompiledQuantity) {
+        let of_histories = value.reduced.iter().flat_map(|reduced| &reduced.histories).map(|one| one.reduction);
+        if let Some(reduction) = of_histories.into_iter().find(|reduction| reduction.is_integral()) {
+            self.remark_integral(section, &tree.span, reduction.name());
+        }
         if value.change == Change::Steps {
             let message =
                 "this value changes in steps: its derivative is zero, and no method can tell how to change the design";
             let help = "use a smooth function, such as `smooth_step(x, a, b)` in place of `sign(x)` or `if`";
             section.source().log.remark(Diagnostic::new(tree.span.clone(), message).help(help));
+        }
+    }
+
+    /// Notes what the integral of a history that jumps at an event lacks.
+    pub fn remark_integral(&self, section: &Section<'_>, at: &std::ops::Range<usize>, name: &str) {
+        if self.has_events {
+            let message = format!(
+                "if its history jumps at an event, `{name}` has an error of the order of the distance of the time points there, and its \
+                 derivative lacks the effect of the time of the event"
+            );
+            let help = "reduce a quantity that does not jump, such as the kinetic energy in place of the power";
+            section.source().log.remark(Diagnostic::new(at.clone(), message).help(help));
         }
     }
 

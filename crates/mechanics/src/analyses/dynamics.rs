@@ -5,6 +5,7 @@ use crate::analyses::conservation::{EnergyDrift, EnergyWatch};
 use crate::analyses::doubtful_states::StateWatch;
 use crate::analyses::negative_coefficients::CoefficientWatch;
 use crate::analyses::sampling::OutputRecorder;
+use crate::analyses::small_motion::DisplacementWatch;
 use crate::analyses::tensioned_beams::TensionWatch;
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
@@ -270,6 +271,9 @@ trait Simulation: Checkpointable {
     /// The state at the start, before the first step.
     fn start(&self) -> State<f64>;
 
+    /// The absolute tolerance of the local error of positions in m or rad; `None` for steps without error control.
+    fn tolerance(&self) -> Option<f64>;
+
     /// Outputs that keep their value from an event on.
     fn held(&self) -> Option<&HeldOutputs<f64>> {
         None
@@ -290,6 +294,10 @@ impl Simulation for TimeStepper<'_> {
         self.integrator.step.old.clone()
     }
 
+    fn tolerance(&self) -> Option<f64> {
+        self.tolerance()
+    }
+
     fn held(&self) -> Option<&HeldOutputs<f64>> {
         self.locator.held.as_ref()
     }
@@ -305,6 +313,10 @@ impl Simulation for OdeDriver<MechanismRhs<'_>> {
         sample(self, y, t)?;
         at.copy_from(&self.stepper.rhs.state);
         Ok(())
+    }
+
+    fn tolerance(&self) -> Option<f64> {
+        self.tolerance()
     }
 
     fn held(&self) -> Option<&HeldOutputs<f64>> {
@@ -327,6 +339,7 @@ fn record_outputs<S: Simulation>(
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     let (mut y, mut at) = (Vec::new(), simulation.start());
     let (mut energy, mut coefficients) = (EnergyWatch::new(mechanism, &at), CoefficientWatch::new(mechanism));
+    let mut displacements = DisplacementWatch::new(&at);
     let velocities = velocities_that_do_not_fit(mechanism, &at);
     let (mut states, mut tension) = (StateWatch::default(), TensionWatch::new(mechanism));
     for &t in times {
@@ -341,6 +354,7 @@ fn record_outputs<S: Simulation>(
         coefficients.add(mechanism, &at);
         tension.add(mechanism, &at);
         states.add(mechanism, &at);
+        displacements.add(&at);
     }
     let (names, times, energy_drift) = (mechanism.output_names(), times.to_vec(), energy.finish());
     let mut warnings = coefficients.warnings(mechanism);
@@ -348,6 +362,7 @@ fn record_outputs<S: Simulation>(
     warnings.extend(tension.warning(mechanism));
     warnings.extend(states.warnings());
     warnings.extend(energy_drift.and_then(|drift| drift.warning()));
+    warnings.extend(simulation.tolerance().and_then(|tolerance| displacements.warning(tolerance)));
     let (values, impacts, work) = (recorder.series, Vec::new(), Work::default());
     Ok((
         History {

@@ -8,6 +8,7 @@ pub mod kinematics;
 pub mod modal;
 pub(crate) mod negative_coefficients;
 pub mod sampling;
+pub(crate) mod small_motion;
 pub mod statics;
 pub mod step_comparison;
 pub mod tensioned_beams;

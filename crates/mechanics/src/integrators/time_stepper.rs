@@ -129,6 +129,14 @@ impl<'m> TimeStepper<'m> {
         self.locator.has_ended(system, mechanism, &step.new, self.length)
     }
 
+    /// The tolerance of the local error of positions in m or rad; `None` for fixed steps.
+    pub fn tolerance(&self) -> Option<f64> {
+        match self.settings.step {
+            StepSize::Adaptive { tolerance, .. } => Some(tolerance),
+            StepSize::Fixed(_) => None,
+        }
+    }
+
     /// Returns whether the motion goes on and the current step ends before `t` (s).
     pub fn is_before(&self, t: f64) -> bool {
         !self.has_ended() && is_before(self.settings.start, self.integrator.step.new.t, t)

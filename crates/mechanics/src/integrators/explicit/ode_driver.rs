@@ -110,6 +110,14 @@ impl<F: OdeRhs> OdeDriver<F> {
         })
     }
 
+    /// The largest absolute tolerance of the local error of a component; `None` for fixed and given steps.
+    pub fn tolerance(&self) -> Option<f64> {
+        match &self.step_control {
+            StepControl::Adaptive { tolerance, .. } => tolerance.absolute.iter().copied().reduce(f64::max),
+            _ => None,
+        }
+    }
+
     /// Returns whether the motion goes on and the current step ends before `t` (s).
     pub fn is_before(&self, t: f64) -> bool {
         !self.stepper.rhs.has_ended() && t - self.stepper.t[1] > 1e-12 * (t - self.start).abs()
