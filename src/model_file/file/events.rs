@@ -58,6 +58,13 @@ pub struct EventSpec {
     is_terminal: bool,
 }
 
+impl EventSpec {
+    /// Numbers of the joints and drives that let go.
+    pub fn released(&self) -> impl Iterator<Item = usize> {
+        self.changes.iter().filter(|(change, _)| *change == Change::Release).map(|(_, element)| *element)
+    }
+}
+
 /// Reads the events and enters their names.
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts, elements: &[ElementSpec]) -> Read<Vec<EventSpec>> {
     let mut count = 0;
