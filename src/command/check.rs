@@ -38,10 +38,10 @@ disagreement. Verdicts:
   right           all methods agree with the finite differences, but for those marked ~, which are too inaccurate here
                   by their own estimate
   constant        the response does not depend on the variable, and all methods give zero
-  WRONG           a method contradicts the finite differences or the other methods; it is marked with a star
-  kink            the response has a kink here and no derivative
+  WRONG           a method contradicts the finite differences on both sides of the design, or the other methods; it is marked with a star
+  kink            the response has a kink here or very close to it: a derivative is that of one side
   not repeatable  two analyses of one design differ
-  unclear         the finite differences are too noisy
+  unclear         the finite differences are too noisy, or contradict each other
 A wrong derivative is an error, and so is a method that fails where another does not. Scales of variables and constraints that are far off are told before the table; the default
 method does not depend on them, the others do.")]
 pub struct Check {

@@ -200,6 +200,21 @@ fn an_error_of_an_analysis_is_shown_at_its_part() {
     insta::assert_snapshot!("failures", all);
 }
 
+/// A quarter ring whose clamp is turned by 90° against the tangent of the built beam: the assembly bends its first element.
+#[test]
+fn statics_name_the_joint_that_the_built_positions_miss() {
+    let text = "version = 2\n[[beam]]\nname = \"ring\"\nfrom = [0, 0]\nto = [1, 1]\nrise = 0.2928932188134524\ndiameter = 0.02\n\
+                young = 2e11\ndensity = 7800\nelements = 16\nshear = \"rigid\"\n\
+                [[joint]]\nname = \"clamp\"\nkind = \"fixed\"\na = \"ground\"\nb = \"ring.first\"\nangle = 0\n\
+                [[force]]\nname = \"f\"\nkind = \"force\"\nat = \"ring.last\"\ndirection = 0\nforce = 1\n\
+                [time]\nat = [0]\n[analysis]\nkind = \"statics\"\n[[output]]\nname = \"x\"\nvalue = \"ring.last.x\"\n";
+    let error = read("m.toml", text).unwrap().simulate(&[]).err().unwrap().to_string();
+    assert!(
+        error.contains("clamp") && error.contains("the built positions miss this joint by 1.571 m or rad"),
+        "{error}"
+    );
+}
+
 /// Valid files of mechanisms that cannot be analysed.
 const FAILURES: &[[&str; 3]] = &[
     ["no mass", "mass = \"load\"", "mass = \"load - 2\""],

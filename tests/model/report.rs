@@ -310,6 +310,38 @@ value = "line.tension"
     assert!(path.iter().all(|p| (p[0].hypot(p[1]) - 0.1).abs() < 1e-6));
 }
 
+/// A driven arm lets a ball go after half a turn: the ball is drawn where it flies, with its path, and the joint is not.
+#[test]
+fn released_bodies_are_drawn_after_their_release() {
+    let ends = "[time]\nto = 1\npoints = 11\n[analysis]\nkind = \"dynamics\"\n[[event]]\nname = \"go\"\nwhen = \"time > 0.5\"\nrelease = \"grip\"\n\
+                [[output]]\nname = \"x\"\nvalue = \"ball.x\"\n[[output]]\nname = \"y\"\nvalue = \"ball.y\"\n";
+    let plane = "version = 2\n[[body]]\nname = \"arm\"\nmass = 2\ninertia = 0.1\nposition = [0.5, 0]\n\
+                 [[body]]\nname = \"ball\"\nmass = 0.1\ninertia = 1e-3\nposition = [1, 0]\n\
+                 [[joint]]\nname = \"h\"\na = \"ground\"\nb = { body = \"arm\", at = [-0.5, 0] }\n\
+                 [[joint]]\nname = \"grip\"\nkind = \"KIND\"\na = { body = \"arm\", at = [0.5, 0] }\nb = \"ball\"\n\
+                 [[driver]]\nname = \"m\"\nkind = \"relative\"\na = \"ground.theta\"\nb = \"arm.theta\"\nmotion = \"pi*time\"\n";
+    let space = "version = 2\nspace = 3\n[[body]]\nname = \"arm\"\nmass = 2\ninertia = [0.1, 0.1, 0.1]\nposition = [0.5, 0, 0]\n\
+                 [[body]]\nname = \"ball\"\nmass = 0.1\ninertia = [1e-3, 1e-3, 1e-3]\nposition = [1, 0, 0]\n\
+                 [[joint]]\nname = \"h\"\na = \"ground\"\nb = \"arm\"\nat = [0, 0, 0]\naxis = [0, 0, 1]\n\
+                 [[joint]]\nname = \"grip\"\nkind = \"KIND\"\na = \"arm\"\nb = \"ball\"\nat = [1, 0, 0]\naxis = [0, 0, 1]\n\
+                 [[driver]]\nname = \"m\"\ncoordinate = \"h.angle\"\nmotion = \"pi*time\"\n";
+    for (text, kind) in [(plane, "revolute"), (plane, "fixed"), (space, "revolute"), (space, "fixed")] {
+        let text = text.replace("KIND", kind) + ends;
+        let model = linkwright::model_file::read("throw.toml", &text).unwrap();
+        let drawn = model.drawings(&[&[]], &[0.0, 0.4, 1.0]).unwrap().unwrap().remove(0);
+        for (frame, is_held) in drawn.iter().zip([true, true, false]) {
+            assert_eq!((frame.masses.len(), frame.traced.len()), (1, 1), "{kind}");
+            assert_eq!(frame.masses[0], frame.traced[0], "{kind}");
+            assert_eq!(frame.joints.len() + frame.lines.len(), usize::from(is_held), "{kind}");
+        }
+        // From (0, 1) at half a second with (−π, 0) m/s.
+        if !text.contains("space = 3") {
+            let [x, y] = drawn[2].masses[0];
+            assert!((x + 0.5 * std::f64::consts::PI).abs() < 1e-3 && (y - 1.0).abs() < 1e-3, "{x} {y}");
+        }
+    }
+}
+
 /// The largest distance of a polyline's points from a circle.
 fn off_circle(line: &[[f64; 2]], [x, y]: [f64; 2], radius: f64) -> f64 {
     line.iter().map(|p| ((p[0] - x).hypot(p[1] - y) - radius).abs()).fold(0.0, f64::max)

@@ -133,3 +133,64 @@ fn a_ratio_of_poisson_that_no_material_has_is_an_error() {
         }
     }
 }
+
+/// The error of a file with two bodies and this joint or load.
+fn error_of(part: &str) -> String {
+    let text = format!(
+        "{KINEMATICS}[[body]]\nname = \"b\"\nmass = 1\ninertia = [1, 1.2, 1.4]\n\
+         [[body]]\nname = \"p\"\nkind = \"point\"\nmass = 1\n[[joint]]\nname = \"h\"\n{part}\n"
+    );
+    read("m.toml", &text).err().map_or(String::new(), |report| report.to_string())
+}
+
+#[test]
+fn axes_that_contradict_the_kind_of_a_joint_are_errors() {
+    let universal = "kind = \"universal\"\na = \"ground\"\nb = \"b\"\nat = [0, 0, 0]\naxis = [0, 1, 0]\n";
+    assert_eq!(error_of(&format!("{universal}axis_b = [1, 0, 0]")), "");
+    assert_eq!(error_of(&format!("{universal}axis_b = [1, 1e-5, 0]")), "");
+    let oblique = error_of(&format!("{universal}axis_b = [1, 1, 0]"));
+    assert!(oblique.contains("joint `h`: the angle between its axes is 45.0°"), "{oblique}");
+    let missing = error_of(universal);
+    assert!(
+        missing.contains("`axis_b` is missing") && missing.contains("give the axis of `b` as `axis_b`"),
+        "{missing}"
+    );
+    for kind in ["revolute", "cylindrical", "planar", "prismatic", "fixed"] {
+        let joint = format!(
+            "kind = \"{kind}\"\na = \"ground\"\nb = \"b\"\nat = [0, 0, 0]\naxis = [0, 1, 0]\naxis_b = [0, 1, 0.2]\n"
+        );
+        let found = error_of(&joint);
+        assert!(found.contains(&format!("the axes of `a` and `b` are the same in a {kind} joint")), "{kind}: {found}");
+    }
+}
+
+#[test]
+fn keys_of_joints_without_effect_are_errors() {
+    let own = "a = \"ground\"\nb = { body = \"b\", at = [0, 0, 0], z = [0, 0, 1] }\n";
+    let of_both = own.replace("\"ground\"", "{ body = \"ground\", at = [0, 0, 0], z = [0, 0, 1] }");
+    for (key, joint) in [("at", &of_both), ("axis", &of_both), ("x", &of_both), ("axis_b", &own.to_owned())] {
+        let found = error_of(&format!("{joint}{key} = [0, 1, 0]\n"));
+        assert!(found.contains(&format!("`{key}` has no effect")), "{key}: {found}");
+    }
+    // The place is for the other point.
+    assert_eq!(error_of(&format!("{own}at = [0, 0, 0]\n")), "");
+    let torque = "a = \"ground\"\nb = \"b\"\n[[force]]\nname = \"t\"\nkind = \"torque\"\nat = \"p\"\ndirection = [0, 0, 1]\nmagnitude = 2\n";
+    let found = error_of(torque);
+    assert!(found.contains("force `t` has no effect: a body of kind `point` does not turn"), "{found}");
+    assert_eq!(error_of(&torque.replace("\"p\"", "\"b\"")), "");
+}
+
+#[test]
+fn a_joint_of_a_part_with_itself_is_an_error() {
+    let found = error_of("a = \"ground\"\nb = \"ground\"\nat = [0, 0, 0]");
+    assert!(found.contains("`a` and `b` of joint `h` are the same part"), "{found}");
+    let plane = "version = 2\n[time]\nto = 1\npoints = 2\n[analysis]\nkind = \"dynamics\"\n[[body]]\nname = \"b\"\nmass = 1\ninertia = 1\n";
+    for joint in [
+        "a = \"b\"\nb = { body = \"b\", at = [1, 0] }",
+        "kind = \"gears\"\na = \"b.theta\"\nb = \"b.theta\"\nradius_a = 1\nradius_b = 1",
+    ] {
+        let text = format!("{plane}[[joint]]\nname = \"h\"\n{joint}\n");
+        let found = read("m.toml", &text).err().unwrap().to_string();
+        assert!(found.contains("`a` and `b` of joint `h` are the same part"), "{found}");
+    }
+}

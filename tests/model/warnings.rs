@@ -117,3 +117,15 @@ fn steps_that_are_too_long_are_warnings() {
     assert!(found.iter().any(|w| w.contains("leave the constraints from t = ") && w.contains("shorter")), "{found:?}");
     assert!(found.iter().any(|w| w.contains("if the time step is") || w.contains("twice the one given")), "{found:?}");
 }
+
+#[test]
+fn angular_velocities_that_do_not_fit_are_named_as_such() {
+    let text = "version = 2\nspace = 3\n[design.d]\nstart = 1\n[objective]\nminimize = \"d*final(w)\"\n[time]\nto = 0.1\npoints = 2\n\
+                [analysis]\nkind = \"dynamics\"\n[[body]]\nname = \"b\"\nmass = 1\ninertia = [1, 1.2, 1.4]\nangular_velocity = [1, 0, 2]\n\
+                [[joint]]\nname = \"h\"\na = \"ground\"\nb = \"b\"\nat = [0, 0, 0]\naxis = [0, 0, 1]\n\
+                [[output]]\nname = \"w\"\nvalue = \"b.omega_z\"\n";
+    let found = warnings(text);
+    let named =
+        "the angular velocity of b is given (1.000000, 0.000000, 2.000000) and becomes (0.000000, 0.000000, 2.000000)";
+    assert!(found.iter().any(|warning| warning.contains(named)), "{found:?}");
+}

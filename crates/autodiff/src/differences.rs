@@ -33,7 +33,7 @@ struct Entry {
 }
 
 impl Entry {
-    /// Eliminates the next power of h² from two entries; `ratio` is the square of the ratio of their largest steps.
+    /// Eliminates the next power of the expansion from two entries; `ratio` is that power of the ratio of their largest steps.
     fn extrapolated(self, above: Self, ratio: f64) -> Self {
         let value = self.value + (self.value - above.value) / (ratio - 1.0);
         Self { value, noise: (ratio * self.noise + above.noise) / (ratio - 1.0) }
@@ -83,15 +83,48 @@ const SMOOTH: f64 = 32.0;
 /// Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76, for the tableau.
 pub fn ridders(here: f64, steps: &[StepValues]) -> Option<DifferenceEstimate> {
     let [odd, even] = noise(here, steps);
-    let noise = odd.max(even);
+    let central = steps.iter().map(|s| (s.h, Entry { value: (s.ahead - s.behind) / (2.0 * s.h), noise: 1.0 / s.h }));
+    extrapolated(&central.collect::<Vec<_>>(), 2, odd.max(even))
+}
+
+/// Estimates the slopes on the lower and on the upper side of 0, from the value at 0, `here`, and values at ±h for falling steps h.
+///
+/// They differ at a kink. The estimates are made as those of [`ridders`], from the differences (f(±h) − f(0))/±h, whose expansion has all
+/// powers of h: they are less accurate. `None` with fewer than two steps.
+///
+/// # Examples
+///
+/// ```
+/// use linkwright_autodiff::differences::{StepValues, one_sided};
+/// let steps: Vec<StepValues> = (0..10)
+///     .map(|k| 0.1 * 0.5f64.powi(k))
+///     .map(|h| StepValues { h, ahead: 3.0 * h, behind: h.exp() - 1.0 })
+///     .collect();
+/// let [behind, ahead] = one_sided(0.0, &steps).map(|slope| slope.unwrap().value);
+/// assert!((behind + 1.0).abs() < 1e-8 && (ahead - 3.0).abs() < 1e-8);
+/// ```
+pub fn one_sided(here: f64, steps: &[StepValues]) -> [Option<DifferenceEstimate>; 2] {
+    let side = |sign: f64, of: fn(&StepValues) -> f64| {
+        let difference = |s: &StepValues| (s.h, Entry { value: sign * (of(s) - here) / s.h, noise: 2.0 / s.h });
+        let differences: Vec<(f64, Entry)> = steps.iter().map(difference).collect();
+        let size = steps.iter().fold(here.abs(), |size, s| size.max(of(s).abs()));
+        let smallest = differences.windows(3).rev().take(SMALLEST);
+        let scatter = smallest.map(|s| scatter([0, 1, 2].map(|k| s[k].1.value), [0, 1, 2].map(|k| s[k].0), 1) * s[2].0);
+        extrapolated(&differences, 1, scatter.fold(f64::EPSILON * size, f64::max))
+    };
+    [side(-1.0, |s| s.behind), side(1.0, |s| s.ahead)]
+}
+
+/// Extrapolates differences with falling steps h, whose expansion has multiples of the power `order` of h, to h = 0.
+fn extrapolated(differences: &[(f64, Entry)], order: i32, noise: f64) -> Option<DifferenceEstimate> {
     let mut rows: Vec<DifferenceEstimate> = Vec::new();
     let mut above: Vec<Entry> = Vec::new();
-    for (row, step) in steps.iter().enumerate() {
-        let mut current = vec![Entry { value: (step.ahead - step.behind) / (2.0 * step.h), noise: 1.0 / step.h }];
-        let mut best = DifferenceEstimate { value: current[0].value, error: f64::INFINITY, noise };
+    for (row, &(h, first)) in differences.iter().enumerate() {
+        let mut current = vec![first];
+        let mut best = DifferenceEstimate { value: first.value, error: f64::INFINITY, noise };
         for column in 1..=row {
             let (left, above) = (current[column - 1], above[column - 1]);
-            let entry = left.extrapolated(above, (steps[row - column].h / step.h).powi(2));
+            let entry = left.extrapolated(above, (differences[row - column].0 / h).powi(order));
             let neighbours = (entry.value - left.value).abs().max((entry.value - above.value).abs());
             let error = neighbours.max(noise * entry.noise);
             if error < best.error {
@@ -112,23 +145,24 @@ pub fn ridders(here: f64, steps: &[StepValues]) -> Option<DifferenceEstimate> {
     (1..rows.len()).map(of_row).min_by(|a, b| a.error.total_cmp(&b.error))
 }
 
+/// Difference of two numbers in which the lowest power of h has been eliminated from `values` at the falling steps `h`; `order` is this power.
+fn scatter(values: [f64; 3], h: [f64; 3], order: i32) -> f64 {
+    let eliminate = |coarse: f64, fine: f64, ratio: f64| (ratio * fine - coarse) / (ratio - 1.0);
+    let ratio = |k: usize| (h[k] / h[k + 1]).powi(order);
+    let (a, b) = (eliminate(values[0], values[1], ratio(0)), eliminate(values[1], values[2], ratio(1)));
+    (a - b).abs()
+}
+
 /// Estimates of the largest noise of the values from their odd and from their even parts, at least their rounding.
 ///
 /// The even part of a function with a kink is not smooth.
 fn noise(here: f64, steps: &[StepValues]) -> [f64; 2] {
     let size = steps.iter().map(|s| s.ahead.abs().max(s.behind.abs())).fold(here.abs(), f64::max);
-    // With x = 1/4 and 1/16 as the squares of the ratios of the steps, two eliminations leave the order h⁴ of what follows.
-    let scatter = |values: [f64; 3], h: [f64; 3]| {
-        let eliminate = |coarse: f64, fine: f64, ratio: f64| (ratio * fine - coarse) / (ratio - 1.0);
-        let ratio = |k: usize| (h[k] / h[k + 1]).powi(2);
-        let (a, b) = (eliminate(values[0], values[1], ratio(0)), eliminate(values[1], values[2], ratio(1)));
-        (a - b).abs()
-    };
     let window = |s: &[StepValues]| {
         let h = [s[0].h, s[1].h, s[2].h];
-        let odd = scatter([0, 1, 2].map(|k| (s[k].ahead - s[k].behind) / (2.0 * h[k])), h) * h[2];
+        let odd = scatter([0, 1, 2].map(|k| (s[k].ahead - s[k].behind) / (2.0 * h[k])), h, 2) * h[2];
         let second = |k: usize| (s[k].ahead - 2.0 * here + s[k].behind) / (2.0 * h[k] * h[k]);
-        let even = scatter([0, 1, 2].map(second), h) * h[2] * h[2];
+        let even = scatter([0, 1, 2].map(second), h, 2) * h[2] * h[2];
         [odd, even]
     };
     let scattered: Vec<[f64; 2]> = steps.windows(3).rev().map(window).collect();
@@ -239,6 +273,24 @@ mod tests {
         let steps: Vec<StepValues> = (0..).zip(values).map(step).collect();
         let found = ridders(1.0832342476207693, &steps).unwrap();
         assert!((found.value - 490.60165).abs() <= 10.0 * found.error, "{found:?}");
+    }
+
+    /// Smooth functions and kinks at 0, with and without noise: the error of the slope on each side is within ten estimates.
+    #[test]
+    fn slopes_on_both_sides_are_within_their_estimates() {
+        for (jump, noise) in [0.0, 0.3, 5.0].into_iter().flat_map(|jump| [(jump, 0.0), (jump, 1e-9)]) {
+            for seed in 0..100 {
+                let w = 10f64.powf(hash(0.5, seed));
+                let f = |x: f64| (w * x + 0.4).sin() * x.exp() + jump * x.max(0.0) + noise * hash(x, seed);
+                let slope = w * 0.4f64.cos() + 0.4f64.sin();
+                for (found, slope) in one_sided(f(0.0), &steps(11, f)).into_iter().zip([slope, slope + jump]) {
+                    let found = found.unwrap();
+                    let error = (found.value - slope).abs();
+                    assert!(error <= 10.0 * found.error, "{jump} {noise} {w}: {error:.1e}, {found:?}");
+                    assert!(found.error < 1e-5 * (slope + w.powi(3)) + 1e4 * noise, "{jump} {noise} {w}: {found:?}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -179,7 +179,7 @@ fn close_joints(
 const SMALL: f64 = 10.0;
 
 /// Error of a constraint in the built positions, in m or rad, from which on a failure names it.
-const LARGE_GAP: f64 = 1e-2;
+pub(crate) const LARGE_GAP: f64 = 1e-2;
 
 /// The `error` of a failed assembly from `guess`, if that is the built positions, with the largest error of a constraint in them: a
 /// drive that prescribes another position than the built one is the usual reason.
@@ -199,7 +199,12 @@ fn with_largest_gap(error: Error, system: &mut System, mechanism: &Mechanism<f64
 }
 
 /// Writes Φ to the rows of the constraints, and zero to the others. Returns the largest absolute value.
-fn largest_gap(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>, rows: &mut [[f64; 1]]) -> f64 {
+pub(crate) fn largest_gap(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    rows: &mut [[f64; 1]],
+) -> f64 {
     system.assemble(mechanism, state, Linearization::projection(), rows);
     for (row, unknown) in rows.iter_mut().zip(system.unknowns()) {
         row[0] = if matches!(unknown, Unknown::Multiplier(_)) { row[0] } else { 0.0 };
@@ -315,7 +320,7 @@ pub(crate) fn nearest_consistent_velocities(
         return Ok(Vec::new());
     }
     let mut rows = vec![[0.0]; system.size()];
-    system.assemble(mechanism, state, Linearization::projection(), &mut rows);
+    system.assemble(mechanism, state, Linearization::velocity_projection(), &mut rows);
     system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
     rows.fill([0.0]);
     system.constraint_rates(mechanism, state, 1, &mut ElementWorkspace::default(), rows.as_flattened_mut());

@@ -13,6 +13,8 @@
 
 use crate::constraint_rank::ConstraintRank;
 use crate::elements::element::ElementWorkspace;
+use crate::elements::spatial::bodies::normalization::normalized_frame;
+use crate::mechanism::rotation::{e_times, square};
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::mechanism::{EventElement, Mechanism, Unilateral};
 use crate::system::linearization::Linearization;
@@ -351,17 +353,44 @@ fn changed_velocities(mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<usi
 }
 
 /// Warning about given velocities that the joints do not allow in the consistent initial `state`.
+///
+/// Of bodies in space it names the angular velocities, not the rates of the Euler parameters.
 pub(crate) fn velocities_that_do_not_fit(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<String> {
-    let changed = changed_velocities(mechanism, state);
+    let mut changed = changed_velocities(mechanism, state);
+    let mut named = Vec::new();
+    for instance in &mechanism.elements {
+        let Some(body) = normalized_frame(instance) else { continue };
+        let own = &instance.coordinates[3..];
+        if changed.iter().any(|i| own.contains(i)) {
+            changed.retain(|i| !own.contains(i));
+            let of = |number: &dyn Fn(usize) -> f64| std::array::from_fn(|k| number(own[k]));
+            let given = angular_velocity(
+                of(&|i| mechanism.coordinates[i].position),
+                of(&|i| mechanism.coordinates[i].velocity),
+            );
+            let found = angular_velocity(of(&|i| state.q[i]), of(&|i| state.v[i]));
+            let in_words = |omega: [f64; 3]| omega.map(|x| format!("{:.6}", x + 0.0)).join(", ");
+            named.push(format!(
+                "the angular velocity of {body} is given ({}) and becomes ({})",
+                in_words(given),
+                in_words(found)
+            ));
+        }
+    }
     let name = |i: usize| {
         let (coordinate, v) = (&mechanism.coordinates[i], state.v[i]);
         format!("{} is given {:.6} and becomes {v:.6}", coordinate.name, coordinate.velocity)
     };
-    let names: Vec<String> = changed.into_iter().map(name).collect();
+    let names: Vec<String> = changed.into_iter().map(name).chain(named).collect();
     (!names.is_empty()).then(|| {
         format!(
             "the initial velocities do not fit the joints: {} (m/s or rad/s); leave out velocities that follow from others",
             names.join(", ")
         )
     })
+}
+
+/// Angular velocity in world axes in rad/s, from Euler parameters and their rates.
+fn angular_velocity(e: [f64; 4], rates: [f64; 4]) -> [f64; 3] {
+    e_times(&e, &rates).map(|x| 2.0 * x / square(&e))
 }

@@ -129,6 +129,9 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<(Vec<B
         } else {
             let body = body(kind, &section, names, parts)?;
             parts.add(&word, NamedPart::Frame(FrameRef::Body(bodies.len())))?;
+            if kind == BodyKind3::Point {
+                parts.without_rotation.push(bodies.len());
+            }
             bodies.push(body);
         }
         Ok(())

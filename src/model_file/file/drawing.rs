@@ -101,7 +101,12 @@ struct DrawnMechanism<'p> {
     /// Kinds of the bodies other than sliders.
     kinds: Vec<BodyKind>,
     sliders: usize,
+    /// Bodies that fly after a release.
+    flying: Vec<FrameRef>,
 }
+
+/// Distance of the points of a released joint, in lengths of arrows, from which on it has let go.
+const APART: f64 = 1e-5;
 
 /// Poses of all frames and positions of all sliders at one time.
 struct DrawnState<'s> {
@@ -118,7 +123,8 @@ impl<'p> DrawnMechanism<'p> {
         let nodes = |(beam, b): (usize, &BeamSpec)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k));
         let frames =
             (0..kinds.len()).map(FrameRef::Body).chain(spec.beams.iter().enumerate().flat_map(nodes)).collect();
-        Self { spec, design, frames, sliders: spec.bodies.len() - kinds.len(), kinds }
+        let flying = spec.flying_bodies();
+        Self { spec, design, frames, sliders: spec.bodies.len() - kinds.len(), kinds, flying }
     }
 
     /// x, y and rotation of every frame, then the positions of one-coordinate bodies.
@@ -264,7 +270,11 @@ impl DrawnState<'_> {
         let mut linkage = Linkage::default();
         (0..self.mechanism.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
         self.draw_beams(ranges, &mut linkage);
-        self.mechanism.spec.elements.iter().for_each(|part| self.draw_element(part, ranges, &mut linkage));
+        for (k, part) in self.mechanism.spec.elements.iter().enumerate() {
+            if !self.has_let_go(k, part, ranges) {
+                self.draw_element(part, ranges, &mut linkage);
+            }
+        }
         for ((a, b, line), [from, to]) in self.mechanism.sliding().zip(&ranges.guides) {
             let ([x, y], angle) = (self.point(a), self.pose(a.frame)[2] + line);
             let (s, c) = angle.sin_cos();
@@ -278,7 +288,7 @@ impl DrawnState<'_> {
         linkage
     }
 
-    /// Names of bodies, beams and points at their places; the paths of named points are drawn.
+    /// Names of bodies, beams and points at their places; the paths of named points, and of bodies that fly after a release, are drawn.
     fn name_parts(&self, ranges: &GuideRanges, linkage: &mut Linkage) {
         let parts = &self.mechanism.spec.parts;
         for name in &parts.order {
@@ -301,6 +311,7 @@ impl DrawnState<'_> {
             };
             linkage.notes.push((name.clone(), at));
         }
+        linkage.traced.extend(self.mechanism.flying.iter().map(|frame| self.position(*frame, [0.0; 2])));
     }
 
     /// The middle of the points of a body.
@@ -461,6 +472,15 @@ impl DrawnState<'_> {
             _ => None,
         });
         own.unwrap_or(0.0)
+    }
+
+    /// Returns whether an event has released a joint whose two points coincide before: it is no longer drawn.
+    fn has_let_go(&self, k: usize, part: &ElementSpec, ranges: &GuideRanges) -> bool {
+        let mut points = part.points();
+        let (Some(a), Some(b)) = (points.next(), points.next()) else { return false };
+        let ([x0, y0], [x, y]) = (self.point(a), self.point(b));
+        let is_coincident = matches!(part.symbol(), Symbol::Pin | Symbol::Weld);
+        is_coincident && (x - x0).hypot(y - y0) > APART * ranges.arrow && self.mechanism.spec.is_released(k)
     }
 
     /// Draws an element between its first two points.

@@ -31,7 +31,15 @@ pub struct DrawnMechanism3<'p> {
     named: Vec<Attachment>,
     /// The first three numbers of each element: the direction of a load.
     directions: Vec<Option<[f64; 3]>>,
+    /// Bodies that fly after a release, whose paths are drawn.
+    flying: Vec<FrameRef>,
 }
+
+/// Joints whose two points coincide.
+const COINCIDENT: &[&str] = &["revolute", "spherical", "universal", "fixed"];
+
+/// Distance of the points of such a joint, in sizes of the mechanism, from which on it has let go.
+const APART: f64 = 1e-6;
 
 impl<'p> DrawnMechanism3<'p> {
     /// The mechanism at a design.
@@ -52,7 +60,8 @@ impl<'p> DrawnMechanism3<'p> {
             numbers.collect::<Vec<f64>>().try_into().ok()
         };
         let directions = spec.elements.iter().map(direction).collect();
-        Ok(Self { spec, frames, ends, named, directions })
+        let flying = spec.flying_bodies();
+        Ok(Self { spec, frames, ends, named, directions, flying })
     }
 
     /// Position of every frame, and of points along its axes x and y.
@@ -148,11 +157,12 @@ impl DrawnState3<'_> {
             self.draw_element((k, part), &self.mechanism.ends[k], (ranges.guides[k], ranges.size), &mut drawn);
         }
         let moving = self.mechanism.named.iter().filter(|at| at.frame != FrameRef::Ground);
-        drawn.traced = moving.map(|at| self.point(at)).collect();
+        let flying = self.mechanism.flying.iter().map(|frame| self.pose(*frame).position);
+        drawn.traced = moving.map(|at| self.point(at)).chain(flying).collect();
         drawn
     }
 
-    /// A bar between two points of a body, a plate through three, and otherwise bars from the middle to all points.
+    /// A mass at the reference point and a bar to the only point of a body, a bar between two points, a plate through three, and otherwise bars from the middle to all points.
     fn draw_body(&self, frame: FrameRef, drawn: &mut SpatialLinkage) {
         let mut points: Vec<[f64; 3]> = vec![];
         for at in self.mechanism.ends.iter().flatten().chain(&self.mechanism.named).filter(|at| at.frame == frame) {
@@ -165,11 +175,12 @@ impl DrawnState3<'_> {
         let world: Vec<[f64; 3]> = points.iter().map(|p| pose.point(*p)).collect();
         match world[..] {
             [] => drawn.masses.push(pose.position),
-            [point] if distance(point, pose.position) > 1e-9 => {
-                drawn.bars.push(vec![point, pose.position]);
+            [point] => {
+                if distance(point, pose.position) > 1e-9 {
+                    drawn.bars.push(vec![point, pose.position]);
+                }
                 drawn.masses.push(pose.position);
             }
-            [_] => {}
             [_, _] => drawn.bars.push(world),
             [_, _, _] => drawn.plates.push(world),
             _ => {
@@ -194,6 +205,10 @@ impl DrawnState3<'_> {
             return;
         };
         let [from, to] = [a, b].map(|end| self.point(&end));
+        let has_let_go = COINCIDENT.contains(&descriptor.kind) && distance(from, to) > APART * size;
+        if has_let_go && self.mechanism.spec.is_released(k) {
+            return;
+        }
         let along = |[low, high]: [f64; 2], from: [f64; 3]| {
             let z = self.axis(&a);
             [low, high].map(|s| [0, 1, 2].map(|k| from[k] + s * z[k]))

@@ -2,6 +2,7 @@
 
 use super::element_kinds::{FileElementKind, KindSection, sections, shared_keys};
 use super::feedback::{self, Feedback};
+use super::joint_checks;
 use super::key::{Accepts, Key};
 use super::motion::{self, TimeFunction};
 use super::parts::{BuildContext, CoordinateRef, FrameRef, JointCoordinate, MarkerSpec, NamedPart, Parts, PointRef};
@@ -49,6 +50,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<El
             let section = Section::of(table, span, section.name, &[section.common, keys], file.source())?;
             let symbol = NamedPart::Element(all.len(), kind.descriptor);
             let element = element(kind, keys, &section, names, parts)?;
+            joint_checks::check(&element, &section, parts)?;
             drives.check(&element, &section)?;
             all.push(element);
             parts.add(&section.need_word("name")?, symbol)
@@ -191,6 +193,11 @@ impl ElementSpec {
     /// Symbol in drawings.
     pub fn symbol(&self) -> Symbol {
         self.kind.descriptor.symbol
+    }
+
+    /// Frames that the element is attached to by points.
+    pub fn frames(&self) -> impl Iterator<Item = FrameRef> {
+        self.points().map(|point| point.frame).chain(self.markers().map(|marker| marker.frame))
     }
 
     /// Points in space that the element is attached to.

@@ -63,6 +63,11 @@ impl EventSpec {
     pub fn changes_forces(&self) -> bool {
         !self.changes.is_empty()
     }
+
+    /// Numbers of the joints and drives that let go.
+    pub fn released(&self) -> impl Iterator<Item = usize> {
+        self.changes.iter().filter(|(change, _)| *change == Change::Release).map(|(_, element)| *element)
+    }
 }
 
 /// Reads the events and enters their names.

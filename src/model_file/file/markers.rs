@@ -290,11 +290,23 @@ impl Parts {
 
 /// Returns whether two directions are numbers, and parallel.
 pub(super) fn are_parallel(a: &Vector, b: &Vector) -> bool {
-    let numbers = |v: &Vector| v.iter().map(CompiledExpression::as_constant).collect::<Option<Vec<f64>>>();
     let (Some(a), Some(b)) = (numbers(a), numbers(b)) else { return false };
     let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     length(&cross) <= 1e-9 * length(&a) * length(&b)
+}
+
+/// The cosine of the angle between two directions, if they are numbers.
+pub(super) fn cosine(a: &Vector, b: &Vector) -> Option<f64> {
+    let (a, b) = (numbers(a)?, numbers(b)?);
+    Some(a.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>() / (length(&a) * length(&b)))
+}
+
+fn numbers(v: &Vector) -> Option<Vec<f64>> {
+    v.iter().map(CompiledExpression::as_constant).collect()
+}
+
+fn length(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// The rotation of a matrix of numbers, as Euler parameters.

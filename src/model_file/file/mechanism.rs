@@ -8,12 +8,16 @@ use super::elements::{self, ElementSpec};
 use super::events::{self, EventSpec};
 use super::measures::Sensors;
 use super::outputs::OutputSpec;
+#[cfg(feature = "report")]
+use super::parts::FrameRef;
 use super::parts::{BuildContext, Parts};
 use super::section::{Read, Section};
 use crate::Result;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use crate::responses::mechanism::ModalQuantity;
 use autodiff::Scalar;
+#[cfg(feature = "report")]
+use mechanics::elements::Family;
 use mechanics::mechanism::{Mechanism, ParametricMechanism, SimulationClock};
 use std::sync::Arc;
 
@@ -46,6 +50,31 @@ impl MechanismSpec {
     pub fn has_events(&self) -> bool {
         self.elements.iter().any(|element| element.kind.has_modes())
             || self.events.iter().any(EventSpec::changes_forces)
+    }
+}
+
+#[cfg(feature = "report")]
+impl MechanismSpec {
+    /// Returns whether an event releases this element.
+    pub fn is_released(&self, element: usize) -> bool {
+        self.events.iter().any(|event| event.released().any(|other| other == element))
+    }
+
+    /// Bodies whose joints are all released by events: they fly after the last one.
+    pub fn flying_bodies(&self) -> Vec<FrameRef> {
+        let mut held: Vec<(FrameRef, bool)> = vec![];
+        for (k, element) in self.elements.iter().enumerate() {
+            let is_held = !self.is_released(k);
+            if element.kind.descriptor.family == Family::Joint {
+                held.extend(element.frames().map(|frame| (frame, is_held)));
+            }
+        }
+        let is_flying = |frame: &FrameRef| {
+            let mut own = held.iter().filter(|(other, _)| other == frame).peekable();
+            own.peek().is_some() && own.all(|(_, is_held)| !is_held)
+        };
+        let bodies = (0..self.bodies.len().max(self.bodies3.len())).map(FrameRef::Body);
+        bodies.filter(is_flying).collect()
     }
 }
 

@@ -6,6 +6,7 @@
 //! | `value`, `section`, `replicate` | typed values with locations; a table with checked keys; its copies by `each` |
 //! | `naming` | design variables, constants, named expressions |
 //! | `parts`, `bodies`, `beams`, `element_kinds`, `elements`, `motion`, `feedback` | the mechanism |
+//! | `joint_checks` | joints whose keys contradict each other or have no effect |
 //! | `markers`, `bodies3`, `beams3` | points with axes, bodies and beams in space |
 //! | `mechanism` | the mechanism as a pure function of the design |
 //! | `measures`, `measured`, `outputs`, `label` | measured quantities, formulas of them, outputs and their units |
@@ -31,6 +32,7 @@ mod element_kinds;
 mod elements;
 mod events;
 mod feedback;
+mod joint_checks;
 mod key;
 mod label;
 mod markers;

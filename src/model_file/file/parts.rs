@@ -172,6 +172,8 @@ pub struct Parts {
     pub is_spatial: bool,
     /// Named points in space.
     pub markers: Vec<MarkerSpec>,
+    /// Numbers of the bodies in space that do not turn: point masses.
+    pub without_rotation: Vec<usize>,
 }
 
 impl Parts {

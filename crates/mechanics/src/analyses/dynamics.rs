@@ -24,6 +24,7 @@ use crate::system::state::State;
 pub use crate::integrators::settings::{
     Dynamics, InitialAcceleration, InitialConfiguration, StepSize, Work, check_times, is_before,
 };
+pub use crate::integrators::time_stepper::GivenStep;
 
 /// Outputs of a mechanism over time.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,37 +90,38 @@ pub fn simulate_recorded(
     Ok((finished(outcome, settings)?, recording))
 }
 
-/// Lengths in s of the steps by which [`simulate`] advances `mechanism` to the last of `times`.
+/// The steps by which [`simulate`] advances `mechanism` to the last of `times`.
 ///
 /// # Errors
 ///
 /// As [`simulate`].
-pub fn implicit_step_lengths(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<Vec<f64>> {
+pub fn implicit_steps(mechanism: &Mechanism<f64>, settings: &Dynamics, times: &[f64]) -> Result<Vec<GivenStep>> {
     let mut stepper = TimeStepper::new(mechanism, settings, times)?;
-    let mut lengths = Vec::new();
+    let mut steps = Vec::new();
     for &t in times {
         while stepper.is_before(t) {
-            lengths.push(stepper.advance()?);
+            stepper.advance()?;
+            steps.push(stepper.given_step());
         }
     }
-    Ok(lengths)
+    Ok(steps)
 }
 
-/// Simulates as [`simulate`], by steps of the given `lengths` (s) instead of those of the settings.
+/// Simulates as [`simulate`], by the given `steps` instead of those of the settings.
 ///
-/// The derivatives of a motion by adaptive steps are those along its steps, which do not change with the design. Use this function to
-/// evaluate the motion by the same steps in a neighbouring design. The steps do not end at events.
+/// The derivatives of a motion by adaptive steps are those of its steps: their lengths do not change, except of those that end at events.
+/// This is the function that they differentiate, for a neighbouring design.
 ///
 /// # Errors
 ///
-/// As [`simulate`].
+/// As [`simulate`], and [`Error::Analysis`](crate::Error::Analysis) if other events happen.
 pub fn simulate_by_given_steps(
     mechanism: &Mechanism<f64>,
     settings: &Dynamics,
-    lengths: &[f64],
+    steps: &[GivenStep],
     times: &[f64],
 ) -> Result<History> {
-    let stepper = TimeStepper::new(mechanism, settings, times)?.with_given_steps(lengths);
+    let stepper = TimeStepper::new(mechanism, settings, times)?.with_given_steps(steps);
     finished(record_outputs(mechanism, stepper, times, None)?, settings)
 }
 

@@ -1,12 +1,12 @@
 //! Static equilibria over time.
 
-use crate::Result;
 use crate::analyses::sampling::OutputRecorder;
 use crate::events::impact;
-use crate::initial_conditions::{Assembly, assemble};
+use crate::initial_conditions::{Assembly, LARGE_GAP, assemble, largest_gap};
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
+use crate::{Error, Result};
 
 pub use crate::initial_conditions::{Statics, find_equilibrium};
 
@@ -34,11 +34,32 @@ pub(crate) fn follow_equilibria(
     impact::refuse(mechanism, "equilibria")?;
     let mut system = System::at(mechanism, times.first().copied().unwrap_or(0.0))?;
     let mut state = State::built(mechanism, times.first().copied().unwrap_or(0.0));
+    let gap = gap_of(&system, mechanism, &state);
     assemble(&mut system, mechanism, &mut state, Assembly::default())?;
-    for &t in times {
+    for (k, &t) in times.iter().enumerate() {
         state.t = t;
-        find_equilibrium(&mut system, mechanism, &mut state, settings)?;
+        find_equilibrium(&mut system, mechanism, &mut state, settings)
+            .map_err(|error| gap.as_ref().filter(|_| k == 0).map_or(error.clone(), |gap| from_a_gap(error, gap)))?;
         visit(&state)?;
     }
     Ok(())
+}
+
+/// The joint that the built positions miss most, and by how much in m or rad, if the assembly moves parts far.
+fn gap_of(system: &System, mechanism: &Mechanism<f64>, built: &State<f64>) -> Option<(String, f64)> {
+    let mut at = built.clone();
+    at.prescribe(mechanism);
+    let mut rows = vec![[0.0]; system.size()];
+    let mut system = system.clone();
+    let gap = largest_gap(&mut system, mechanism, &at, &mut rows);
+    (gap > LARGE_GAP).then(|| (system.dominant_residual(mechanism, &rows), gap))
+}
+
+/// The `error` of a missing equilibrium near positions in which the assembly has closed this gap: it bends elastic parts next to the joint.
+fn from_a_gap(error: Error, (joint, gap): &(String, f64)) -> Error {
+    let Error::Analysis { why, .. } = error else { return error };
+    let why = format!(
+        "{why}; the built positions miss this joint by {gap:.3} m or rad, and the assembly bends the parts next to it"
+    );
+    Error::analysis(joint, why, "build the parts so that they fit this joint, or take fewer or shear-flexible elements")
 }

@@ -1,7 +1,7 @@
 //! Implicit time stepping of a mechanism, with step control and events.
 
 use crate::analyses::sampling::interpolate;
-use crate::elements::spatial::bodies::normalization;
+use crate::elements::spatial::bodies::normalization::normalized_frame;
 use crate::events::settling::{assemble_closed, settle_start};
 use crate::events::unilateral::refuse_friction;
 use crate::initial_conditions::{
@@ -34,8 +34,8 @@ pub struct TimeStepper<'m> {
     inspections: InspectionTimes,
     inspector: Inspector,
     settings: Dynamics,
-    /// Lengths of the first steps in s, if they are given.
-    given: Vec<f64>,
+    /// The first steps, if they are given.
+    given: Vec<GivenStep>,
     end: f64,
     /// Length of the next trial step in s.
     pub(crate) next: f64,
@@ -55,6 +55,18 @@ const SMALLEST: f64 = 1.0 / 1024.0;
 /// Rotation in rad of a body in space in an implicit step, above which the velocities of its Euler parameters can grow without bound:
 /// those along the parameters are not held to zero.
 const LONGEST_TURN: f64 = 0.1;
+
+/// A step of a simulation, to be taken in that of a neighbouring design.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GivenStep {
+    /// Length in s.
+    length: f64,
+    /// The event at its end, which determines the length.
+    event: Option<usize>,
+}
+
+/// Lengths of the trial steps to the event at the end of a given step, in lengths of this step: the event may be later.
+const TO_EVENT: [f64; 5] = [1.0, 1.1, 2.0, 8.0, 64.0];
 
 impl<'m> TimeStepper<'m> {
     /// Assembles the mechanism at the start of the motion and makes its initial state consistent.
@@ -110,9 +122,14 @@ impl<'m> TimeStepper<'m> {
         })
     }
 
-    /// Takes the first steps with these `lengths` (s), instead of those of the settings; events do not end them.
-    pub(crate) fn with_given_steps(self, lengths: &[f64]) -> Self {
-        Self { given: lengths.to_vec(), ..self }
+    /// Takes the given `steps` first, instead of those of the settings.
+    pub(crate) fn with_given_steps(self, steps: &[GivenStep]) -> Self {
+        Self { given: steps.to_vec(), ..self }
+    }
+
+    /// The current step, to be taken in another simulation.
+    pub(crate) fn given_step(&self) -> GivenStep {
+        GivenStep { length: self.length, event: self.locator.closed }
     }
 
     /// Takes steps until the current one ends at or after `t` (s).
@@ -170,11 +187,8 @@ impl<'m> TimeStepper<'m> {
             return Err(too_many_steps(self.integrator.step.new.t));
         }
         self.steps += 1;
-        self.length = match (self.given.get(self.steps - 1), self.settings.step) {
-            (Some(&h), _) => {
-                self.integrator.solve(h)?;
-                h
-            }
+        self.length = match (self.given.get(self.steps - 1).copied(), self.settings.step) {
+            (Some(given), _) => self.advance_given(given)?,
             (None, StepSize::Fixed(h)) => self.advance_fixed(h)?,
             (None, StepSize::Adaptive { tolerance, longest, .. }) => self.advance_adaptive(tolerance, longest)?,
         };
@@ -186,6 +200,29 @@ impl<'m> TimeStepper<'m> {
         let (closed, is_on_grid) = (self.locator.closed, self.is_on_grid);
         self.events = StepEvents { closed, is_on_grid, since_event, is_moved, has_moved_history };
         Ok(self.length)
+    }
+
+    /// Takes a given step: one of the same length, or to the same event.
+    fn advance_given(&mut self, given: GivenStep) -> Result<f64> {
+        let mut taken = given.length;
+        for factor in if given.event.is_some() { &TO_EVENT[..] } else { &[1.0] } {
+            let trial = given.length * factor;
+            self.integrator.solve(trial)?;
+            taken = self.locator.locate(&mut self.integrator, trial)?;
+            if self.locator.closed.is_some() {
+                break;
+            }
+        }
+        if self.locator.closed == given.event {
+            return Ok(taken);
+        }
+        let name = |event: usize| self.integrator.mechanism.events[event].gap.name.as_str();
+        let why = format!(
+            "the events near t = {:.6e} s are others than those of the given steps",
+            self.integrator.step.old.t
+        );
+        let what = self.locator.closed.or(given.event).map_or("the mechanism", name);
+        Err(Error::analysis(what, why, "give the steps of a mechanism that differs less"))
     }
 
     /// Takes a step to the next time of the grid; the step is halved as often as Newton's iteration fails.
@@ -229,16 +266,13 @@ impl<'m> TimeStepper<'m> {
     fn with_turn(&self, error: Error, h: f64) -> Error {
         let Error::Analysis { what, why, .. } = &error else { return error };
         let Integrator { mechanism, step, .. } = &self.integrator;
-        let is_body = |instance: &&ElementInstance<f64>| {
-            instance.element.descriptor().is_some_and(|descriptor| std::ptr::eq(descriptor, &normalization::DESCRIPTOR))
-        };
         let turn = |instance: &ElementInstance<f64>| {
             2.0 * h * instance.coordinates[3..].iter().map(|&i| step.old.v[i].powi(2)).sum::<f64>().sqrt()
         };
-        let turns = mechanism.elements.iter().filter(is_body).map(|instance| (&instance.name, turn(instance)));
+        let frames = mechanism.elements.iter().filter_map(|instance| Some((normalized_frame(instance)?, instance)));
+        let turns = frames.map(|(name, instance)| (name, turn(instance)));
         match turns.max_by(|a, b| a.1.total_cmp(&b.1)) {
             Some((name, turn)) if turn > LONGEST_TURN => {
-                let name = name.trim_end_matches(".e");
                 let why = format!(
                     "{why}; {name} turns by {turn:.2} rad in a time step of {h} s, and implicit steps of more than \
                      {LONGEST_TURN} rad are unstable in space"

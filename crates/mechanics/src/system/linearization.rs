@@ -76,4 +76,10 @@ impl Linearization {
     pub fn projection() -> Self {
         Self { projection: true, ..Self::statics() }
     }
+
+    /// Identity and Φ_q, for the nearest velocities that satisfy the constraints at given positions: Φ̇ is linear in them, so reactions
+    /// do not enter.
+    pub fn velocity_projection() -> Self {
+        Self { geometric_stiffness: false, ..Self::projection() }
+    }
 }

@@ -474,7 +474,11 @@ impl TreeDynamics {
         not_finite(mechanism, state).unwrap_or_else(|| {
             let worst = self.values.iter().position(|row| !row.is_finite()).unwrap_or(0);
             let why = format!("its rates are not finite at t = {:.6e} s", state.t);
-            Error::analysis(&self.tree.names[worst], why, "take a smaller tolerance")
+            Error::analysis(
+                &self.tree.names[worst],
+                why,
+                "take shorter steps or, with adaptive ones, a smaller tolerance",
+            )
         })
     }
 }

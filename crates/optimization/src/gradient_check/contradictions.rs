@@ -6,11 +6,16 @@
 //!   which it falls, and has small jumps there. Differences across many of these have the slope of the exact motion, which differs from
 //!   the slope of the discrete motion by the discretization error, with an error estimate that is too small. Narrower differences have the
 //!   slope of the discrete motion. Deviations larger than the discretization error stay wrong: the response may be a step function.
+//! * **Kinks.** A kink close to the design divides the differences: those on its side have another slope. A derivative that agrees with the
+//!   slope on one side is that of this side.
+//! * **Doubt.** A derivative is wrong if it contradicts the slopes on both sides, and those of close designs. If these are not accurate
+//!   enough to tell, it is unclear.
 
 use super::ridders;
 use super::samples::{DifferenceSamples, FirstStep};
 use super::status::{CheckedDerivative, GradientStatus, INEXACT, MARGIN, decide_all, largest};
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+use autodiff::differences::{DifferenceEstimate, StepValues, one_sided};
 
 /// Distances of designs in which derivatives scatter by rounding only, as fractions of the sizes of the variables.
 const ROUNDED: [f64; 3] = [1e-11, -1e-10, 3e-10];
@@ -18,22 +23,107 @@ const ROUNDED: [f64; 3] = [1e-11, -1e-10, 3e-10];
 /// One less than the smallest number of distances from which narrow differences are extrapolated.
 const FEWEST: usize = 4;
 
-/// Examines derivatives with the status wrong again, and updates their status.
+/// Decides again about derivatives that are called wrong; `wide` are the samples of the differences by variable.
 pub(super) fn examine(
     analysis: &dyn Analysis,
     (methods, names): (&[GradientMethod<'_>], &[String]),
     (b, here): (&[f64], &Responses),
-    scales: &[f64],
+    (scales, wide): (&[f64], &[DifferenceSamples]),
     checked: &mut [CheckedDerivative],
 ) {
     if checked.iter().any(is_wrong) {
         estimate_rounding(analysis, (methods, names), b, scales, checked);
         decide_all(checked, scales);
     }
+    if !checked.iter().any(is_wrong) {
+        return;
+    }
+    let includes = |i: usize| checked.iter().any(|d| is_wrong(d) && d.variable == i);
+    let first: Vec<FirstStep> = scales.iter().map(|size| FirstStep::of_size(*size)).collect();
+    let narrow = DifferenceSamples::close_to(|designs| analysis.analyze_around(b, designs), b, &first, includes);
+    let evidence = |d: &CheckedDerivative| {
+        let (at, value) = (d.at, here.at(d.at));
+        Evidence::new(value, &wide[d.variable].steps(at, value), &narrow[d.variable].steps(at, value))
+    };
     let slight = slight_deviations(checked, scales);
-    if slight.iter().any(|is_slight| *is_slight) {
-        narrow_differences(analysis, (b, here), scales, &slight, checked);
-        decide_all(checked, scales);
+    for (d, _) in checked.iter_mut().zip(slight).filter(|(_, is_slight)| *is_slight) {
+        d.difference = evidence(d).narrow.filter(|slope| slope.error < d.deviation()).or(d.difference);
+    }
+    decide_all(checked, scales);
+    for one in checked.chunk_by_mut(|a, b| a.at.response == b.at.response) {
+        let largest = largest(one, scales);
+        one.iter_mut().filter(|d| is_wrong(d)).for_each(|d| evidence(d).weigh(d, largest / scales[d.variable]));
+    }
+}
+
+/// Slopes of a response near the design.
+struct Evidence {
+    /// By differences at short distances.
+    narrow: Option<DifferenceEstimate>,
+    /// On the lower and on the upper side.
+    sides: [Option<DifferenceEstimate>; 2],
+    /// On the two sides, at short distances.
+    narrow_sides: [Option<DifferenceEstimate>; 2],
+}
+
+/// How a slope compares with the derivatives that contradict the differences.
+#[derive(Clone, Copy, PartialEq)]
+enum Comparison {
+    /// It agrees with them, and is accurate enough to differ from the differences.
+    Supports,
+    /// It does not agree with them.
+    Opposes,
+    /// It is not accurate enough.
+    Open,
+}
+
+impl Evidence {
+    fn new(here: f64, wide: &[StepValues], narrow: &[StepValues]) -> Self {
+        // A jump between two of the distances makes those above it useless.
+        let starts = 0..narrow.len().saturating_sub(FEWEST);
+        let estimates = starts.filter_map(|from| ridders(here, &narrow[from..]));
+        Self {
+            narrow: estimates.min_by(|a, b| a.error.total_cmp(&b.error)),
+            sides: one_sided(here, wide),
+            narrow_sides: one_sided(here, narrow),
+        }
+    }
+
+    /// Decides about a wrong derivative: it stays wrong if exact methods contradict each other, or if it contradicts the slopes on both sides
+    /// and those of close designs.
+    fn weigh(&self, d: &mut CheckedDerivative, largest: f64) {
+        let Some(slope) = d.difference.filter(|_| !d.is_contradictory(largest)) else { return };
+        let compare = |side: &Option<DifferenceEstimate>| {
+            let Some(side) = side else { return Comparison::Open };
+            let is_accurate = MARGIN * side.error < (side.value - slope.value).abs();
+            match d.disagreeing.iter().any(|&k| d.is_off(k, side, largest)) {
+                true => Comparison::Opposes,
+                false if is_accurate => Comparison::Supports,
+                false => Comparison::Open,
+            }
+        };
+        let is_kink = |sides: &[Option<DifferenceEstimate>; 2]| {
+            let compared = sides.each_ref().map(compare);
+            compared.contains(&Comparison::Supports) && compared.contains(&Comparison::Opposes)
+        };
+        let [behind, ahead] = self.sides.each_ref().map(compare);
+        let (status, jump) = match compare(&self.narrow) {
+            // Beyond the kink, on one side, the differences have another slope: twice as far away as that of both sides.
+            Comparison::Supports if [behind, ahead].contains(&Comparison::Supports) => {
+                let narrow = self.narrow.map_or(f64::NAN, |narrow| narrow.value);
+                let sign = if ahead == Comparison::Supports { -1.0 } else { 1.0 };
+                d.difference = self.narrow;
+                (GradientStatus::Kink, Some(sign * 2.0 * (slope.value - narrow)))
+            }
+            Comparison::Supports => (GradientStatus::Unclear, d.slope_discontinuity),
+            _ => match [&self.sides, &self.narrow_sides].into_iter().find(|sides| is_kink(sides)) {
+                Some([Some(behind), Some(ahead)]) => (GradientStatus::Kink, Some(ahead.value - behind.value)),
+                _ if [behind, ahead] == [Comparison::Opposes; 2] => return,
+                _ => (GradientStatus::Unclear, d.slope_discontinuity),
+            },
+        };
+        (d.status, d.slope_discontinuity) = (status, jump);
+        d.disagreeing.clear();
     }
 }
 
@@ -83,27 +173,6 @@ fn slight_deviations(checked: &[CheckedDerivative], scales: &[f64]) -> Vec<bool>
     checked.chunk_by(|a, b| a.at.response == b.at.response).flat_map(of_response).collect()
 }
 
-/// Replaces the differences of derivatives with `slight` deviations by those of closer designs, where these are accurate enough.
-fn narrow_differences(
-    analysis: &dyn Analysis,
-    (b, here): (&[f64], &Responses),
-    scales: &[f64],
-    slight: &[bool],
-    checked: &mut [CheckedDerivative],
-) {
-    let includes = |i: usize| checked.iter().zip(slight).any(|(d, is_slight)| *is_slight && d.variable == i);
-    let first: Vec<FirstStep> = scales.iter().map(|size| FirstStep::of_size(*size)).collect();
-    let samples = DifferenceSamples::close_to(|designs| analysis.analyze_around(b, designs), b, &first, includes);
-    for (d, _) in checked.iter_mut().zip(slight).filter(|(_, is_slight)| **is_slight) {
-        let steps = samples[d.variable].steps(d.at, here.at(d.at));
-        // A jump between two of the distances makes those above it useless.
-        let starts = 0..steps.len().saturating_sub(FEWEST);
-        let estimates = starts.filter_map(|from| ridders(here.at(d.at), &steps[from..]));
-        let narrow = estimates.min_by(|a, b| a.error.total_cmp(&b.error));
-        d.difference = narrow.filter(|slope| slope.error < d.deviation()).or(d.difference);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -124,9 +193,13 @@ mod tests {
         }
     }
 
-    fn status(analysis: &dyn Analysis) -> GradientStatus {
+    fn check_one(analysis: &dyn Analysis) -> CheckedDerivative {
         let wanted = [ResponseAt { response: 0, point: 0 }];
-        check(analysis, &methods(analysis), &[1.0], &[1.0], &wanted).unwrap().derivatives[0].status
+        check(analysis, &methods(analysis), &[1.0], &[1.0], &wanted).unwrap().derivatives.remove(0)
+    }
+
+    fn status(analysis: &dyn Analysis) -> GradientStatus {
+        check_one(analysis).status
     }
 
     /// A number between −1 and 1 that depends on all digits of x.
@@ -152,9 +225,35 @@ mod tests {
 
     /// A staircase: the slope of its steps is not that of the response.
     #[test]
-    fn a_derivative_of_the_steps_of_a_staircase_is_wrong() {
+    fn a_derivative_of_the_steps_of_a_staircase_is_unclear() {
         let staircase = |x: f64| 0.5 * x + 5e-5 * (x / 1e-4 + 0.3).floor();
-        assert_eq!(status(&Claimed(staircase, |_| 0.5)), GradientStatus::Wrong);
+        let found = check_one(&Claimed(staircase, |_| 0.5));
+        assert_eq!(found.status, GradientStatus::Unclear);
+        let words = found.explanation(&["analysis".to_owned()]);
+        assert!(words.contains("kinks or jumps close to this design"), "{words}");
+        assert_eq!(status(&Claimed(staircase, |_| 0.3)), GradientStatus::Wrong);
+    }
+
+    /// A kink at distances from the least one of the differences to a twentieth of the greatest: the derivative is that of its side.
+    #[test]
+    fn a_derivative_beside_a_kink_is_not_wrong() {
+        for (place, side) in [1e-8, 1.4e-5, 1e-4, 5e-4].into_iter().flat_map(|x| [(x, -1.0), (x, 1.0)]) {
+            for jump in [0.012, 0.5] {
+                let bent = |x: f64| (2.0 * x).sin() + jump * (side * (x - 1.0) - place).max(0.0);
+                let slope = 2.0 * 2f64.cos();
+                let found = check_one(&Claimed(bent, |_| slope));
+                assert_eq!(found.status, GradientStatus::Kink, "{place} {side} {jump}: {found:?}");
+                let discontinuity = found.slope_discontinuity.unwrap();
+                assert!((discontinuity - jump).abs() < 0.2 * jump, "{place} {side} {jump}: {discontinuity}");
+                for wrong in [slope - side * jump, slope + 2.0 * side * jump, -slope] {
+                    assert_eq!(
+                        status(&Claimed(bent, |_| wrong)),
+                        GradientStatus::Wrong,
+                        "{place} {side} {jump} {wrong}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

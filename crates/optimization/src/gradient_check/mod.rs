@@ -112,6 +112,9 @@ pub fn check(
         by_methods(methods, b, &here, wanted, &mut failed)?.into_iter().unzip();
     let first: Vec<FirstStep> = scales.iter().map(|size| FirstStep::of_size(*size)).collect();
     let samples = DifferenceSamples::along_all(|designs| analysis.analyze_around(b, designs), b, &first);
+    // Steps that are given, not chosen, round otherwise.
+    let centre = analysis.analyze_around(b, &[b.to_vec()]).pop().and_then(Result::ok);
+    let centre = centre.as_ref().unwrap_or(&here);
     // Largest contribution of the error of adaptive steps to the change of a response over the size of a variable.
     let by_steps: Vec<f64> = {
         let tolerance = ACCUMULATED * analysis.step_tolerance(b);
@@ -120,8 +123,8 @@ pub fn check(
     };
     let mut checked = Vec::with_capacity(wanted.len() * b.len());
     for (row, &at) in wanted.iter().enumerate() {
-        let value = here.at(at);
-        let drift = (value - again.at(at)).abs();
+        let value = centre.at(at);
+        let drift = (here.at(at) - again.at(at)).abs();
         for (variable, samples) in samples.iter().enumerate() {
             let steps = samples.steps(at, value);
             let difference = ridders(value, &steps);
@@ -144,7 +147,7 @@ pub fn check(
         }
     }
     decide_all(&mut checked, scales);
-    contradictions::examine(analysis, (methods, &names), (b, &here), scales, &mut checked);
+    contradictions::examine(analysis, (methods, &names), (b, centre), (scales, &samples), &mut checked);
     Ok(GradientCheck { methods: names, derivatives: checked, failed })
 }
 

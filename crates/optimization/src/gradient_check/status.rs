@@ -12,11 +12,11 @@ pub enum GradientStatus {
     Constant,
     /// A method contradicts the differences, or exact methods each other.
     Wrong,
-    /// The response has a kink here: there is no derivative.
+    /// The response has a kink at the design or very close to it: a derivative is that of one side.
     Kink,
     /// Two analyses of the same design differ: derivatives cannot be checked.
     NotRepeatable,
-    /// The differences are too noisy for a decision.
+    /// The differences are too noisy for a decision, or contradict each other.
     Unclear,
 }
 
@@ -82,10 +82,44 @@ impl CheckedDerivative {
         computed.max(self.difference.map_or(0.0, |s| s.value.abs()))
     }
 
+    /// Returns whether method number `k` deviates from `slope` by more than both of their errors; `largest` is the largest derivative of
+    /// the response with respect to this variable, in the scales of the variables.
+    pub(super) fn is_off(&self, k: usize, slope: &DifferenceEstimate, largest: f64) -> bool {
+        let estimate = MARGIN * self.uncertainty[k];
+        let inexact = if k == 0 { estimate.min(INEXACT * largest) } else { estimate };
+        let allowed = MARGIN * slope.error + inexact + ALLOWED * self.size() + self.floor(largest);
+        !((self.computed[k] - slope.value).abs() <= allowed)
+    }
+
+    /// Size of derivatives that are rounding errors; `largest` as in [`CheckedDerivative::is_off`].
+    fn floor(&self, largest: f64) -> f64 {
+        NEGLIGIBLE * largest + self.rounding
+    }
+
+    /// Returns whether exact methods differ from each other by more than rounding.
+    pub(super) fn is_contradictory(&self, largest: f64) -> bool {
+        !contradictions(self, CONTRADICTION * self.size() + self.floor(largest)).is_empty()
+    }
+
     /// Largest deviation of a method that disagrees from the differences.
     pub(super) fn deviation(&self) -> f64 {
         let value = self.difference.map_or(f64::NAN, |slope| slope.value);
         self.disagreeing.iter().map(|&k| (self.computed[k] - value).abs()).fold(0.0, f64::max)
+    }
+
+    /// Returns whether a method that disagrees is none of the slopes on the two sides of a kink with this jump, nor between them.
+    fn is_beyond(&self, jump: f64) -> bool {
+        let Some(slope) = self.difference else { return false };
+        self.disagreeing
+            .iter()
+            .any(|&k| (self.computed[k] - slope.value).abs() > BETWEEN * jump.abs() + MARGIN * slope.error)
+    }
+
+    /// Returns whether a method deviates from the differences by more than their error.
+    fn is_undecided(&self) -> bool {
+        let is_off =
+            |slope: DifferenceEstimate| self.computed.iter().any(|x| (x - slope.value).abs() > MARGIN * slope.error);
+        self.difference.is_some_and(is_off)
     }
 
     /// Returns whether a method that does not disagree is closer to the differences than to the methods that do: it may be allowed to differ
@@ -117,7 +151,10 @@ impl CheckedDerivative {
             GradientStatus::Constant => "the response does not depend on the variable".to_owned(),
             GradientStatus::Kink => {
                 let slope_discontinuity = self.slope_discontinuity.unwrap_or(f64::NAN);
-                format!("the slope jumps by {slope_discontinuity:.3e} here: there is no derivative; move the design, or smooth the response")
+                format!(
+                    "the slope jumps by {slope_discontinuity:.3e} at this design or very close to it: a derivative is that of one side; move \
+                     the design, or smooth the response"
+                )
             }
             GradientStatus::NotRepeatable => {
                 let drift = self.drift;
@@ -125,6 +162,12 @@ impl CheckedDerivative {
             }
             GradientStatus::Unclear if self.difference.is_none() => {
                 "the neighbouring designs cannot be analysed: move the design away from there".to_owned()
+            }
+            GradientStatus::Unclear if self.is_undecided() => {
+                "the derivatives differ from the differences, whose slopes on the two sides or at other distances differ as well: the response \
+                 has kinks or jumps close to this design, such as those of other steps; tighten the tolerances of the analysis, or move the \
+                 design"
+                    .to_owned()
             }
             GradientStatus::Unclear => {
                 let error = self.difference.map_or(f64::NAN, |slope| slope.error);
@@ -218,6 +261,9 @@ pub(super) const INEXACT: f64 = 1e-3;
 /// Relative difference of two exact methods that counts as a contradiction where differences are too noisy.
 const CONTRADICTION: f64 = 1e-4;
 
+/// Largest distance of a derivative at a kink from the mean of the slopes, in jumps, which are estimates: half a jump is a slope.
+const BETWEEN: f64 = 0.75;
+
 /// Largest relative error of the differences with which a derivative can be confirmed.
 const CLEAR: f64 = 0.03;
 
@@ -235,19 +281,13 @@ pub(super) fn decide_all(checked: &mut [CheckedDerivative], scales: &[f64]) {
 fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
     let largest = largest(derivatives, scales);
     for d in derivatives {
-        let floor = NEGLIGIBLE * largest / scales[d.variable] + d.rounding;
-        let size = d.size();
-        let Some(DifferenceEstimate { value, error, .. }) = d.difference else {
+        let largest = largest / scales[d.variable];
+        let (floor, size) = (d.floor(largest), d.size());
+        let Some(slope @ DifferenceEstimate { value, error, .. }) = d.difference else {
             d.status = GradientStatus::Unclear;
             continue;
         };
-        let off = |k: usize| {
-            let estimate = MARGIN * d.uncertainty[k];
-            let inexact = if k == 0 { estimate.min(INEXACT * largest / scales[d.variable]) } else { estimate };
-            let allowed = MARGIN * error + inexact + ALLOWED * size + floor;
-            !((d.computed[k] - value).abs() <= allowed)
-        };
-        d.disagreeing = (0..d.computed.len()).filter(|&k| off(k)).collect();
+        d.disagreeing = (0..d.computed.len()).filter(|&k| d.is_off(k, &slope, largest)).collect();
         let is_inaccurate = |k: &usize| {
             let deviation = (d.computed[*k] - value).abs();
             deviation > CLEAR * size && deviation > MARGIN * error + floor && !d.disagreeing.contains(k)
@@ -256,10 +296,12 @@ fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
         if d.disagreeing.is_empty() && d.difference.is_some_and(|slope| slope.error > CONTRADICTION * size) {
             d.disagreeing = contradictions(d, CONTRADICTION * size + floor);
         }
-        let is_noise = error > CLEAR * size && error > floor.max(CLEAR * largest / scales[d.variable]);
+        let is_noise = error > CLEAR * size && error > floor.max(CLEAR * largest);
         d.status = match () {
             () if d.drift > 0.0 => GradientStatus::NotRepeatable,
-            () if d.slope_discontinuity.is_some_and(|jump| !(jump.abs() <= floor)) => GradientStatus::Kink,
+            () if d.slope_discontinuity.is_some_and(|jump| !(jump.abs() <= floor) && !d.is_beyond(jump)) => {
+                GradientStatus::Kink
+            }
             () if !d.disagreeing.is_empty() => GradientStatus::Wrong,
             () if d.is_constant => GradientStatus::Constant,
             () if is_noise => GradientStatus::Unclear,

@@ -49,12 +49,12 @@ impl ProjectedPart {
         values: &State<f64>,
         projection: &Projection,
     ) -> Result<()> {
-        let mut at = values.clone();
-        match self {
-            Self::Positions => at.l.copy_from_slice(&projection.position),
-            Self::Velocities => at.l.fill(0.0), // Φ̇ is linear in v: the matrix is Φ_q, the rest is the identity
-        }
-        factorize(system, mechanism, &at, Linearization::projection())
+        let linearization = match self {
+            Self::Positions => Linearization::projection(),
+            Self::Velocities => Linearization::velocity_projection(),
+        };
+        let at = State { l: self.multipliers(projection).to_vec(), ..values.clone() };
+        factorize(system, mechanism, &at, linearization)
     }
 }
 

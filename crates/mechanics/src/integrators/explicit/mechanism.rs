@@ -232,7 +232,11 @@ impl<'m> MechanismRhs<'m> {
     fn non_finite_error(&self) -> Error {
         not_finite(self.mechanism, &self.state).unwrap_or_else(|| {
             let why = format!("its rates are not finite at t = {:.6e} s", self.state.t);
-            Error::analysis(self.system.dominant_residual(self.mechanism, &self.rows), why, "take a smaller tolerance")
+            Error::analysis(
+                self.system.dominant_residual(self.mechanism, &self.rows),
+                why,
+                "take shorter steps or, with adaptive ones, a smaller tolerance",
+            )
         })
     }
 

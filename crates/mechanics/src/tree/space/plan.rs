@@ -1,7 +1,8 @@
 //! The trees of bodies in space of a mechanism, in the order from the ground to the tips.
 
 use crate::Result;
-use crate::elements::spatial::bodies::{normalization, rigid_body3};
+use crate::elements::spatial::bodies::normalization::normalized_frame;
+use crate::elements::spatial::bodies::rigid_body3;
 use crate::elements::spatial::drives::joint_coordinate;
 use crate::elements::spatial::joints::rows::Row;
 use crate::mechanism::scalars::StateScalar;
@@ -188,7 +189,7 @@ impl Space {
 
     /// Returns whether the element belongs to the trees: their joints, coordinates of joints and lengths of Euler parameters.
     pub fn has_constraint(instance: &ElementInstance<f64>) -> bool {
-        joint_of(instance).is_some() || is_normalization(instance) || coordinate_axis(instance).is_some()
+        joint_of(instance).is_some() || normalized_frame(instance).is_some() || coordinate_axis(instance).is_some()
     }
 
     /// Names of the joint coordinates.
@@ -213,10 +214,6 @@ impl Space {
             }
         }
     }
-}
-
-fn is_normalization(instance: &ElementInstance<f64>) -> bool {
-    instance.element.descriptor().is_some_and(|own| std::ptr::eq(own, &normalization::DESCRIPTOR))
 }
 
 /// The direction of the coordinate that an element defines: an angle or a displacement of a joint.
@@ -269,7 +266,7 @@ impl<'m> Plan3<'m> {
         let (mut edges, mut cuts): (Vec<Edge>, _) = (Vec::new(), Vec::new());
         for (element, instance) in mechanism.elements.iter().enumerate() {
             let is_rigid = instance.element.descriptor().is_some_and(|own| std::ptr::eq(own, &rigid_body3::DESCRIPTOR));
-            if is_rigid || is_normalization(instance) {
+            if is_rigid || normalized_frame(instance).is_some() {
                 body_of(&instance.coordinates);
             }
             if let Some((joint, rows)) = joint_of(instance) {

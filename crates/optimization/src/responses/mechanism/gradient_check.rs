@@ -77,6 +77,7 @@ pub fn check_model<M: ParametricMechanism>(
 mod tests {
     use super::*;
     use autodiff::Scalar;
+    use mechanics::mechanism::Pose;
     use mechanics::motion::Harmonic;
     use mechanics::{Mechanism, Result};
 
@@ -106,6 +107,35 @@ mod tests {
     fn derivatives_of_adaptive_explicit_steps_with_dry_friction_are_right() {
         for settings in [Explicit::adaptive(1e-9), Explicit::eighth_order(1e-9)] {
             check_model(Rubbing { rate: 2.0 }, &[60.0], settings, &[0.5, 1.7, 3.3, 5.0]).unwrap().expect_right();
+        }
+    }
+
+    /// A double pendulum with a spring: adaptive implicit steps rescale the velocities that violate the constraints.
+    struct Swinging;
+
+    impl ParametricMechanism for Swinging {
+        fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+            let zero = S::from(0.0);
+            let mut m = Mechanism::with_gravity(zero, S::from(-9.81));
+            let half = b[0] * 0.5;
+            let arms =
+                [half, half + b[0]].map(|x| m.body("arm", b[1], S::from(0.02), Pose { x, y: zero, theta: zero }));
+            m.revolute("pin", m.ground().origin(), arms[0].at(-half, zero));
+            m.revolute("elbow", arms[0].at(half, zero), arms[1].at(-half, zero));
+            let sensor = m.coordinate_sensor("motion", m.ground().theta, arms[1].theta);
+            for measure in ["position", "velocity", "acceleration"] {
+                let value = m.measure(sensor, measure)?;
+                m.output(measure, &[value]);
+            }
+            Ok(m)
+        }
+    }
+
+    #[test]
+    fn derivatives_of_adaptive_implicit_steps_are_those_of_the_rescaled_velocities() {
+        for tolerance in [1e-6, 1e-7] {
+            let settings = Dynamics::adaptive(tolerance);
+            check_model(Swinging, &[0.7, 1.3], settings, &[0.3, 0.8, 1.5]).unwrap().expect_right();
         }
     }
 

@@ -3,8 +3,8 @@
 use crate::problem::{Analysis, GradientMethod, ResponseAt, ResponseSum, Responses};
 use crate::{Error, Result};
 use mechanics::analyses::dynamics::{
-    Dynamics, StepSize, implicit_step_lengths, simulate_by_given_steps, simulate_explicitly, simulate_recorded,
-    simulate_with_recording, taken_steps,
+    Dynamics, GivenStep, History, StepSize, implicit_steps, simulate_by_given_steps, simulate_explicitly,
+    simulate_recorded, simulate_with_recording, taken_steps,
 };
 use mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
 use mechanics::analyses::step_comparison::{explicit_step_warning, step_warning};
@@ -323,29 +323,37 @@ impl<M: ParametricMechanism> Transient<M> {
 
 /// Adaptive steps of a motion, for motions of other designs.
 enum FrozenSteps {
-    /// Settings, and lengths in s.
-    Implicit(Dynamics, Vec<f64>),
+    /// Settings, and steps.
+    Implicit(Dynamics, Vec<GivenStep>),
     /// Settings with these steps.
     Explicit(Explicit),
 }
 
 impl<M: ParametricMechanism> Transient<M> {
+    /// The responses of a motion, without a trace. Numbers have their last value only.
+    fn responses(&self, history: History) -> Responses {
+        let mut values = history.values;
+        for (h, series) in values.iter_mut().enumerate().filter(|(h, _)| self.is_number(*h)) {
+            series.drain(..self.times.len() - 1);
+            debug_assert_eq!(series.len(), 1, "output {h} is a number");
+        }
+        Responses { values, warnings: history.warnings, notes: notes(history.coordinates), trace: None }
+    }
+
     /// Adaptive steps at the design `b`, which derivatives do not vary.
     ///
-    /// `None` for fixed steps, and if steps end at events: then the motion determines their lengths.
+    /// `None` for fixed steps, and for explicit steps that end at events: then the motion determines their lengths.
     fn adaptive_steps(&self, b: &[f64]) -> Option<FrozenSteps> {
         let mechanism = self.model.build(b).ok()?;
-        if mechanism.has_events() {
-            return None;
-        }
         match &self.settings {
             Integration::Implicit(settings) => {
                 let is_adaptive = matches!(settings.step, StepSize::Adaptive { .. });
-                let lengths = is_adaptive.then(|| implicit_step_lengths(&mechanism, settings, &self.times))?;
-                Some(FrozenSteps::Implicit(*settings, lengths.ok()?))
+                let steps = is_adaptive.then(|| implicit_steps(&mechanism, settings, &self.times))?;
+                Some(FrozenSteps::Implicit(*settings, steps.ok()?))
             }
             Integration::Explicit(settings) => {
-                let is_adaptive = matches!(settings.step_control, StepControl::Adaptive { .. });
+                let is_adaptive =
+                    matches!(settings.step_control, StepControl::Adaptive { .. }) && !mechanism.has_events();
                 let steps = is_adaptive.then(|| taken_steps(&mechanism, settings, &self.times))?;
                 Some(FrozenSteps::Explicit(settings.clone().with_step_control(StepControl::Taken(steps.ok()?))))
             }
@@ -367,13 +375,7 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
             }
         };
         let trace = StoredSteps { design: b.to_vec(), steps };
-        let mut values = history.values;
-        for (h, series) in values.iter_mut().enumerate().filter(|(h, _)| self.is_number(*h)) {
-            series.drain(..self.times.len() - 1);
-            debug_assert_eq!(series.len(), 1, "output {h} is a number");
-        }
-        let notes = notes(history.coordinates);
-        Ok(Responses { values, warnings: history.warnings, notes, trace: Some(Arc::new(trace)) })
+        Ok(Responses { trace: Some(Arc::new(trace)), ..self.responses(history) })
     }
 
     fn analyze_around(&self, b: &[f64], designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
@@ -381,23 +383,19 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         let one = |design: &Vec<f64>| {
             let mechanism = self.model.build(design)?;
             let history = match &steps {
-                FrozenSteps::Implicit(settings, lengths) => {
-                    simulate_by_given_steps(&mechanism, settings, lengths, &self.times)?
+                FrozenSteps::Implicit(settings, steps) => {
+                    simulate_by_given_steps(&mechanism, settings, steps, &self.times)?
                 }
                 FrozenSteps::Explicit(settings) => simulate_explicitly(&mechanism, settings, &self.times)?,
             };
-            let notes = notes(history.coordinates);
-            Ok(Responses { values: history.values, warnings: history.warnings, notes, trace: None })
+            Ok(self.responses(history))
         };
         designs.par_iter().map(one).collect()
     }
 
     fn step_tolerance(&self, b: &[f64]) -> f64 {
         let tolerance = match &self.settings {
-            Integration::Implicit(settings) => match settings.step {
-                StepSize::Adaptive { tolerance, .. } => tolerance,
-                _ => 0.0,
-            },
+            Integration::Implicit(_) => 0.0,
             Integration::Explicit(settings) => match &settings.step_control {
                 StepControl::Adaptive { tolerance, .. } => {
                     tolerance.relative.iter().chain(&tolerance.absolute).fold(0.0, |most: f64, x| most.max(*x))

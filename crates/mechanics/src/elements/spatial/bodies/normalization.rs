@@ -3,7 +3,7 @@
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Symbol};
 use crate::mechanism::frame3::euler_parameters;
 use crate::mechanism::rotation::square;
-use crate::mechanism::{Body3, Mechanism, Pose3};
+use crate::mechanism::{Body3, ElementInstance, Mechanism, Pose3};
 use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
@@ -49,6 +49,12 @@ impl Element for Normalization {
     fn linear(&self) -> &'static [usize] {
         &[0, 1, 2]
     }
+}
+
+/// Body or frame in space to which an element belongs that is a normalization: its name without the end `.e`.
+pub(crate) fn normalized_frame<S>(instance: &ElementInstance<S>) -> Option<&str> {
+    let is_normalization = instance.element.descriptor().is_some_and(|own| std::ptr::eq(own, &DESCRIPTOR));
+    is_normalization.then(|| instance.name.strip_suffix(".e").unwrap_or(&instance.name))
 }
 
 impl<S: Scalar> Mechanism<S> {
