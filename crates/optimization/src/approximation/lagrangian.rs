@@ -131,21 +131,28 @@ fn limited_memory(pairs: &[Pair]) -> Option<LowRank> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let is_convex = |[s, y]: &&Pair| dot(s, y) > 1e-12 * (dot(s, s) * dot(y, y)).sqrt();
     let [s, y] = pairs.iter().rev().find(is_convex)?;
-    let first = dot(y, y) / dot(s, y);
+    let first = Some(dot(y, y) / dot(s, y)).filter(|first| first.is_finite())?;
     let mut b = LowRank::diagonal(vec![0.0; s.len()], vec![first; s.len()]);
     for [s, y] in pairs {
         let bs = b.times(s);
         let (expected, seen) = (dot(s, &bs), dot(s, y));
-        if !(expected > 0.0 && expected.is_finite() && seen.is_finite()) {
+        if !(is_divisor(expected) && seen.is_finite()) {
             continue;
         }
         let θ = if seen >= DAMPING * expected { 1.0 } else { (1.0 - DAMPING) * expected / (expected - seen) };
         let damped: Vec<f64> = y.iter().zip(&bs).map(|(y, b)| θ * y + (1.0 - θ) * b).collect();
         let along = dot(s, &damped);
-        b.add(-1.0 / expected, bs);
-        b.add(1.0 / along, damped);
+        if is_divisor(along) {
+            b.add(-1.0 / expected, bs);
+            b.add(1.0 / along, damped);
+        }
     }
     Some(b)
+}
+
+/// True for a positive number whose inverse is finite, too: products of tiny steps are zero, or nearly so.
+fn is_divisor(x: f64) -> bool {
+    x > 0.0 && x.is_finite() && (1.0 / x).is_finite()
 }
 
 #[cfg(test)]
@@ -176,5 +183,14 @@ mod tests {
         assert!(b.dense().symmetric_eigenvalues().min() > 0.0);
         assert!(b.times(&pairs[1][0]).iter().zip(&pairs[1][1]).all(|(a, e)| (a - e).abs() < 1e-12));
         assert!(limited_memory(&pairs[..1]).is_none());
+    }
+
+    #[test]
+    fn steps_whose_products_underflow_are_left_out() {
+        let h = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 4.0]));
+        let tiny = pairs_of(&h, &[vec![3e-162, 1e-163], vec![1e-163, 2e-162]]);
+        let with = limited_memory(&[tiny.clone(), pairs_of(&h, &[vec![0.1, 1.0]])].concat()).unwrap();
+        assert!(with.dense().iter().all(|v| v.is_finite()), "{}", with.dense());
+        assert!(limited_memory(&tiny).is_none_or(|b| b.dense().iter().all(|v| v.is_finite())));
     }
 }

@@ -21,6 +21,11 @@ const AT_ONCE: usize = 256;
 /// With [bounds](Self::with_variables) no design is outside of them. Where a bound is nearer than a step, all designs of this variable
 /// are on the other side, with formulas of the same order and the same number of analyses.
 ///
+/// Responses that are rounded, to single precision or to the digits of a printout, may not change at all along a step. If none of the
+/// wanted ones does by any variable, and one of them is not zero, the differences are made again with longer steps, up to 1 % of the
+/// typical sizes: ten times the first ones of a sequence of factors of 100 that change a response. Zero differences would say that the
+/// design is stationary. So are those by a single variable far below its typical size, whose own step is very short.
+///
 /// All analyses of a sensitivity analysis are made by [`Analysis::analyze_many`], by default in parallel; the result has the same
 /// bits for any number of threads. For derivatives of the whole analysis in dual numbers use the direct method.
 #[derive(Clone, Debug)]
@@ -38,6 +43,13 @@ pub struct Differences<A> {
 const ROUNDING: f64 = 1e-9;
 /// Part of the largest start below which another one stands for zero.
 const NEGLIGIBLE: f64 = 1e-15;
+/// Factor of a step with which no response changes at all; its largest length, relative to the typical size; and factor of the first one
+/// with which a response changes, perhaps by a rounding error only.
+const LONGER: f64 = 100.0;
+const LONGEST: f64 = 0.01;
+const CLEAR: f64 = 10.0;
+/// Part of its typical size below which a variable that seems to have no effect has longer steps.
+const SMALL: f64 = 1e-3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum DifferenceFormula {
@@ -183,6 +195,11 @@ impl<A: Analysis> Differences<A> {
         if is_rounding { typical.unwrap_or(1.0) } else { b[i].abs() }
     }
 
+    /// The typical size of a design variable, or its own size where that is larger or nothing else is known.
+    fn typical(&self, b: &[f64], i: usize) -> f64 {
+        self.sizes.get(i).map_or(0.0, |size| size.abs()).max(self.size(b, i))
+    }
+
     /// The step by a design variable.
     fn step(&self, b: &[f64], i: usize) -> f64 {
         match &self.step {
@@ -216,41 +233,54 @@ impl<A: Analysis> Differences<A> {
         if self.formula == DifferenceFormula::NoiseAware {
             return self.noise_aware_at(b, responses, wanted);
         }
-        let steps: Vec<FirstStep> = (0..b.len()).map(|i| self.inside(b, i, factor * self.step(b, i))).collect();
-        let points = |i: usize| match steps[i].is_one_sided {
+        let all: Vec<usize> = (0..b.len()).collect();
+        self.with_steps(&all, &|i| factor * self.step(b, i), b, responses, wanted)
+    }
+
+    /// Sensitivities by some variables with these steps, or shorter ones inside the bounds.
+    fn with_steps(
+        &self,
+        variables: &[usize],
+        step: &dyn Fn(usize) -> f64,
+        b: &[f64],
+        responses: &Responses,
+        wanted: &[ResponseAt],
+    ) -> Result<DMatrix<f64>> {
+        let steps: Vec<FirstStep> = variables.iter().map(|&i| self.inside(b, i, step(i))).collect();
+        let points = |k: usize| match steps[k].is_one_sided {
             false => self.formula.points(),
             true => self.formula.one_sided_points(),
         };
         let count = self.formula.points().len();
         let moved = |task: usize| {
-            let (i, (offset, _)) = (task / count, points(task / count)[task % count]);
-            let mut moved = b.to_vec();
-            moved[i] += offset * steps[i].h;
-            if let Some([lower, upper]) = self.bounds.get(i).filter(|_| steps[i].is_one_sided) {
+            let (k, (offset, _)) = (task / count, points(task / count)[task % count]);
+            let (i, mut moved) = (variables[k], b.to_vec());
+            moved[i] += offset * steps[k].h;
+            if let Some([lower, upper]) = self.bounds.get(i).filter(|_| steps[k].is_one_sided) {
                 // The sum may be rounded to the wrong side of a bound.
                 moved[i] = moved[i].max(*lower).min(*upper);
             }
             moved
         };
-        let designs: Vec<Vec<f64>> = (0..count * b.len()).map(moved).collect();
+        let designs: Vec<Vec<f64>> = (0..count * variables.len()).map(moved).collect();
         let mut samples: Vec<(f64, Vec<f64>)> = Vec::with_capacity(designs.len());
         for chunk in designs.chunks(AT_ONCE) {
             for responses in self.analysis.analyze_many(chunk) {
                 let (responses, task) = (responses?, samples.len());
                 let values = wanted.iter().map(|&at| responses.at(at)).collect();
-                samples.push((designs[task][task / count], values));
+                samples.push((designs[task][variables[task / count]], values));
             }
         }
-        let derivative = |row: usize, i: usize| {
+        let derivative = |row: usize, k: usize| {
             let value = responses.at(wanted[row]);
             // The distance in floating point replaces the step.
-            let share = |(k, (offset, weight)): (usize, &(f64, f64))| {
-                let (at, values) = &samples[i * count + k];
-                weight * (values[row] - value) * offset / (at - b[i])
+            let share = |(p, (offset, weight)): (usize, &(f64, f64))| {
+                let (at, values) = &samples[k * count + p];
+                weight * (values[row] - value) * offset / (at - b[variables[k]])
             };
-            points(i).iter().enumerate().map(share).sum()
+            points(k).iter().enumerate().map(share).sum()
         };
-        Ok(DMatrix::from_fn(wanted.len(), b.len(), derivative))
+        Ok(DMatrix::from_fn(wanted.len(), variables.len(), derivative))
     }
 
     fn noise_aware_at(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
@@ -289,7 +319,30 @@ impl<A: Analysis> Analysis for Differences<A> {
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
-        self.with_factor(1.0, b, responses, wanted)
+        let mut rows = self.with_factor(1.0, b, responses, wanted)?;
+        if self.formula == DifferenceFormula::NoiseAware || wanted.iter().all(|&at| responses.at(at) == 0.0) {
+            return Ok(rows);
+        }
+        let longest = |i: usize| LONGEST * self.typical(b, i);
+        let without_effect = |rows: &DMatrix<f64>, i: usize| rows.column(i).iter().all(|derivative| *derivative == 0.0);
+        // A variable that is a bound of a peak has no effect on any response.
+        let none_has_effect = (0..b.len()).all(|i| without_effect(&rows, i));
+        let is_unseen = |i: &usize| {
+            without_effect(&rows, *i) && (none_has_effect || self.size(b, *i) < SMALL * self.typical(b, *i))
+        };
+        let mut unseen: Vec<usize> = (0..b.len()).filter(is_unseen).collect();
+        let mut factor = 1.0;
+        while unseen.iter().any(|&i| factor * self.step(b, i) < longest(i)) {
+            factor *= LONGER;
+            let by = |factor: f64| move |i: usize| (factor * self.step(b, i)).min(longest(i));
+            let found = self.with_steps(&unseen, &by(factor), b, responses, wanted)?;
+            let is_seen = |k: &usize| !without_effect(&found, *k);
+            let seen: Vec<usize> = (0..unseen.len()).filter(is_seen).map(|k| unseen[k]).collect();
+            let clear = self.with_steps(&seen, &by(CLEAR * factor), b, responses, wanted)?;
+            seen.iter().enumerate().for_each(|(k, &i)| rows.set_column(i, &clear.column(k)));
+            unseen.retain(|i| !seen.contains(i));
+        }
+        Ok(rows)
     }
 
     /// The differences, and the methods of the analysis itself.
@@ -353,6 +406,62 @@ mod tests {
         let wanted = [ResponseAt { response: 0, point: 1 }];
         let derivative = d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap()[(0, 1)];
         assert!((derivative - 1.0).abs() < 1e-9, "{derivative}");
+    }
+
+    /// (b₀ − 1)² + 5 (b₁ − 1/2)² + 2 in single precision, or rounded to digits.
+    struct Rounded(fn(f64) -> f64);
+    impl Analysis for Rounded {
+        fn analyze(&self, b: &[f64]) -> Result<Responses> {
+            let value = (b[0] - 1.0).powi(2) + 5.0 * (b[1] - 0.5).powi(2) + 2.0;
+            Ok(Responses::new(vec![vec![(self.0)(value)]]))
+        }
+
+        fn sensitivities(&self, _: &[f64], _: &Responses, _: &[ResponseAt]) -> Result<DMatrix<f64>> {
+            unreachable!("it has differences only")
+        }
+    }
+
+    #[test]
+    fn a_rounded_response_is_no_constant() {
+        let single = |v: f64| f64::from(v as f32);
+        let roundings: [fn(f64) -> f64; 3] = [single, |v| (v * 1e6).round() / 1e6, |v| (v * 1e3).round() / 1e3];
+        let wanted = [ResponseAt { response: 0, point: 0 }];
+        for rounding in roundings {
+            // The second design has a variable beside zero, whose own size is no measure of a step.
+            for b in [[3.0, -2.0], [1e-7, 0.0], [0.9, 0.4]] {
+                let exact = [2.0 * (b[0] - 1.0), 10.0 * (b[1] - 0.5)];
+                let central = Differences::central(Rounded(rounding), 1e-10).unwrap();
+                let forward = Differences::forward(Rounded(rounding), 1e-11).unwrap();
+                for d in [central, forward].map(|d| d.with_typical_sizes(vec![3.0, -2.0])) {
+                    let found = d.sensitivities(&b, &d.analyze(&b).unwrap(), &wanted).unwrap();
+                    let error = (0..2).map(|j| (found[(0, j)] - exact[j]).abs()).fold(0.0, f64::max);
+                    assert!(error < 0.3 * exact[0].abs().max(exact[1].abs()), "{b:?}: {found} instead of {exact:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_constant_costs_few_analyses_more() {
+        struct Counted(std::sync::atomic::AtomicUsize, f64);
+        impl Analysis for Counted {
+            fn analyze(&self, _: &[f64]) -> Result<Responses> {
+                self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                Ok(Responses::new(vec![vec![self.1]]))
+            }
+
+            fn sensitivities(&self, _: &[f64], _: &Responses, _: &[ResponseAt]) -> Result<DMatrix<f64>> {
+                unreachable!("it has differences only")
+            }
+        }
+        for (value, most) in [(0.0, 2), (1.0, 8)] {
+            let d = Differences::forward(Counted(0.into(), value), 1e-6).unwrap();
+            let b = [1.0, 2.0];
+            let found =
+                d.sensitivities(&b, &Responses::new(vec![vec![value]]), &[ResponseAt { response: 0, point: 0 }]);
+            assert_eq!(found.unwrap().amax(), 0.0);
+            assert!(d.analysis.0.load(std::sync::atomic::Ordering::Relaxed) <= most);
+        }
     }
 
     #[test]

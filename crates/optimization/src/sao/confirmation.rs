@@ -95,9 +95,23 @@ impl Method {
     ///
     /// # Errors
     ///
-    /// Those of the sensitivities and of the subproblem solver.
-    pub(super) fn conclude(&self, problem: &Problem, mut state: State) -> Result<State> {
-        let (status, reason) = self.stop.test(problem, &state);
+    /// Those that [end a run](error::Error::ends_run).
+    pub(super) fn conclude(&self, problem: &Problem, state: State) -> Result<State> {
+        let end = self.stop.test(problem, &state);
+        self.conclude_as(problem, state, end)
+    }
+
+    /// The status of a run that seems to have this one.
+    ///
+    /// # Errors
+    ///
+    /// As [`conclude`](Self::conclude).
+    pub(super) fn conclude_as(
+        &self,
+        problem: &Problem,
+        mut state: State,
+        (status, reason): (Status, String),
+    ) -> Result<State> {
         let is_confirmed = |known: &Confirmation| known.is_adopted && known.is_of(problem, &state);
         if let Some(status) =
             state.confirmation.as_ref().filter(|c| is_confirmed(c)).and_then(|c| c.verdict(self.stop.accuracy))
@@ -119,7 +133,15 @@ impl Method {
                 (state.status, state.reason) = self.stop.cycle_limit(&state);
                 return Ok(state);
             }
-            _ => confirm(problem, &mut state, self.stop.accuracy).map(|(known, end)| (known, Some(end)))?,
+            _ => match confirm(problem, &mut state, self.stop.accuracy) {
+                Ok((known, end)) => (known, Some(end)),
+                Err(error) if error.ends_run() => return Err(error),
+                Err(error) => {
+                    state.status = Status::Stalled;
+                    state.reason = format!("{}; the automatic method cannot go on from here: {error}", state.reason);
+                    return Ok(state);
+                }
+            },
         };
         let verdict = known.verdict(self.stop.accuracy);
         if let Some(end) = end.filter(|_| verdict == Some(Status::Converged) && known.is_better(self.stop.accuracy)) {

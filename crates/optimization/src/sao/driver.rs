@@ -5,7 +5,7 @@ use super::trial::Proposal;
 use super::{Counters, Cycle, Method, STATE_VERSION, State, Status, Trial, Verdict, optimality};
 use crate::approximation::{ApproximateProblem, ApproximationOptions, CycleData, SubproblemBox};
 use crate::problem::{AnalyzedDesign, Problem, RowId};
-use error::Result;
+use error::{Error, Result};
 
 impl Method {
     /// Runs from the start design to the end, and passes each state to `observe`.
@@ -82,8 +82,9 @@ impl Method {
     ///
     /// # Errors
     ///
-    /// Those of the sensitivities, of the approximation and of the subproblem solver. A failed analysis of the proposed design
-    /// is not an error, unless it [ends the run](error::Error::ends_run): it rejects the design.
+    /// Those of the sensitivities at the start design, and of the approximation. A failed analysis of the proposed design is not an
+    /// error, unless it [ends the run](error::Error::ends_run): it rejects the design. Where a later design cannot be differentiated, or
+    /// the approximate problem cannot be solved, the run has [stalled](Status::Stalled).
     pub fn step(&self, problem: &Problem, mut state: State) -> Result<State> {
         let rules = self.approximation.asymptotes();
         state.follow(&rules);
@@ -101,14 +102,23 @@ impl Method {
         // 3. Screening and 4. sensitivities of the retained responses; a repeated cycle reuses both.
         let data = match state.data.take() {
             Some(data) => data,
-            None => self.screen_and_differentiate(problem, &mut state)?,
+            None => match self.screen_and_differentiate(problem, &mut state) {
+                Ok(data) => data,
+                Err(error) => return state.without_derivatives(error),
+            },
         };
         // 5. Approximations, and from them the approximate problem inside the move limits.
         let region = self.move_limits.region(problem, &state.design, &state.factors);
         let sides = (region.lower.clone(), region.upper.clone());
         let approximate = self.approximate(problem, &state, &data, sides)?;
         // 6. The solution of the approximate problem.
-        let solution = self.solver.solve(&approximate, &state.design)?;
+        let solution = match self.solver.solve(&approximate, &state.design) {
+            Ok(solution) => solution,
+            Err(error) => {
+                state.data = Some(data);
+                return self.without_step(problem, state, error);
+            }
+        };
         // 7. Its analysis: errors and violation, the decision, new move limits, and a row of the history.
         state.counters.subproblem_iterations += solution.iterations;
         state.counters.analyses += 1;
@@ -155,7 +165,10 @@ impl Method {
                 state.advance(accepted, data.sensitivities, self.memory());
             }
             _ if missed.is_empty() => state.data = Some(data),
-            _ => state.data = Some(self.differentiate_rows(problem, &mut state, [data.retained, missed].concat())?),
+            _ => match self.differentiate_rows(problem, &mut state, [data.retained, missed].concat()) {
+                Ok(data) => state.data = Some(data),
+                Err(error) => return state.without_derivatives(error),
+            },
         }
         self.conclude(problem, state)
     }
@@ -194,5 +207,34 @@ impl Method {
         };
         let subproblem_box = SubproblemBox::new(problem, state.trace().designs.clone(), sides);
         ApproximateProblem::new(problem, &*self.approximation, point, (subproblem_box, options))
+    }
+
+    /// The end of a run whose approximate problem is not finite. Its variables and functions are not those of the problem: the error of
+    /// the solver names others.
+    ///
+    /// # Errors
+    ///
+    /// Another error of the solver, and those of the confirmation.
+    fn without_step(&self, problem: &Problem, state: State, error: Error) -> Result<State> {
+        if !matches!(error, Error::NotFinite { .. }) {
+            return Err(error);
+        }
+        self.conclude_as(problem, state, (Status::Stalled, super::NOT_FINITE.to_owned()))
+    }
+}
+
+impl State {
+    /// The end of a run at a design that cannot be differentiated.
+    ///
+    /// # Errors
+    ///
+    /// The error of the sensitivities if it is the start, or if no other design can be differentiated, either.
+    pub(super) fn without_derivatives(mut self, error: Error) -> Result<Self> {
+        if self.history.len() == 1 || error.ends_run() {
+            return Err(error);
+        }
+        self.status = Status::Stalled;
+        self.reason = format!("no step can be made from here: {error}");
+        Ok(self)
     }
 }

@@ -43,3 +43,7 @@ pub use state::{Confirmation, Counters, STATE_VERSION, State, Status};
 pub use stop::Stop;
 pub use trial::{Outcome, Trial};
 pub use trust_region::{FixedLimits, Merit, TrustRegion};
+
+/// The reason for the end of a run whose approximate problem cannot be evaluated.
+const NOT_FINITE: &str = "the approximate problem of the next step is not finite: values, derivatives or steps are near the largest or \
+     the least number; change the units, add bounds, or use another method";

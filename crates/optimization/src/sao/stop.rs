@@ -7,6 +7,8 @@ use error::{Error, Result};
 /// Decrease of the objective, relative to its first values, above which the problem seems to be unbounded, and the largest violation at
 /// which this is concluded.
 const UNBOUNDED: [f64; 2] = [1e8, 0.01];
+/// Number of the last accepted steps over which an unbounded objective still grows by this factor. The first values may be as good as zero.
+const STILL_FALLS: (usize, f64) = (4, 2.0);
 
 /// The stop test.
 ///
@@ -128,12 +130,14 @@ impl Stop {
     }
 }
 
-/// True if the minimized objective is negative and huge compared with its first values.
+/// True if the minimized objective is negative, huge compared with its first values, and still falls.
 fn is_unbounded(state: &State) -> bool {
-    let first =
-        state.history.iter().filter(|cycle| cycle.accepted).take(2).fold(0.0, |m: f64, c| m.max(c.objective.abs()));
+    let accepted: Vec<f64> = state.history.iter().filter(|cycle| cycle.accepted).map(|cycle| cycle.objective).collect();
+    let first = accepted.iter().take(2).fold(0.0, |m: f64, objective| m.max(objective.abs()));
+    let (steps, factor) = STILL_FALLS;
+    let before = accepted.iter().rev().nth(steps).map_or(0.0, |objective| objective.abs());
     let is_feasible = state.evaluation.max_violation_pct() <= 100.0 * UNBOUNDED[1];
-    is_feasible && state.evaluation.objective < -UNBOUNDED[0] * first
+    is_feasible && state.evaluation.objective < -(UNBOUNDED[0] * first).max(factor * before)
 }
 
 fn relative_change(objective: f64, before: f64) -> f64 {

@@ -23,6 +23,10 @@ const AT_LAST: [f64; 2] = [1e-6, 1e-12];
 const AT_ZERO_STEP: f64 = 1e-10;
 /// Rounding error of the objective, relative to itself, to which its values can be compared.
 const COMPARABLE: f64 = 1e-13;
+/// Number of accepted designs over which the objective has changed by rounding only, for a run that has settled: in general, and at a
+/// move limit, which may be small because a length was underestimated. Number for a run that goes nowhere.
+const SETTLED: [usize; 2] = [4, 8];
+const GOES_NOWHERE: usize = OBJECTIVES;
 /// Largest Σ |λᵢ cᵢ|, relative to U.
 const COMPLEMENTARITY: f64 = 1e-5;
 /// Number of accepted designs over which the recent range of the objective is taken.
@@ -111,8 +115,10 @@ pub(super) struct StopTest<'a> {
     /// True if the proposal is at a move limit.
     pub at_limit: bool,
     pub optimality: Optimality,
-    /// True if no other step can be made.
+    /// True if no other step can be made, or the last ones have changed nothing.
     pub is_last: bool,
+    /// True if the last steps have changed the objective by rounding only.
+    pub has_settled: bool,
     /// Largest change of the objective by a row, |λᵢ| Σ |∂cᵢ/∂bⱼ| ℓⱼ, with its slopes at the last designs.
     pub largest_multiplier: f64,
     /// Objectives of the last [`LONGER`] + 1 accepted designs without excursions, and of the current one, which is the last.
@@ -145,6 +151,15 @@ impl StopTest<'_> {
         let part = VANISHED[usize::from(self.is_last)];
         let is_steep = objective <= STEEP * self.optimality.largest_change;
         objective <= part * self.settled_range || (is_steep && objective <= part * self.objective_range)
+    }
+
+    /// True for an objective that is as good as zero beside its slopes, where no step can be made and none is predicted: a residual R then
+    /// allows a decrease of about R² / (4 Δ) with the range Δ of the objective.
+    fn is_balanced_zero(&self, objective: f64) -> bool {
+        let Optimality { residual, complementarity, largest_change, .. } = self.optimality;
+        let zero = STEEP * largest_change;
+        let is_zero = [objective, complementarity, self.predicted.abs()].iter().all(|sum| *sum <= zero);
+        self.is_last && !self.at_limit && zero > 0.0 && is_zero && residual <= (zero * self.objective_range).sqrt()
     }
 
     /// Range of the objective over the last designs.
@@ -208,7 +223,9 @@ impl StopTest<'_> {
         }
         let tolerance = OF_TOLERANCE * self.tolerance;
         let allowed = |fraction: f64, rounding: f64| (fraction * unit).max(rounding * objective);
-        let prediction = if self.at_limit {
+        let prediction = if self.has_settled {
+            COMPARABLE * objective
+        } else if self.at_limit {
             allowed(PREDICTED[1], ROUNDING[0])
         } else {
             allowed(PREDICTED[0], ROUNDING[0]).max(tolerance)
@@ -221,7 +238,7 @@ impl StopTest<'_> {
             && !is_far
             && residual <= allowed(RESIDUAL[usize::from(self.is_last)], ROUNDING[1]).max(tolerance).max(self.at_last())
             && complementarity <= allowed(COMPLEMENTARITY, ROUNDING[1]).max(tolerance);
-        (holds || is_zero).then(|| {
+        (holds || is_zero || self.is_balanced_zero(objective)).then(|| {
             format!(
                 "a step predicts a change of the objective by {:.1e}, the optimality conditions hold to {:.1e} and the \
                  complementarity to {:.1e}; the objective changed by {unit:.1e} over the last designs",
@@ -231,6 +248,15 @@ impl StopTest<'_> {
             )
         })
     }
+}
+
+/// True if the last accepted designs have the same objective up to rounding, and the next step predicts no other one: of a run that has
+/// settled, or of one that `goes_nowhere`.
+pub(super) fn has_settled(objectives: &[f64], predicted: f64, at_limit: bool, goes_nowhere: bool) -> bool {
+    let count = if goes_nowhere { GOES_NOWHERE } else { SETTLED[usize::from(at_limit)] };
+    let Some(first) = objectives.len().checked_sub(count) else { return false };
+    let rounding = COMPARABLE * objectives.last().copied().unwrap_or(0.0).abs();
+    predicted.abs() <= rounding && spread(objectives[first..].iter().copied()) <= rounding
 }
 
 /// True if a converged design may have this violation, in units of the rows and in the terms of its row. The limits are those of

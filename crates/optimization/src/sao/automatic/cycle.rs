@@ -2,7 +2,7 @@
 
 use super::acceptance::{Decision, widths_after_rejection};
 use super::candidates::AcceptedPoint;
-use super::convergence::{Optimality, StopTest, feasibility_factor, largest_change, stalled};
+use super::convergence::{Optimality, StopTest, feasibility_factor, has_settled, largest_change, stalled};
 use super::lengths::{spread, start_lengths, start_sizes};
 use super::linearized::Linearized;
 use super::proposal::Next;
@@ -11,19 +11,31 @@ use super::situation::Situation;
 use super::{Automatic, AutomaticState, noise, stationary};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Problem, RowId};
-use crate::sao::{ActiveRow, Method, State, Status};
-use error::Result;
+use crate::sao::{ActiveRow, Method, NOT_FINITE, State, Status};
+use error::{Error, Result};
 
 /// Number of designs whose extent is the first box of a run that is continued, and its least part of the lengths.
 const RECENT: usize = 4;
 const LEAST_WIDTH: f64 = 1e-3;
+
+/// The reason for the end of a run that goes nowhere.
+const GOES_NOWHERE: &str =
+    "the last steps have changed the objective by rounding only, but the optimality conditions do not hold";
+
+/// What a run says that has stalled with forward differences.
+const FORWARD: &str = "forward differences have an error of the size of their steps, within which this may be an optimum: central ones, or \
+                       a shorter step, tell";
 
 impl Automatic {
     /// One trial step, or the end of the run if the stop test holds before another analysis.
     pub(in crate::sao) fn step(&self, method: &Method, problem: &Problem, mut state: State) -> Result<State> {
         let (mut memory, data) = self.memory_of(method, problem, &mut state)?;
         let situation = Situation::new(self, problem, &state, &data, &memory);
-        let proposal = match situation.propose()? {
+        let next = match situation.propose() {
+            Err(Error::NotFinite { .. }) => Next::End(Status::Stalled, NOT_FINITE.to_owned(), vec![]),
+            next => next?,
+        };
+        let proposal = match next {
             Next::Analyse(proposal) => *proposal,
             Next::CommonUnit => {
                 let widths = situation.units.lengths.clone();
@@ -65,7 +77,10 @@ impl Automatic {
             _ if examined.missed.is_empty() => data,
             _ => {
                 let retained = [data.retained, examined.missed].concat();
-                self.retain(method, problem, &mut state, &mut memory, retained)?
+                match self.retain(method, problem, &mut state, &mut memory, retained) {
+                    Ok(data) => data,
+                    Err(error) => return state.without_derivatives(error),
+                }
             }
         };
         state.factors = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
@@ -238,15 +253,20 @@ impl Situation<'_> {
             let reason = stalled(&step, &self.memory.widths, &self.units.lengths)?;
             Some(self.noise(true).map_or(reason, noise::in_words))
         });
-        let objectives = self.objectives();
+        let (objectives, at_limit) = (self.objectives(), proposal.at_limit.contains(&true));
+        let predicted = self.state.evaluation.objective - proposal.predicted.objective;
+        let is_without_change =
+            |goes_nowhere| restoration.is_none() && has_settled(&objectives, predicted, at_limit, goes_nowhere);
+        let stalled = stalled.or_else(|| is_without_change(true).then(|| GOES_NOWHERE.to_owned()));
         let λ = &proposal.solution.multipliers;
         let optimality = Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths);
         let test = StopTest {
             is_feasible: self.is_feasible(1.0),
             is_compatible: restoration.is_none(),
-            predicted: self.state.evaluation.objective - proposal.predicted.objective,
-            at_limit: proposal.at_limit.contains(&true),
-            is_last: stalled.is_some(),
+            predicted,
+            at_limit,
+            is_last: stalled.is_some() || is_without_change(false),
+            has_settled: is_without_change(false),
             largest_multiplier: self.largest_multiplier(&optimality.multipliers),
             optimality,
             objectives: &objectives,
@@ -259,7 +279,7 @@ impl Situation<'_> {
             return Ok(Next::Analyse(Box::new(self.displacement(stationary::DISPLACEMENTS[0], |_| true))));
         }
         if let Some(reason) = test.converged() {
-            let unexplored = self.unexplored(test.negligible());
+            let unexplored = self.unexplored(test.negligible(), test.has_settled);
             let end = || Next::End(Status::Converged, reason, self.active_rows(&test.optimality));
             return Ok(unexplored.map_or_else(end, |p| Next::Analyse(Box::new(p))));
         }
@@ -270,7 +290,14 @@ impl Situation<'_> {
             return Ok(next);
         }
         let reason = test.unbounded_multipliers().unwrap_or(reason);
+        let reason = if self.has_forward_differences() { format!("{reason}; {FORWARD}") } else { reason };
         Ok(Next::End(Status::Stalled, reason, self.active_rows(&test.optimality)))
+    }
+
+    /// True if the analysis is differentiated by forward differences, whose error is of the first order in their step.
+    fn has_forward_differences(&self) -> bool {
+        let needed = CycleData::needed(self.problem, &self.data.retained);
+        self.problem.analysis.differentiation(self.n(), &needed) == Some("forward")
     }
 
     /// The rows with a multiplier.

@@ -51,6 +51,10 @@ const SHORTER: f64 = 0.01;
 const SHORTEST: f64 = 10.0 * NO_EFFECT;
 /// Least curvature relative to the largest one that counts as positive.
 const FLAT: f64 = 1e-6;
+/// Least negative curvature in the units of the curvatures themselves, where the largest one of each variable is 1.
+const BENDS_DOWN: f64 = 0.1;
+/// Number of sweeps that bring the curvatures to these units: each halves their orders of magnitude.
+const SWEEPS: usize = 12;
 
 /// The directions in which a design can move to first order, in lengths.
 struct Tangent<'a> {
@@ -62,6 +66,8 @@ struct Tangent<'a> {
     weights: Vec<f64>,
     /// The Hessian of the functions in the Lagrangian that are given directly, in lengths.
     explicit: DMatrix<f64>,
+    /// Change of the objective over a length that does not matter.
+    negligible: f64,
     /// Orthonormal gradients of the active rows over the free variables.
     normals: Vec<DVector<f64>>,
     /// Those of the equalities and of the rows on which the Lagrangian depends. The others may become inactive.
@@ -78,7 +84,8 @@ impl<'a> Tangent<'a> {
         let linear = situation.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
         let explicit = linear.lagrangian_hessian(design, &multipliers);
         let explicit = DMatrix::from_fn(design.len(), design.len(), |i, j| explicit[(i, j)] * lengths[i] * lengths[j]);
-        let mut tangent = Self { situation, multipliers, slope, weights, explicit, normals: vec![], binding: vec![] };
+        let (normals, binding) = (vec![], vec![]);
+        let mut tangent = Self { situation, multipliers, slope, weights, explicit, negligible, normals, binding };
         let gradient = |i: usize| tangent.free(|j| here.jacobian[(i, j)] * lengths[j]);
         let is_binding = |i: &usize| here.equality[*i] || tangent.multipliers[*i] * gradient(*i).amax() > negligible;
         let active = || (0..here.c.len()).filter(|&i| here.is_active(i, lengths));
@@ -87,11 +94,18 @@ impl<'a> Tangent<'a> {
         tangent
     }
 
-    /// True for a variable that its slope does not push to a bound where it is.
+    /// True for a variable that its slope does not push to a bound where it is. A slope that does not matter pushes nowhere: the
+    /// curvature decides whether the variable leaves its bound.
     fn is_free(&self, j: usize) -> bool {
         let (variable, here) = (&self.situation.problem.variables[j], self.situation.state.design[j]);
-        let distance = if self.slope[j] > 0.0 { here - variable.lower } else { variable.upper - here };
-        distance > NEAR_BOUND * self.situation.units.lengths[j]
+        let (length, [below, above]) =
+            (self.situation.units.lengths[j], [here - variable.lower, variable.upper - here]);
+        let distance = match self.slope[j] * length {
+            change if change.abs() <= self.negligible => below.max(above),
+            change if change > 0.0 => below,
+            _ => above,
+        };
+        distance > NEAR_BOUND * length
     }
 
     /// A vector of the free variables.
@@ -173,26 +187,38 @@ impl<'a> Tangent<'a> {
             })
     }
 
-    /// The directions among orthonormal ones in which no step has shown a positive curvature, the least curvature first; and whether it
-    /// is negative. `None` before a step that shows a curvature.
-    fn flat(&self, known: &[DVector<f64>], pairs: &[Pair], negligible: f64) -> Option<(Vec<DVector<f64>>, bool)> {
+    /// The curvatures along orthonormal directions, as far as they are known. `None` before a step that shows a curvature.
+    fn curvatures(&self, known: &[DVector<f64>], pairs: &[Pair]) -> Option<DMatrix<f64>> {
+        let n = self.situation.n();
         let is_explicit = self.weights.iter().all(|w| *w == 0.0);
-        let of_numbers =
-            if is_explicit { Some(DMatrix::zeros(self.situation.n(), self.situation.n())) } else { sr1(pairs) };
+        let of_numbers = if is_explicit { Some(DMatrix::zeros(n, n)) } else { sr1(pairs) };
         let hessian = of_numbers.filter(|_| !known.is_empty())? + &self.explicit;
-        let r = known.len();
-        let reduced = DMatrix::from_fn(r, r, |i, k| known[i].dot(&(&hessian * &known[k]))).symmetric_eigen();
-        let rounding = ROUNDING * hessian.amax();
-        let positive = (FLAT * reduced.eigenvalues.amax()).max(rounding).max(negligible);
-        let mut flat: Vec<usize> = (0..r).filter(|&k| reduced.eigenvalues[k] <= positive).collect();
+        let sizes = hessian.abs();
+        let between = |i: usize, k: usize| {
+            let rounding = ROUNDING * known[i].abs().dot(&(&sizes * known[k].abs()));
+            Some(known[i].dot(&(&hessian * &known[k]))).filter(|c| c.abs() > rounding).unwrap_or(0.0)
+        };
+        Some(DMatrix::from_fn(known.len(), known.len(), between))
+    }
+
+    /// The directions among orthonormal ones in which no step has shown a positive curvature.
+    fn flat(&self, known: &[DVector<f64>], pairs: &[Pair]) -> Option<Flat> {
+        let curvatures = self.curvatures(known, pairs)?;
+        let hidden = hidden_descent(&curvatures)
+            .map(|(weights, curvature)| (combined(known, weights.iter().copied()), curvature));
+        let reduced = curvatures.symmetric_eigen();
+        let positive = (FLAT * reduced.eigenvalues.amax()).max(self.negligible);
+        let mut flat: Vec<usize> = (0..known.len()).filter(|&k| reduced.eigenvalues[k] <= positive).collect();
         flat.sort_by(|&a, &b| reduced.eigenvalues[a].total_cmp(&reduced.eigenvalues[b]));
         let bends_down = flat.first().is_some_and(|&k| reduced.eigenvalues[k] < -positive);
         let direction = |k: usize| combined(known, reduced.eigenvectors.column(k).iter().copied());
-        Some((flat.into_iter().map(direction).collect(), bends_down))
+        let hidden = hidden.filter(|_| !bends_down);
+        Some(Flat { directions: flat.into_iter().map(direction).collect(), bends_down, hidden })
     }
 
-    /// The next step to learn more about the curvature; `None` if the known curvatures are positive.
-    fn uncertain(&self, negligible: f64) -> Option<(DVector<f64>, Purpose)> {
+    /// The next step to learn more about the curvature, and its curvature where only its own unit shows that it is negative; `None` if
+    /// the known curvatures are positive.
+    fn uncertain(&self) -> Option<(DVector<f64>, Purpose, Option<f64>)> {
         let n = self.situation.n();
         let unit = |j: usize| DVector::from_fn(n, |i, _| if i == j { 1.0 } else { 0.0 });
         let free = (0..n).filter(|&j| self.is_free(j)).map(unit);
@@ -211,16 +237,20 @@ impl<'a> Tangent<'a> {
         let too_long = self.too_long();
         let explorations = explorations - too_long;
         if is_partly_unknown && explorations == 0 && too_long < MOST_EXPLORATIONS {
-            return Some((among_unknown(&generic(&unknown)), Purpose::Curvature));
+            return Some((among_unknown(&generic(&unknown)), Purpose::Curvature, None));
         }
-        let (flat, bends_down) = self.flat(if is_partly_unknown { &steps } else { tangent }, &pairs, negligible)?;
+        let Flat { directions: flat, bends_down, hidden } =
+            self.flat(if is_partly_unknown { &steps } else { tangent }, &pairs)?;
+        if let Some((direction, curvature)) = hidden.filter(|_| explorations < MOST_EXPLORATIONS) {
+            return Some((direction, Purpose::Curvature, Some(curvature)));
+        }
         if is_partly_unknown && explorations < MOST_UNKNOWN && !bends_down {
             // The change of the slope along a step is the next vector of its Krylov space.
             let coupled = |[_, change]: &Pair| {
                 let part = combined(&unknown, unknown.iter().map(|v| v.dot(change)));
                 (part.norm() > INDEPENDENT * change.norm()).then_some(part)
             };
-            return Some((among_unknown(&pairs.iter().rev().find_map(coupled)?), Purpose::Curvature));
+            return Some((among_unknown(&pairs.iter().rev().find_map(coupled)?), Purpose::Curvature, None));
         }
         if is_partly_unknown && !bends_down {
             return None;
@@ -228,13 +258,51 @@ impl<'a> Tangent<'a> {
         // One direction after the other.
         let next = if bends_down { 0 } else { explorations };
         if let (Some(direction), true) = (flat.get(next), explorations < MOST_EXPLORATIONS) {
-            return Some((direction.clone(), Purpose::Curvature));
+            return Some((direction.clone(), Purpose::Curvature, None));
         }
         // Rows at fixed times do not show the motion of peaks.
         let is_over_time = |row: &RowId| self.situation.problem.constraints[row.constraint].quantity.is_transient();
         let is_known = !flat.is_empty() && !self.situation.here.rows.iter().any(is_over_time);
-        is_known.then(|| (generic(&flat), Purpose::Flat))
+        is_known.then(|| (generic(&flat), Purpose::Flat, None))
     }
+
+    /// How much a step along a direction violates active rows that do not bind, in its first-order changes of them.
+    fn violation(&self, direction: &DVector<f64>) -> f64 {
+        let Situation { here, units, .. } = self.situation;
+        let gradient = |i: usize| self.free(|j| here.jacobian[(i, j)] * units.lengths[j]);
+        let change = |g: DVector<f64>| without(&g, &self.binding).dot(direction) / g.norm().max(f64::MIN_POSITIVE);
+        let active = (0..here.c.len()).filter(|&i| !here.equality[i] && here.is_active(i, &units.lengths));
+        active.map(|i| change(gradient(i)).max(0.0)).sum()
+    }
+}
+
+/// Directions in which no step has shown a positive curvature.
+struct Flat {
+    /// The least curvature first.
+    directions: Vec<DVector<f64>>,
+    /// True if the least curvature is negative.
+    bends_down: bool,
+    /// A direction of negative curvature that is negligible over the lengths, and its curvature over them: a variable that was at a
+    /// point of symmetry has lengths that say nothing about it.
+    hidden: Option<(DVector<f64>, f64)>,
+}
+
+/// A direction in which symmetric curvatures bend down in their own units, and its curvature; `None` if there is none. Units of
+/// the variables in which the largest curvature of each is 1 do not depend on lengths.
+fn hidden_descent(curvatures: &DMatrix<f64>) -> Option<(DVector<f64>, f64)> {
+    let (r, mut scaled) = (curvatures.nrows(), curvatures.clone());
+    let mut units = DVector::from_element(r, 1.0);
+    for _ in 0..SWEEPS {
+        let largest = |k: usize| Some(scaled.row(k).amax()).filter(|largest| *largest > 0.0);
+        let factors: Vec<f64> = (0..r).map(|k| largest(k).map_or(1.0, |largest| 1.0 / largest.sqrt())).collect();
+        units.iter_mut().zip(&factors).for_each(|(unit, factor)| *unit *= factor);
+        scaled = DMatrix::from_fn(r, r, |i, k| scaled[(i, k)] * factors[i] * factors[k]);
+    }
+    let eigen = scaled.symmetric_eigen();
+    let (least, curvature) = eigen.eigenvalues.argmin();
+    let weights = eigen.eigenvectors.column(least).component_mul(&units);
+    let norm = weights.norm();
+    (curvature < -BENDS_DOWN && norm > 0.0 && norm.is_finite()).then(|| (weights / norm, curvature / norm.powi(2)))
 }
 
 /// Σ wₖ vₖ, for at least one vector.
@@ -272,7 +340,10 @@ impl Situation<'_> {
     ///
     /// A variable on which nothing ever depended to first order may be at a maximum. A curvature that no step has shown is a
     /// guess: where a length was underestimated it is far too large, and the step and the predicted decrease far too small.
-    pub(super) fn unexplored(&self, negligible: f64) -> Option<Proposal> {
+    ///
+    /// A slope in a direction that no step had does not matter where the run `has_settled`: with more variables than stored steps, there is
+    /// always one.
+    pub(super) fn unexplored(&self, negligible: f64, has_settled: bool) -> Option<Proposal> {
         if !self.is_flat_start() && (0..self.n()).any(|j| self.is_unknown(j)) {
             return Some(self.displacement(DISPLACEMENT, |j| self.is_unknown(j)));
         }
@@ -280,7 +351,7 @@ impl Situation<'_> {
         let (lengths, widths) = (&self.units.lengths, &self.memory.widths);
         let descent = tangent.descent();
         let new = without(&descent, &tangent.steps(&tangent.normals, false));
-        if self.memory.rejections == 0 && new.amax() > negligible {
+        if !has_settled && self.memory.rejections == 0 && new.amax() > negligible {
             let direction = without(&conjugate(&new, &tangent.pairs()), &tangent.normals);
             let to_limit = |j: usize| widths[j] / (lengths[j] * direction[j].abs());
             let size = (0..self.n()).map(to_limit).fold(f64::INFINITY, f64::min);
@@ -289,15 +360,18 @@ impl Situation<'_> {
         if self.memory.explorations >= 2 * ROUND {
             return None;
         }
-        let (direction, purpose) = tangent.uncertain(negligible)?;
+        let (direction, purpose, hidden) = tangent.uncertain()?;
         let direction = direction.normalize() * if self.is_backwards() { -1.0 } else { 1.0 };
         let slope = descent.dot(&direction);
         let noise = negligible.max(f64::EPSILON * self.units.objective_range);
         let is_slope = slope.abs() > noise && tangent.is_steady(&direction, slope);
-        let to_matter = if is_slope { MATTERS * noise / slope } else { 0.0 };
+        let by_curvature = hidden.map_or(0.0, |curvature| (2.0 * MATTERS * noise / -curvature).sqrt());
+        let to_matter = if is_slope { MATTERS * noise / slope } else { by_curvature };
         let shortened = || (STEP * SHORTER.powi(tangent.too_long() as i32)).max(SHORTEST);
         let step = if purpose == Purpose::Flat { FLAT_STEP } else { shortened() };
-        let size = (step / direction.amax()).max(to_matter.abs()).copysign(slope);
+        let is_better_backwards = || tangent.violation(&-&direction) < tangent.violation(&direction);
+        let sign = if slope.abs() <= noise && !self.is_backwards() && is_better_backwards() { -1.0 } else { slope };
+        let size = (step / direction.amax()).max(to_matter.abs()).copysign(sign);
         let box_size = (size.abs() * direction.amax()).max(1.0);
         let widths: Vec<f64> = lengths.iter().map(|l| l * box_size).collect();
         Some(self.along(&direction, size, &widths, purpose))

@@ -65,21 +65,45 @@ impl Linearized {
         self.equality[i] || self.c[i] > -ACTIVE * terms()
     }
 
-    /// Multipliers of the active rows by least squares over the variables off their bounds, in lengths.
+    /// Multipliers of the active rows by least squares over the variables off their bounds, in lengths. Where these push a variable away
+    /// from its bound, the multipliers of rows and bounds together: the variables off their bounds may be too few to determine those of
+    /// the rows.
     pub fn balanced(&self, problem: &Problem, b: &[f64], lengths: &[f64]) -> Vec<f64> {
-        let is_free = |&j: &usize| {
+        // −1 for a variable at its lower bound, 1 at its upper bound; both for one that is fixed.
+        let bounds = |j: usize| {
             let (variable, near) = (&problem.variables[j], ACTIVE * lengths[j]);
-            b[j] - variable.lower > near && variable.upper - b[j] > near
+            let at = [(b[j] - variable.lower <= near, -1.0), (variable.upper - b[j] <= near, 1.0)];
+            at.into_iter().filter(|(is_at, _)| *is_at).map(move |(_, side)| (j, side))
         };
-        let free: Vec<usize> = (0..b.len()).filter(is_free).collect();
+        let held: Vec<(usize, f64)> = (0..b.len()).flat_map(bounds).collect();
+        let free: Vec<usize> = (0..b.len()).filter(|j| held.iter().all(|(k, _)| k != j)).collect();
         let active: Vec<usize> = (0..self.c.len()).filter(|&i| self.is_active(i, lengths)).collect();
-        let gradients =
-            DMatrix::from_fn(free.len(), active.len(), |k, a| self.jacobian[(active[a], free[k])] * lengths[free[k]]);
-        let slope: Vec<f64> = free.iter().map(|&j| self.slope[j] * lengths[j]).collect();
         let equality: Vec<bool> = active.iter().map(|&i| self.equality[i]).collect();
-        let mut multipliers = vec![0.0; self.c.len()];
-        active.iter().zip(nlp::balance(&slope, &gradients, &equality)).for_each(|(&i, λ)| multipliers[i] = λ);
-        multipliers
+        let balance = |variables: &[usize], held: &[(usize, f64)]| {
+            let gradient = |k: usize, a: usize| {
+                let j = variables[k];
+                match active.get(a) {
+                    Some(&i) => self.jacobian[(i, j)] * lengths[j],
+                    None => Some(held[a - active.len()]).filter(|(at, _)| *at == j).map_or(0.0, |(_, side)| side),
+                }
+            };
+            let gradients = DMatrix::from_fn(variables.len(), active.len() + held.len(), gradient);
+            let slope: Vec<f64> = variables.iter().map(|&j| self.slope[j] * lengths[j]).collect();
+            let equality = [&equality[..], &vec![false; held.len()]].concat();
+            let mut multipliers = vec![0.0; self.c.len()];
+            active.iter().zip(nlp::balance(&slope, &gradients, &equality)).for_each(|(&i, λ)| multipliers[i] = λ);
+            multipliers
+        };
+        let multipliers = balance(&free, &[]);
+        let slope = self.lagrangian_slope(&multipliers);
+        let leaves = |&(j, side): &(usize, f64)| {
+            let is_fixed = problem.variables[j].upper - problem.variables[j].lower <= ACTIVE * lengths[j];
+            !is_fixed && side * slope[j] > ACTIVE * self.slope[j].abs()
+        };
+        if active.is_empty() || !held.iter().any(leaves) {
+            return multipliers;
+        }
+        balance(&(0..b.len()).collect::<Vec<_>>(), &held)
     }
 
     /// ∂(F + Σ λᵢ cᵢ)/∂b.

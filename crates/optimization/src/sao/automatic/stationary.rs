@@ -85,7 +85,7 @@ impl Situation<'_> {
     }
 
     /// True if the objective has risen with the square of the displacement from a flat start, for all sizes: its slopes may then show whether
-    /// it has a minimum there. They show nothing of an objective that is given directly.
+    /// it has a minimum there. They show nothing of an objective that is given directly, unless it is constant.
     pub(super) fn rises_evenly(&self) -> bool {
         let Self { state, problem, .. } = self;
         let accepted = state.history.iter().rposition(|cycle| cycle.accepted).map_or(0, |last| last + 1);
@@ -96,7 +96,9 @@ impl Situation<'_> {
             let expected = SHORTER * SHORTER * pair[0];
             pair[1] <= EVENLY * expected && (pair[1] >= expected / EVENLY || expected <= ROUNDING * here.abs())
         };
-        rises.len() == SIZES && !problem.objective.quantity.is_explicit() && rises.windows(2).all(is_even)
+        let is_constant = rises.iter().all(|rise| *rise == 0.0);
+        let is_shown = is_constant || !problem.objective.quantity.is_explicit();
+        rises.len() == SIZES && is_shown && rises.windows(2).all(is_even)
     }
 
     /// Number of displacements since the last one that led to a better point, in the units of the current cycle.
