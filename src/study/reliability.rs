@@ -173,12 +173,7 @@ fn first_zero(value: f64, slope: f64, at_r: f64, r: f64) -> Option<f64> {
 }
 
 /// A distance in a direction near the limit, beyond it, by bisection between the origin and a point that violates it.
-fn first_violation(
-    value: &impl Fn(&[f64]) -> Result<f64>,
-    direction: &[f64],
-    radius: f64,
-    sign: f64,
-) -> Result<f64> {
+fn first_violation(value: &impl Fn(&[f64]) -> Result<f64>, direction: &[f64], radius: f64, sign: f64) -> Result<f64> {
     let (mut low, mut high) = (0.0, radius);
     for _ in 0..COARSE_BISECTIONS {
         let middle = 0.5 * (low + high);
@@ -195,10 +190,7 @@ fn first_violation(
 const COARSE_BISECTIONS: usize = 6;
 
 /// Unit vectors in which g is explored: the axes, the eigenvectors of the second derivatives at the origin, and evenly distributed ones.
-fn directions(
-    limit_state: &impl Fn(&[f64]) -> Result<(f64, Vec<f64>)>,
-    origin: &Evaluated,
-) -> Result<Vec<Vec<f64>>> {
+fn directions(limit_state: &impl Fn(&[f64]) -> Result<(f64, Vec<f64>)>, origin: &Evaluated) -> Result<Vec<Vec<f64>>> {
     let n = origin.u.len();
     let axis = |k: usize| (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
     let mut all: Vec<Vec<f64>> = (0..n).map(axis).collect();

@@ -159,9 +159,8 @@ impl Tolerances {
             let slope = |(k, d): (usize, &Distribution)| found.rows[(0, k)] * d.slope(u[k]);
             Ok((found.values[0], self.distributions.iter().enumerate().map(slope).collect()))
         };
-        let value = |u: &[f64]| -> Result<f64> {
-            Ok(self.evaluator.values(&x(u), margin).map_err(StudyError::into_error)?[0])
-        };
+        let value =
+            |u: &[f64]| -> Result<f64> { Ok(self.evaluator.values(&x(u), margin).map_err(StudyError::into_error)?[0]) };
         let head = vec![run as f64];
         match first_order_reliability(self.distributions.len(), value, limit_state) {
             Ok(point) => {
@@ -401,9 +400,8 @@ impl Tolerances {
         let column = self.distributions.len() + self.sampled.iter().position(|q| *q == self.limits[limit])?;
         let is_beyond = |margin: f64| if probability > 0.5 { margin > 0.0 } else { margin < 0.0 };
         let beyond = rows.of(SAMPLES).filter(|row| !row.has_failed() && is_beyond(row.value(column)));
-        let size = |row: &Row| {
-            self.points.point(row.run).into_iter().map(|p| normal_quantile(p).powi(2)).sum::<f64>().sqrt()
-        };
+        let size =
+            |row: &Row| self.points.point(row.run).into_iter().map(|p| normal_quantile(p).powi(2)).sum::<f64>().sqrt();
         let reach = if beta.is_finite() { beta.abs() * (1.0 - CLOSE) } else { f64::INFINITY };
         beyond.map(size).min_by(f64::total_cmp).filter(|distance| *distance < reach)
     }
@@ -441,7 +439,8 @@ impl Tolerances {
 
     fn reliability(&self, rows: &Rows) -> Result<Table> {
         let columns = ["constraint", "beta", "probability", "sample_probability", "standard_error"];
-        let mut table = Table::new("Probability that a constraint is violated", columns).headed(columns.map(in_words))?;
+        let mut table =
+            Table::new("Probability that a constraint is violated", columns).headed(columns.map(in_words))?;
         for margin in &self.margins {
             let number = self.limits.iter().position(|limit| limit == margin);
             let number = number.filter(|limit| self.contradiction(rows, *limit).is_none());
