@@ -11,11 +11,12 @@ export const measured = (svg, otherwise) => Math.round(svg.clientWidth) || other
 // Draws again when the width of a drawing changes.
 export const onWidth = (svg, draw) => {
   let last = 0;
-  new ResizeObserver(() => {
+  // In the next frame: a drawing changes its own height, of which the observer would complain.
+  new ResizeObserver(() => requestAnimationFrame(() => {
     if (svg.clientWidth === last) return;
     last = svg.clientWidth;
     draw();
-  }).observe(svg);
+  })).observe(svg);
 };
 
 // A number with five digits; small ones as 5.4781e−6.
