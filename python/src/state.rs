@@ -1,7 +1,7 @@
 //! The state of a run: history, results, report, figures.
 
 use super::problem::Problem;
-use super::work::{raise, work};
+use super::work::{raise, work, work_until};
 use linkwright::report::animation::{Animation, Scene};
 use linkwright::report::figure::{QuantityLabel, literal};
 use linkwright::report::page::{Page, PageSection};
@@ -12,6 +12,7 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::sync::atomic::Ordering;
 
 /// State of a run.
 #[pyclass(module = "linkwright._core", frozen)]
@@ -156,15 +157,17 @@ impl State {
                 linkwright::Error::definition("report", "the run belongs to another problem", "give its problem");
             return Err(raise(py, &error));
         }
-        problem.work(py, || {
+        let draw = |slice: Option<Slice>| {
             let run = OptimizationReport::new(problem.model.title(), &problem.problem, &self.0)?;
-            // Designs of a slice are analysed in several threads, which Python functions are not.
-            let slice = if problem.is_function || slice < 2 {
-                None
-            } else {
-                Slice::sample(&problem.problem, &self.0, slice).ok().flatten()
-            };
             convert(run.page(slice.as_ref(), self.mechanism(problem).into_iter().collect())?)
+        };
+        // Designs of a slice are analysed in several threads, which Python functions are not.
+        if problem.is_function || slice < 2 {
+            return problem.work(py, || draw(None));
+        }
+        work_until(py, |is_stopped| {
+            let is_stopped = || is_stopped.load(Ordering::Relaxed);
+            draw(Slice::sample_until(&problem.problem, &self.0, slice, &is_stopped).ok().flatten())
         })
     }
 

@@ -93,16 +93,19 @@ impl Study {
         work(py, || Ok(self.rows(&lines)?.text(&self.0.header())))
     }
 
+    /// The page of the rows of all runs.
+    fn report(&self, py: Python<'_>, lines: Vec<String>) -> PyResult<String> {
+        work(py, || {
+            let (rows, found) = self.concluded(&lines)?;
+            let foot = format!("Written by linkwright {} from Python.", env!("CARGO_PKG_VERSION"));
+            self.0.page(&rows, &found).foot(foot).html()
+        })
+    }
+
     /// The conclusions from the rows of all runs.
     fn conclude(&self, py: Python<'_>, lines: Vec<String>) -> PyResult<Conclusions> {
         work(py, || {
-            let rows = self.rows(&lines)?;
-            let missing = self.0.missing(&rows, Part::WHOLE);
-            if missing > 0 {
-                let why = format!("{missing} runs are missing");
-                return Err(Error::definition("the study", why, "do them with `run` first"));
-            }
-            let found = self.0.conclude(&rows)?;
+            let (_, found) = self.concluded(&lines)?;
             let tables = found.tables.iter().map(|(name, table)| (name.to_string(), table.json_lines())).collect();
             let figures = found
                 .figures
@@ -114,6 +117,18 @@ impl Study {
 }
 
 impl Study {
+    /// All rows, and what they answer.
+    fn concluded(&self, lines: &[String]) -> Result<(Rows, linkwright::study::Conclusion)> {
+        let rows = self.rows(lines)?;
+        let missing = self.0.missing(&rows, Part::WHOLE);
+        if missing > 0 {
+            let why = format!("{missing} runs are missing");
+            return Err(Error::definition("the study", why, "do them with `run` first"));
+        }
+        let found = self.0.conclude(&rows)?;
+        Ok((rows, found))
+    }
+
     fn rows(&self, lines: &[String]) -> Result<Rows> {
         let text = self.0.header().line() + &lines.concat();
         Ok(Rows::read("the rows", text.as_bytes(), &self.0.runs())?.rows)

@@ -64,18 +64,33 @@ pub fn work<T: Send>(py: Python<'_>, task: impl FnOnce() -> Result<T, Error> + S
 ///
 /// `KeyboardInterrupt`, or another exception of a signal handler; those of [`work`].
 pub fn work_with_programs<T: Send>(py: Python<'_>, task: impl FnOnce() -> Result<T, Error> + Send) -> PyResult<T> {
+    work_until(py, |_| task())
+}
+
+/// As [`work_with_programs`], for work that looks at a flag, which Ctrl-C sets, and ends early if it is set.
+///
+/// # Errors
+///
+/// Those of [`work_with_programs`].
+pub fn work_until<T: Send>(
+    py: Python<'_>,
+    task: impl FnOnce(&AtomicBool) -> Result<T, Error> + Send,
+) -> PyResult<T> {
     check_threads()?;
+    let is_stopped = AtomicBool::new(false);
+    let is_stopped = &is_stopped;
     let (ended, interrupt) = py.detach(|| {
         thread::scope(|scope| {
             let (working, end) = channel::<()>();
             let worker = scope.spawn(move || {
                 let _working = working;
-                done(task)
+                done(|| task(is_stopped))
             });
             let mut interrupt = None;
             while end.recv_timeout(PAUSE) == Err(RecvTimeoutError::Timeout) {
                 let signal = Python::attach(|py| py.check_signals());
                 if let (None, Err(error)) = (&interrupt, signal) {
+                    is_stopped.store(true, Relaxed);
                     end_programs();
                     interrupt = Some(error);
                 }

@@ -186,3 +186,20 @@ def test_the_default_method_says_that_it_does_not_use_tol():
 def test_an_unbounded_problem_is_named():
     found = linkwright.minimize(lambda x: -x[0], [1.0])
     assert not found.success and "seems to be unbounded" in found.message
+
+
+def test_one_number_in_any_form_and_the_callbacks_of_scipy():
+    seen = []
+    found = linkwright.minimize(lambda x: np.array([[x @ x]]), [1.0, 2.0], callback=lambda x, state: seen.append((x, state.fun)))
+    assert found.success and abs(found.fun) < 1e-6
+    assert all(abs(x @ x - fun) < 1e-12 for x, fun in seen) and seen
+    # A second parameter with a default is not SciPy's state.
+    linkwright.minimize(lambda x: x @ x, [1.0], callback=lambda x, more=3: seen.append(more))
+    assert seen[-1] == 3
+    with pytest.raises(linkwright.DefinitionError, match="`callback` is not a function: 3"):
+        linkwright.minimize(lambda x: x @ x, [1.0], callback=3)
+    from scipy.optimize import NonlinearConstraint
+
+    many = NonlinearConstraint(lambda x: np.full(10001, x[0]), -9, 9)
+    with pytest.raises(linkwright.DefinitionError, match="10002 responses are too many"):
+        linkwright.minimize(lambda x: x @ x, [1.0], constraints=many)

@@ -198,3 +198,19 @@ def test_a_component_has_the_units_of_the_model():
     problem.run_model()
     assert problem.get_val("l")[0] == 300.0
     assert problem.get_val("area")[0] == pytest.approx(0.09)
+
+
+def test_a_complex_step_is_an_error():
+    """It would drop the imaginary part: all derivatives would be zero, and the start would be an optimum."""
+    model = linkwright.Model.from_dict(
+        {"design": {"x": {"start": 3.0}}, "output": [{"name": "f", "value": "(x - 1)^2 + 2"}], "objective": {"minimize": "f"}}
+    )
+    problem = om.Problem(reports=False)
+    problem.model.add_subsystem("model", Component(model=model), promotes=["*"])
+    problem.model.add_design_var("x", lower=-5.0, upper=5.0)
+    problem.model.add_objective("f")
+    problem.model.approx_totals(method="cs")
+    problem.driver = Driver(preset="slp")
+    problem.setup(force_alloc_complex=True)
+    with pytest.raises(RuntimeError, match="`model` of linkwright has no complex step: use its partials"):
+        problem.run_driver()

@@ -294,3 +294,22 @@ def test_arrays_of_other_libraries_are_taken():
 def test_second_derivatives_need_first_ones():
     with pytest.raises(linkwright.DefinitionError, match="`second_derivatives` needs `derivatives`"):
         linkwright.Problem({"a": 1.0}, ["r"], lambda b: b[0], second_derivatives=lambda b: np.zeros((1, 1)), objective="r")
+
+
+@pytest.mark.parametrize(
+    "call, message",
+    [
+        (lambda make: make(lambda b: b[0] ** 2).sensitivities(method="zz"), "choose from central, forward, richardson, noise-aware"),
+        (lambda make: make(lambda b: np.ma.array(b[0] ** 2, mask=True)).analyze(), "response `r`: a value is masked"),
+        (lambda make: make(lambda b: b[0], time=3), "time: expected the time points as a vector"),
+        (lambda make: make(lambda b: b[0], step="1e-3"), "`step` is a number"),
+        (lambda make: make(lambda b: b[0] ** 2, map=lambda f, d: None).analyze_many([[1.0]]), "`map` returned NoneType"),
+        (lambda make: make(lambda b: b[0] ** 2).optimize(callback=3), "`callback` is not a function: 3"),
+    ],
+)
+def test_wrong_arguments_are_definition_errors(call, message):
+    def make(function, **more):
+        return linkwright.Problem({"a": {"start": 1.0}}, ["r"], function, objective="r", **more)
+
+    with pytest.raises(linkwright.DefinitionError, match=message):
+        call(make)

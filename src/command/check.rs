@@ -4,6 +4,7 @@ use super::budget::Budget;
 use super::folder::OutputFolder;
 use super::model::{At, Settings, changed, design, is_file, located};
 use super::output::{Digits, say};
+use super::progress::{Show, working};
 use clap::Args;
 use linkwright::Error;
 use linkwright::cases::find;
@@ -89,9 +90,11 @@ impl Check {
         };
         self.budget.check_table(&problem, model.as_ref().map_or(&Method::default(), Model::method))?;
         let b = design(&problem, &self.at)?;
+        let work = working("analysing the design", Show::of(self.json, self.quiet), model.as_ref());
         // Without an objective there is nothing to which the scales of variables could be compared.
         let has_scales = !self.quiet && of_simulation.is_none();
         let scales = if has_scales { located(model.as_ref(), scales(&problem, &b))? } else { vec![] };
+        drop(work);
         if !self.json && !self.quiet {
             let here = problem.analyze(&b).and_then(|responses| problem.evaluate(&b, &responses));
             let here = located(model.as_ref(), here)?;
@@ -102,7 +105,9 @@ impl Check {
             scales.iter().try_for_each(|line| say(line))?;
         }
         let numbers = self.numbers(&problem)?;
+        let work = working("checking the derivatives", Show::of(self.json, self.quiet), model.as_ref());
         let checked = located(model.as_ref(), problem.check_responses(&b, self.points, &numbers))?;
+        drop(work);
         let table = table(&problem, &checked)?;
         if self.json {
             table.json_lines().iter().try_for_each(|line| say(line))?;

@@ -6,10 +6,12 @@
 use super::output::results;
 use anyhow::{Context, anyhow, bail};
 use linkwright::report::figure::Figure;
-use linkwright::storage::{Directory, Entry};
+use linkwright::storage::{Directory, Entry, Lock};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The list of files.
 pub const MANIFEST: &str = "files.json";
@@ -71,12 +73,8 @@ impl OutputFolder {
 
     /// An open folder with its list.
     pub fn of(directory: Directory) -> anyhow::Result<Self> {
-        let place = directory.path().join(MANIFEST);
-        let text = directory.read(MANIFEST, LIMIT).with_context(|| format!("cannot read {}", place.display()))?;
-        let manifest = text.map(|text| serde_json::from_slice::<Manifest>(&text)).transpose();
-        let manifest =
-            manifest.with_context(|| format!("{} is not a list of files; give another folder", place.display()))?;
-        Ok(Self { directory, own: manifest.map(|manifest| manifest.files).unwrap_or_default(), is_earlier: false })
+        let own = listed(&directory)?;
+        Ok(Self { directory, own, is_earlier: false })
     }
 
     /// The folder itself.
@@ -123,11 +121,14 @@ impl OutputFolder {
 
     /// Adds files to the list that are about to be written. Rejects names as [`check_free`](Self::check_free) does.
     pub fn own<S: AsRef<str>>(&mut self, names: &[S]) -> anyhow::Result<()> {
-        let new: Vec<&str> = names.iter().map(S::as_ref).filter(|name| !self.own.contains(*name)).collect();
-        self.check_free(&new)?;
-        if new.is_empty() {
+        if names.iter().all(|name| self.own.contains(name.as_ref())) {
             return Ok(());
         }
+        let _alone = alone_in(&self.directory);
+        // Another process may have written into the folder since the list was read.
+        self.own.extend(listed(&self.directory)?);
+        let new: Vec<&str> = names.iter().map(S::as_ref).filter(|name| !self.own.contains(*name)).collect();
+        self.check_free(&new)?;
         self.own.extend(new.into_iter().map(str::to_owned));
         let text = serde_json::to_string_pretty(&Manifest { version: 1, files: self.own.clone() })?;
         let written = self.directory.replace(MANIFEST, text.as_bytes(), true);
@@ -172,6 +173,31 @@ impl OutputFolder {
         self.write(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
         self.write(&format!("{name}.png"), &figure.png(300.0)?).map(drop)
     }
+}
+
+/// The names in the list of a folder; none if there is no list.
+fn listed(directory: &Directory) -> anyhow::Result<BTreeSet<String>> {
+    let place = directory.path().join(MANIFEST);
+    let text = directory.read(MANIFEST, LIMIT).with_context(|| format!("cannot read {}", place.display()))?;
+    let manifest = text.map(|text| serde_json::from_slice::<Manifest>(&text)).transpose();
+    let manifest =
+        manifest.with_context(|| format!("{} is not a list of files; give another folder", place.display()))?;
+    Ok(manifest.map(|manifest| manifest.files).unwrap_or_default())
+}
+
+/// Time to wait for another process that changes the list, in steps of 10 ms. A change takes a few milliseconds.
+const LIST_WAITS: usize = 200;
+
+/// The lock of a folder while the list is changed. Without it, as on a file system that has no locks, the list is changed all the same.
+fn alone_in(directory: &Directory) -> Option<File> {
+    for _ in 0..LIST_WAITS {
+        match directory.lock_folder() {
+            Ok(Lock::Own(folder)) => return Some(folder),
+            Ok(Lock::OfOther) => std::thread::sleep(Duration::from_millis(10)),
+            Ok(Lock::NotOffered) | Err(_) => break,
+        }
+    }
+    None
 }
 
 /// Opens a folder; creates it and its parents if they are missing.

@@ -6,7 +6,8 @@ use std::sync::{Mutex, PoisonError};
 /// Exit code after Ctrl-C: 128 and the number of the signal, as shells have it.
 pub const INTERRUPTED: u8 = 130;
 
-type Action = Box<dyn Fn() -> bool + Send>;
+/// What a command does at Ctrl-C; the process ends if it returns true.
+pub type Action = Box<dyn Fn() -> bool + Send + Sync>;
 
 /// Action of the running command at Ctrl-C.
 static ACTION: Mutex<Option<Action>> = Mutex::new(None);
@@ -25,6 +26,11 @@ pub fn handle() {
 }
 
 /// Calls `action` at Ctrl-C; the process ends if it returns true.
-pub fn at_interruption(action: impl Fn() -> bool + Send + 'static) {
-    *ACTION.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(action));
+pub fn at_interruption(action: impl Fn() -> bool + Send + Sync + 'static) {
+    drop(replaced(Some(Box::new(action))));
+}
+
+/// Sets or removes the action at Ctrl-C, and returns the former one.
+pub fn replaced(action: Option<Action>) -> Option<Action> {
+    std::mem::replace(&mut *ACTION.lock().unwrap_or_else(PoisonError::into_inner), action)
 }

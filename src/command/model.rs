@@ -198,10 +198,8 @@ fn edited(
     start: &[(String, String)],
     reader: Reader,
 ) -> anyhow::Result<(Model, String)> {
+    reject_study(path, &text)?;
     let name = path.display().to_string();
-    if is_study(&text) {
-        bail!("{name} is a study, and a model file is needed; `linkwright study {}` does its runs", argument(&name));
-    }
     for (key, value) in settings {
         text = with_setting(&name, &text, key, value)?;
     }
@@ -221,6 +219,17 @@ fn edited(
         }
     })?;
     Ok((with_program(model, path), text))
+}
+
+/// Rejects the text of a study file where a model file is needed.
+pub fn reject_study(path: &Path, text: &str) -> anyhow::Result<()> {
+    let name = path.display().to_string();
+    anyhow::ensure!(
+        !is_study(text),
+        "{name} is a study, and a model file is needed; `linkwright study {}` does its runs",
+        argument(&name)
+    );
+    Ok(())
 }
 
 /// Returns `true` for the text of a study file, which names a model, its kind, and what varies.
@@ -272,11 +281,12 @@ pub fn located<'m, T>(model: impl Into<Option<&'m Model>>, result: linkwright::R
     })
 }
 
-/// Returns `true` if an argument is a model file rather than the name of a problem of the library.
+/// Returns `true` if an argument is a model file rather than the name of a problem of the library. A file wins over a problem of its name, as it does
+/// in the commands that know only files; a folder does not.
 pub fn is_file(what: &str) -> bool {
-    let is_known = linkwright::cases::suite::problems().any(|entry| entry.name == what);
     let path = Path::new(what);
-    !is_known && (model_file(path).exists() || path.extension().is_some())
+    let is_known = linkwright::cases::suite::problems().any(|entry| entry.name == what);
+    if is_known { model_file(path).is_file() } else { model_file(path).exists() || path.extension().is_some() }
 }
 
 /// The start design with changes such as `--at k=0.5,c=0.2`.

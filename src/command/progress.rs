@@ -1,7 +1,8 @@
 //! Terminal output during a run.
 
 use super::eta::RemainingCycles;
-use super::output::{brief, say, say_raw};
+use super::interruption::{Action, replaced};
+use super::output::{brief, complain, say, say_raw};
 use super::run_directory::{Summary, shown_cycle};
 use linkwright::mechanics::SimulationClock;
 use linkwright::model_file::{Model, visible};
@@ -10,7 +11,7 @@ use linkwright::report::number::{readable, with_unit};
 use linkwright::report::outcome;
 use linkwright::sao::{State, Status, Stop};
 use std::io::{IsTerminal, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -62,7 +63,8 @@ impl<'p> Progress<'p> {
     pub fn new(problem: &'p Problem, show: Show, stop: Stop, digits: usize, clock: Option<RunningTime>) -> Self {
         let is_terminal = show == Show::Table && std::io::stdout().is_terminal();
         let begun = Instant::now();
-        Self { problem, show, stop, digits, begun, is_terminal, line: StatusLine::new(begun, is_terminal, clock) }
+        let place = if is_terminal { LinePlace::Terminal } else { LinePlace::Nowhere };
+        Self { problem, show, stop, digits, begun, is_terminal, line: StatusLine::new(begun, place, clock) }
     }
 
     /// Says that the start design is being analysed.
@@ -75,9 +77,13 @@ impl<'p> Progress<'p> {
         if self.show != Show::Table {
             return Ok(());
         }
-        let name = |name: &str| name.chars().take(12).collect::<String>();
         let width = self.width();
-        let names = self.problem.variables.iter().take(COLUMNS).map(|v| format!(" {:>width$}", name(&v.name)));
+        // A name that is cut ends with a mark.
+        let cut = |name: &str| match name.chars().count() > width {
+            true => name.chars().take(width - 1).chain(['…']).collect(),
+            false => name.to_owned(),
+        };
+        let names = self.problem.variables.iter().take(COLUMNS).map(|v| format!(" {:>width$}", cut(&v.name)));
         let more = if self.problem.n() > COLUMNS { "  …" } else { "" };
         let fixed = format!("cycle {:>width$}   E_f %   E_g %      V %  limits   rows", "objective");
         self.row(&format!("{fixed}{}{more}", names.collect::<String>()))
@@ -183,40 +189,84 @@ impl RunningTime {
     }
 }
 
-/// Shows on a terminal that `what` is being done, until the value is dropped; nothing with `--json` and `--quiet`.
-pub fn working(what: &str, show: Show, model: &Model) -> impl Sized {
-    let is_terminal = show == Show::Table && std::io::stdout().is_terminal();
-    let line = StatusLine::new(Instant::now(), is_terminal, RunningTime::of(model));
-    line.set(what.to_owned(), String::new());
-    line
+/// A task that is being done, until the value is dropped: a line on a terminal; elsewhere lines on standard error, from the first second on and then more
+/// and more rarely; nothing with `--json` and `--quiet`. Ctrl-C ends the process and says how to go on.
+pub struct Work {
+    line: StatusLine,
+    what: String,
+    done: AtomicUsize,
+    before: Option<Action>,
 }
 
-/// The last line of a terminal during a run: what is being done, the time of the simulation, and the elapsed time, twice a second.
+/// Begins to show that `what` is being done; `model` has the clock of a simulation.
+pub fn working<'m>(what: &str, show: Show, model: impl Into<Option<&'m Model>>) -> Work {
+    let place = match show {
+        Show::Table if std::io::stdout().is_terminal() => LinePlace::Terminal,
+        Show::Table => LinePlace::Lines,
+        _ => LinePlace::Nowhere,
+    };
+    let line = StatusLine::new(Instant::now(), place, model.into().and_then(RunningTime::of));
+    line.set(what.to_owned(), String::new());
+    let sentence = format!("\ninterrupted while {what}; the same command begins it again");
+    let before = replaced(Some(Box::new(move || {
+        complain(&sentence);
+        true
+    })));
+    Work { line, what: what.to_owned(), done: AtomicUsize::new(0), before }
+}
+
+impl Work {
+    /// Notes that one more part of `all` is done.
+    pub fn count(&self, all: usize) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        self.line.set(format!("{}, {done} of {all} done", self.what), String::new());
+    }
+}
+
+impl Drop for Work {
+    fn drop(&mut self) {
+        drop(replaced(self.before.take()));
+    }
+}
+
+/// Where what is being done is shown.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum LinePlace {
+    /// The last line of a terminal, drawn again and again.
+    Terminal,
+    /// Lines on standard error.
+    Lines,
+    Nowhere,
+}
+
+/// What is being done, the time of the simulation, and the elapsed time: on a terminal twice a second.
 struct StatusLine {
     shared: Arc<SharedLine>,
 }
 
 struct SharedLine {
     begun: Instant,
+    place: LinePlace,
     /// The current task, and the estimated time to the end.
     text: Mutex<Option<(String, String)>>,
     clock: Option<RunningTime>,
     has_ended: AtomicBool,
 }
 
+/// Time between two drawings of the line.
+const TICK: Duration = Duration::from_millis(500);
+/// Elapsed times of the first two lines on standard error; the time to the next one doubles up to a limit.
+const FIRST_LINES: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(10)];
+const RAREST_LINES: Duration = Duration::from_secs(60);
+
 impl StatusLine {
-    /// Starts the clock on a terminal; elsewhere nothing is printed.
-    fn new(begun: Instant, is_terminal: bool, clock: Option<RunningTime>) -> Self {
-        let has_ended = AtomicBool::new(!is_terminal);
-        let shared = Arc::new(SharedLine { begun, text: Mutex::new(None), clock, has_ended });
-        if is_terminal {
+    /// Starts the clock.
+    fn new(begun: Instant, place: LinePlace, clock: Option<RunningTime>) -> Self {
+        let has_ended = AtomicBool::new(place == LinePlace::Nowhere);
+        let shared = Arc::new(SharedLine { begun, place, text: Mutex::new(None), clock, has_ended });
+        if place != LinePlace::Nowhere {
             let clock = shared.clone();
-            std::thread::spawn(move || {
-                while !clock.has_ended.load(Ordering::Acquire) {
-                    clock.draw();
-                    std::thread::sleep(Duration::from_millis(500));
-                }
-            });
+            std::thread::spawn(move || clock.tick());
         }
         Self { shared }
     }
@@ -224,7 +274,9 @@ impl StatusLine {
     /// Changes the line.
     fn set(&self, what: String, left: String) {
         *self.hold() = Some((what, left));
-        self.shared.draw();
+        if self.shared.place == LinePlace::Terminal {
+            self.shared.draw();
+        }
     }
 
     /// Keeps the line from being drawn.
@@ -237,19 +289,39 @@ impl StatusLine {
         let mut text = self.hold();
         if !self.shared.has_ended.swap(true, Ordering::AcqRel) {
             *text = None;
-            drop(write!(std::io::stdout(), "{CLEAR}"));
-            drop(std::io::stdout().flush());
+            if self.shared.place == LinePlace::Terminal {
+                drop(write!(std::io::stdout(), "{CLEAR}"));
+                drop(std::io::stdout().flush());
+            }
         }
     }
 }
 
 impl SharedLine {
+    /// Draws the line until it has ended.
+    fn tick(&self) {
+        let [mut next, mut between] = FIRST_LINES;
+        while !self.has_ended.load(Ordering::Acquire) {
+            let elapsed = self.begun.elapsed();
+            if self.place == LinePlace::Terminal {
+                self.draw();
+            } else if elapsed >= next {
+                self.draw();
+                (next, between) = (between.max(elapsed), (2 * between).min(between + RAREST_LINES));
+            }
+            std::thread::sleep(TICK);
+        }
+    }
+
     fn draw(&self) {
         let text = self.text.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let Some((what, left)) = text.as_ref().filter(|_| !self.has_ended.load(Ordering::Acquire)) else { return };
-        let mut out = std::io::stdout();
         let elapsed = brief(self.begun.elapsed());
         let time = self.clock.as_ref().map_or_else(String::new, RunningTime::text);
+        if self.place == LinePlace::Lines {
+            return complain(&format!("{what}{time} …  {elapsed} elapsed{left}"));
+        }
+        let mut out = std::io::stdout();
         // A failure to print this line must not end the run.
         drop(write!(out, "{CLEAR}{WRAP_OFF}{what}{time} …  {elapsed} elapsed{left}{WRAP_ON}"));
         drop(out.flush());

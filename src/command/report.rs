@@ -80,7 +80,9 @@ impl Report {
 
     fn compare(&self, a: &Path, b: &Path) -> anyhow::Result<()> {
         anyhow::ensure!(self.slice.is_none(), "a page of two runs has no slice of the design space; leave --slice out");
+        let work = working("drawing the page", self.show(), None);
         let page = super::report_pair::page_of_two(a, b, &self.budget)?;
+        drop(work);
         let place = match &self.out {
             Some(out) => OutputFolder::create(out)?.write(PAGE, page.as_bytes())?,
             None => RunDirectory::open(a)?.0.folder().write(COMPARED, page.as_bytes())?,
@@ -323,5 +325,6 @@ fn drawn_figures(page: &Page, motion: Option<&Animation>) -> anyhow::Result<Vec<
 
 fn write_figures(folder: &OutputFolder, files: &[(String, Vec<u8>)]) -> anyhow::Result<()> {
     let mut place = folder.subfolder(FIGURES)?;
+    place.own(&files.iter().map(|(name, _)| name).collect::<Vec<_>>())?;
     files.iter().try_for_each(|(name, bytes)| place.write(name, bytes).map(drop))
 }

@@ -66,6 +66,6 @@ pub(crate) use file::{
     FileSource, Read, Section, Word, default, find, optional, ordered, read_document, required, wrong_type,
 };
 pub use number::{number_in, with_start};
-pub use settings::{settings, with_setting};
+pub use settings::{settings, toml_string, with_setting};
 #[cfg(feature = "report")]
 pub(crate) use {number::number_of, settings::with_constant_as_variable};

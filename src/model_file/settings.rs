@@ -126,7 +126,7 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
     };
     let table = parse(text).map_err(fail)?;
     let is_toml = DeTable::parse(&format!("value = {value}")).is_ok_and(|table| table.get_ref().len() == 1);
-    let value = if is_toml { value.trim().to_owned() } else { format!("{value:?}") };
+    let value = if is_toml { value.trim().to_owned() } else { toml_string(value) };
     let edited =
         |range: std::ops::Range<usize>, new: &str| format!("{}{new}{}", &text[..range.start], &text[range.end..]);
     let parts = parts_of(key);
@@ -205,10 +205,20 @@ fn parts_of(key: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
+/// A text as it is written in TOML, in quotes: with `\\` before quotes and backslashes, and control characters by their numbers.
+pub fn toml_string(text: &str) -> String {
+    let written = |c: char| match c {
+        '"' | '\\' => format!("\\{c}"),
+        c if c.is_ascii_control() => format!("\\u{:04X}", c as u32),
+        c => c.to_string(),
+    };
+    format!("\"{}\"", text.chars().map(written).collect::<String>())
+}
+
 /// A key as it is written in TOML: in quotes unless it is of letters, digits, `_` and `-`.
 fn written(part: &str) -> String {
     let is_bare = part.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-    if is_bare { part.to_owned() } else { format!("{part:?}") }
+    if is_bare { part.to_owned() } else { toml_string(part) }
 }
 
 /// The text of a model in which a constant is a design variable that begins at its value. `None` if the text has no such constant on lines
@@ -254,7 +264,7 @@ fn collect(prefix: &str, table: &DeTable<'_>, found: &mut BTreeMap<String, Strin
 
 fn plain(value: &DeValue<'_>) -> String {
     match value {
-        DeValue::String(text) => format!("{text:?}"),
+        DeValue::String(text) => toml_string(text),
         DeValue::Integer(i) => i.as_str().to_owned(),
         DeValue::Float(f) => f.as_str().to_owned(),
         DeValue::Boolean(b) => b.to_string(),

@@ -13,9 +13,13 @@ const PANELS: usize = 4;
 /// Most points of a cloud; of more rows each n-th is drawn.
 const CLOUD: usize = 2000;
 
+/// Most nodes of a grid that are marked.
+const NODES: usize = 600;
+
 /// The label of a column.
 pub fn label(column: &Column) -> QuantityLabel {
-    QuantityLabel::literal(&column.name, &column.unit)
+    let name = column.name.strip_suffix("_pct").filter(|_| column.unit == "%").unwrap_or(&column.name);
+    QuantityLabel::literal(name, &column.unit)
 }
 
 /// Rows with results.
@@ -84,6 +88,10 @@ pub fn over_grid(phase: &Phase, rows: &Rows, values: &[Vec<f64>]) -> Result<Opti
     let mut panel =
         Panel::new(Axis::of(&label(&phase.columns[0])), Axis::of(&label(&phase.columns[1]))).legend(Legend::Absent);
     panel.add(Mark::field(grid, ColourMap::Sequential, range));
+    let analysed: Vec<[f64; 2]> = values[0].iter().flat_map(|x| values[1].iter().map(|y| [*x, *y])).collect();
+    if analysed.len() <= NODES {
+        panel.add(Mark::points(analysed, MarkerShape::Disc, Colour::BLACK, 1.2).described("analysed designs"));
+    }
     let bar = ColourBar { quantity: label(&phase.columns[y]), map: ColourMap::Sequential, range };
     Ok(Some(Figure::new("Result over two variables", 110.0, 80.0).with(panel).with_colour_bar(bar)))
 }
@@ -153,9 +161,16 @@ pub fn starts_and_ends(phase: &Phase, rows: &[&Row], starts: [usize; 2], ends: [
     panel
 }
 
-/// Values in increasing order over their rank.
-pub fn ranked(quantity: &QuantityLabel, series: &[(String, Vec<f64>)]) -> Panel {
-    let mut panel = Panel::new(Axis::new("rank", "").whole(), Axis::of(quantity)).legend(Legend::Below);
+/// Values in increasing order over their rank. Values whose relative difference is below `same` count as one and are not drawn apart.
+pub fn ranked(quantity: &QuantityLabel, series: &[(String, Vec<f64>)], same: f64) -> Panel {
+    let all = || series.iter().flat_map(|(_, values)| values).copied().filter(|v| v.is_finite());
+    let [low, high] = all().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
+    let least = same * low.abs().max(high.abs());
+    let mut axis = Axis::of(quantity);
+    if high - low < least {
+        axis = axis.limits(0.5 * (low + high - least), 0.5 * (low + high + least));
+    }
+    let mut panel = Panel::new(Axis::new("rank", "").whole(), axis).legend(Legend::Below);
     for (s, (name, values)) in series.iter().enumerate() {
         let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);

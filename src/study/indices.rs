@@ -5,7 +5,7 @@ use super::error::StudyError;
 use super::figures::{bars, stacked};
 use super::file::{RUNS, StudyFile};
 use super::model::{Evaluator, ModelSource, Quantity};
-use super::plan::{Conclusion, Phase, Plan, RunResult};
+use super::plan::{Conclusion, Phase, Plan, RunResult, in_words};
 use super::rows::Rows;
 use super::sample::{analysed, columns, mean_and_deviation};
 use super::sequence::{PointSequence, SequenceKind, uniform};
@@ -196,8 +196,8 @@ impl Indices {
 
     fn sobol(&self, rows: &Rows) -> Result<Conclusion> {
         let (names, d) = (self.names(), self.distributions.len());
-        let mut table =
-            Table::new("Sobol indices", ["quantity", "variable", "first", "first_width", "total", "total_width"]);
+        let columns = ["quantity", "variable", "first", "first_width", "total", "total_width"];
+        let mut table = Table::new("Sobol indices", columns).headed(columns.map(in_words))?;
         let (mut panels, mut sentences) = (vec![], vec![]);
         for (q, quantity) in self.wanted.iter().enumerate() {
             let blocks = self.blocks(rows, d + q);
@@ -235,10 +235,9 @@ impl Indices {
 
     fn morris(&self, rows: &Rows, seed: u64) -> Result<Conclusion> {
         let (names, d) = (self.names(), self.distributions.len());
-        let mut table = Table::new(
-            "Elementary effects over the range of each variable",
-            ["quantity", "variable", "mean_absolute", "mean", "deviation"],
-        );
+        let columns = ["quantity", "variable", "mean_absolute", "mean", "deviation"];
+        let title = "Elementary effects over the range of each variable";
+        let mut table = Table::new(title, columns).headed(columns.map(in_words))?;
         let (mut panels, mut sentences) = (vec![], vec![]);
         for (q, quantity) in self.wanted.iter().enumerate() {
             let blocks = self.blocks(rows, d + q);

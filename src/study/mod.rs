@@ -12,7 +12,7 @@
 //! | `multi_start`, `sweep`, `optimum` | optimizations from many starts, over a parameter, on a Pareto front |
 //! | `tolerance`, `reliability` | scatter of results, and reliability indices |
 //! | `indices` | sensitivity indices |
-//! | `figures` | pictures of rows |
+//! | `figures`, `page` | pictures of rows, the page |
 //!
 //! A run is a pure function of its number. Rows are therefore the same for any number of threads, and runs may be done in parts.
 //!
@@ -41,6 +41,7 @@ mod indices;
 mod model;
 mod multi_start;
 mod optimum;
+mod page;
 mod plan;
 mod reliability;
 mod rows;

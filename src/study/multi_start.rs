@@ -5,10 +5,10 @@ use super::figures;
 use super::file::{RUNS, StudyFile};
 use super::model::ModelSource;
 use super::optimum::{Optimum, WORK, optimize, with_start};
-use super::plan::{Column, Conclusion, Phase, Plan, RunResult};
+use super::plan::{Column, Conclusion, Phase, Plan, RunResult, in_words};
 use super::rows::{Row, Rows};
 use super::sequence::PointSequence;
-use crate::model_file::Diagnostic;
+use crate::model_file::{Diagnostic, toml_string};
 use crate::report::figure::Figure;
 use crate::report::number::readable;
 use crate::report::outcome;
@@ -127,7 +127,7 @@ impl Plan for MultiStart {
         let (number, m) = (run / self.methods.len(), run % self.methods.len());
         let start = self.start(number);
         let inputs = [vec![m as f64], start.clone()].concat();
-        let preset = self.methods[m].as_ref().map(|name| ("method.preset", format!("{name:?}")));
+        let preset = self.methods[m].as_ref().map(|name| ("method.preset", toml_string(name)));
         let end = self.source.with(preset).and_then(|source| optimize(&with_start(&source, &start)?));
         match end {
             Ok(end) => {
@@ -196,7 +196,7 @@ impl MultiStart {
             (name.clone(), own.collect())
         };
         let series: Vec<(String, Vec<f64>)> = phase.columns[0].words.iter().enumerate().map(of_method).collect();
-        let ranked = figures::ranked(&figures::label(&phase.columns[self.objective()]), &series);
+        let ranked = figures::ranked(&figures::label(&phase.columns[self.objective()]), &series, SAME);
         let height = 70.0 + 4.0 * self.methods.len() as f64;
         if self.start.len() < 2 {
             return Figure::new("Objectives at the ends", 85.0, height).with(ranked);
@@ -210,9 +210,9 @@ impl MultiStart {
         let phase = &self.phases[0];
         let (objective, design) = (self.objective(), self.objective() + WORK);
         let columns = || std::iter::once(&phase.columns[objective]).chain(&phase.columns[design..]);
-        let head = || ["runs".to_owned(), "first_run".to_owned()].into_iter();
-        let mut table = Table::new("Optima", head().chain(columns().map(|c| c.name.clone())))
-            .headed(head().chain(columns().map(Column::heading)))?;
+        let head = || ["runs", "first_run"].into_iter();
+        let mut table = Table::new("Optima", head().map(str::to_owned).chain(columns().map(|c| c.name.clone())))
+            .headed(head().map(in_words).chain(columns().map(Column::heading)))?;
         for group in groups.iter().take(OPTIMA) {
             let row = group[0];
             let values = (design..phase.columns.len()).map(|k| Cell::Number(row.value(k)));
@@ -225,7 +225,7 @@ impl MultiStart {
     /// For each method: runs, feasible optima, best ones, failures, mean work of the feasible ones.
     fn by_method(&self, rows: &Rows, best: f64) -> Result<Table> {
         let columns = ["method", "runs", "optima", "best", "failed", "mean_analyses", "mean_sensitivity_analyses"];
-        let mut table = Table::new("Methods", columns);
+        let mut table = Table::new("Methods", columns).headed(columns.map(in_words))?;
         let objective = self.objective();
         for (m, name) in self.phases[0].columns[0].words.iter().enumerate() {
             let own: Vec<&Row> = rows.of(0).filter(|row| row.value(0) as usize == m).collect();

@@ -38,6 +38,11 @@ impl Column {
     }
 }
 
+/// The name of a column of ours as a heading.
+pub fn in_words(name: &str) -> String {
+    name.replace('_', " ")
+}
+
 /// Runs of one kind, with a table of rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Phase {

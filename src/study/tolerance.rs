@@ -7,12 +7,12 @@
 //! | `limits` | for each constraint, the reliability index |
 //! | `samples` | analyses at points of a sample, to confirm |
 
-use super::distribution::{Distribution, normal_probability};
+use super::distribution::{Distribution, normal_probability, normal_quantile};
 use super::error::StudyError;
 use super::figures::{bars, histogram, stacked};
 use super::file::StudyFile;
 use super::model::{Evaluator, ModelSource, Quantity, VariedNumber};
-use super::plan::{Column, Conclusion, Phase, Plan, RunResult};
+use super::plan::{Column, Conclusion, Phase, Plan, RunResult, in_words};
 use super::reliability::first_order_reliability;
 use super::rows::{Row, Rows};
 use super::sample::{analysed, columns, mean_and_deviation};
@@ -33,6 +33,10 @@ const STEP: f64 = 1e-3;
 const UNEVEN: f64 = 0.1;
 /// Change over a step relative to the value that may be rounding.
 const ROUNDING: f64 = 1e-9;
+/// Difference of two probabilities, in standard errors of the sample, that is no accident.
+const DIFFERENT: f64 = 4.0;
+/// Part of a reliability index that is an error of its search.
+const CLOSE: f64 = 1e-6;
 /// Share of the standard deviation below which second derivatives do not matter.
 const NEGLIGIBLE: f64 = 1e-3;
 
@@ -156,8 +160,10 @@ impl Tolerances {
             let slope = |(k, d): (usize, &Distribution)| found.rows[(0, k)] * d.slope(u[k]);
             Ok((found.values[0], self.distributions.iter().enumerate().map(slope).collect()))
         };
+        let value =
+            |u: &[f64]| -> Result<f64> { Ok(self.evaluator.values(&x(u), margin).map_err(StudyError::into_error)?[0]) };
         let head = vec![run as f64];
-        match first_order_reliability(self.distributions.len(), limit_state) {
+        match first_order_reliability(self.distributions.len(), value, limit_state) {
             Ok(point) => {
                 // An infinite index has no point, and no number.
                 let results = [point.beta, normal_probability(-point.beta), point.evaluations as f64];
@@ -221,6 +227,13 @@ impl Tolerances {
             second > NEGLIGIBLE * linear && (is_uneven([low, here]) || is_uneven([here, high]))
         })
     }
+}
+
+/// The share of negative margins, and its standard error √(p(1 − p)/N).
+fn share_of_violations(margins: &[f64]) -> [f64; 2] {
+    let n = margins.len() as f64;
+    let share = margins.iter().filter(|margin| **margin < 0.0).count() as f64 / n;
+    [share, (share * (1.0 - share) / n).sqrt()]
 }
 
 /// Variance to first order: Σ g_k² σ_k².
@@ -308,14 +321,7 @@ impl Plan for Tolerances {
             let name = margin.name.strip_suffix(".margin").unwrap_or(&margin.name);
             sentences.push(format!("{name} is an equation, which has no reliability index: scattered values miss it."));
         }
-        for row in rows.of(LIMITS).filter(|row| !row.has_failed() && !row.value(1).is_finite()) {
-            let margin = &self.limits[row.run].name;
-            let name = margin.strip_suffix(".margin").unwrap_or(margin);
-            let how = if row.value(2) > 0.5 { "is violated" } else { "is met" };
-            sentences.push(format!(
-                "{name} {how} for all values within 8 standard deviations of the means, as far as the search found."
-            ));
-        }
+        sentences.extend((0..self.limits.len()).filter_map(|limit| self.about_limit(rows, limit)));
         let mut figures: Vec<(String, String, Figure)> = vec![];
         if let Some(figure) = stacked("Shares of the variances", panels, names.len()) {
             figures.push(("shares".to_owned(), "Which variable makes the results scatter.".to_owned(), figure));
@@ -361,7 +367,7 @@ impl Tolerances {
             "worst_low",
             "worst_high",
         ];
-        let mut table = Table::new("Scatter of the results", columns);
+        let mut table = Table::new("Scatter of the results", columns).headed(columns.map(in_words))?;
         let d = self.distributions.len();
         for (q, quantity) in self.wanted.iter().enumerate() {
             let [[_, linear], [mean, deviation]] = self.propagated(rows, q).unwrap_or([[f64::NAN; 2]; 2]);
@@ -377,18 +383,71 @@ impl Tolerances {
         Ok(table)
     }
 
+    /// The reliability index of a limit with its probability, NaN if infinite; `None` if the search failed.
+    fn form(&self, rows: &Rows, limit: usize) -> Option<[f64; 2]> {
+        let row = rows.get(LIMITS, limit).filter(|row| !row.has_failed())?;
+        Some([row.value(1), row.value(2)])
+    }
+
+    /// Margins of a constraint in the sample.
+    fn sampled(&self, rows: &Rows, margin: &Quantity) -> Vec<f64> {
+        self.sampled.iter().position(|q| q == margin).map_or_else(Vec::new, |q| self.values(rows, q))
+    }
+
+    /// Distance from the means, in standard deviations, of the nearest point of the sample on the other side of a limit than they are, if it is nearer
+    /// than its reliability index: the index is wrong then.
+    fn contradiction(&self, rows: &Rows, limit: usize) -> Option<f64> {
+        let [beta, probability] = self.form(rows, limit)?;
+        let column = self.distributions.len() + self.sampled.iter().position(|q| *q == self.limits[limit])?;
+        let is_beyond = |margin: f64| if probability > 0.5 { margin > 0.0 } else { margin < 0.0 };
+        let beyond = rows.of(SAMPLES).filter(|row| !row.has_failed() && is_beyond(row.value(column)));
+        let size =
+            |row: &Row| self.points.point(row.run).into_iter().map(|p| normal_quantile(p).powi(2)).sum::<f64>().sqrt();
+        let reach = if beta.is_finite() { beta.abs() * (1.0 - CLOSE) } else { f64::INFINITY };
+        beyond.map(size).min_by(f64::total_cmp).filter(|distance| *distance < reach)
+    }
+
+    /// What must be said about the reliability index of a limit.
+    fn about_limit(&self, rows: &Rows, limit: usize) -> Option<String> {
+        let margin = &self.limits[limit];
+        let name = margin.name.strip_suffix(".margin").unwrap_or(&margin.name);
+        let [beta, probability] = self.form(rows, limit)?;
+        if let Some(distance) = self.contradiction(rows, limit) {
+            return Some(format!(
+                "{name} has no reliability index: the search missed the nearest point of its limit, because a point of the sample at {} standard \
+                 deviations from the means is beyond it. Use the probability of the sample.",
+                readable(distance, 3)
+            ));
+        }
+        if !beta.is_finite() {
+            let how = if probability > 0.5 { "is violated" } else { "is met" };
+            return Some(format!(
+                "{name} {how} for all values within 8 standard deviations of the means, as far as the search and the sample found."
+            ));
+        }
+        let [share, error] = share_of_violations(&self.sampled(rows, margin));
+        let largest = error.max((probability * (1.0 - probability) / self.phases[SAMPLES].runs as f64).sqrt());
+        ((share - probability).abs() > DIFFERENT * largest).then(|| {
+            format!(
+                "{name} is violated with the probability {} ± {} by the sample, and {} by its reliability index: its limit is curved, or has \
+                 several points near the means. Use the probability of the sample.",
+                readable(share, 3),
+                readable(error, 2),
+                readable(probability, 3)
+            )
+        })
+    }
+
     fn reliability(&self, rows: &Rows) -> Result<Table> {
         let columns = ["constraint", "beta", "probability", "sample_probability", "standard_error"];
-        let mut table = Table::new("Probability that a constraint is violated", columns);
+        let mut table =
+            Table::new("Probability that a constraint is violated", columns).headed(columns.map(in_words))?;
         for margin in &self.margins {
             let number = self.limits.iter().position(|limit| limit == margin);
-            let form = number.and_then(|k| rows.get(LIMITS, k)).filter(|row| !row.has_failed());
-            let of_form = |column: usize| form.map_or(f64::NAN, |row| row.value(column));
-            let column = self.sampled.iter().position(|q| q == margin).unwrap_or(0);
-            let values = self.values(rows, column);
-            let n = values.len() as f64;
-            let share = values.iter().filter(|v| **v < 0.0).count() as f64 / n;
-            let numbers = [of_form(1), of_form(2), share, (share * (1.0 - share) / n).sqrt()];
+            let number = number.filter(|limit| self.contradiction(rows, *limit).is_none());
+            let [beta, probability] = number.and_then(|limit| self.form(rows, limit)).unwrap_or([f64::NAN; 2]);
+            let [share, error] = share_of_violations(&self.sampled(rows, margin));
+            let numbers = [beta, probability, share, error];
             let cells = numbers.map(|v| if v.is_finite() { Cell::Number(v) } else { Cell::Empty });
             let name = margin.name.strip_suffix(".margin").unwrap_or(&margin.name);
             table.push(std::iter::once(name.into()).chain(cells))?;

@@ -1,7 +1,7 @@
 //! The commands on model files, as a user types them.
 #![cfg(feature = "cli")]
 
-use crate::shell::{TempFolder, linkwright, text};
+use crate::shell::{TempFolder, linkwright, messages, text};
 
 #[test]
 fn from_nothing_to_an_optimized_mechanism() {
@@ -50,6 +50,74 @@ fn one_design_is_analysed_and_differentiated() {
     let shown = place.run(&["optimize", "impact-absorber.toml", "--set", "k=3"], 1);
     assert!(shown.contains("`k` is a design variable") && shown.contains("--start k=3"), "{shown}");
     assert!(place.run(&["analyze", "impact-absorber.toml", "--at", "k=9"], 1).contains("bounds"));
+}
+
+/// A file has the name of a problem of the library: all commands take the file. A folder of that name is none.
+#[test]
+fn a_file_wins_over_a_problem_of_the_library() {
+    let place = TempFolder::new("own-absorber");
+    let example = format!("{}/examples/models/impact-absorber.toml", env!("CARGO_MANIFEST_DIR"));
+    let own = std::fs::read_to_string(example).unwrap().replacen("title = \"", "title = \"MINE ", 1);
+    std::fs::write(place.0.join("impact-absorber.toml"), own).unwrap();
+    for command in ["check", "analyze", "compare"] {
+        let more: &[&str] = if command == "compare" { &["--methods", "mma"] } else { &[] };
+        let shown = place.run(&[&[command, "impact-absorber"], more].concat(), 0);
+        assert!(shown.contains("MINE"), "{command}: {shown}");
+    }
+    std::fs::remove_file(place.0.join("impact-absorber.toml")).unwrap();
+    std::fs::create_dir(place.0.join("impact-absorber")).unwrap();
+    assert!(!place.run(&["check", "impact-absorber"], 0).contains("MINE"));
+}
+
+/// A setting on the command line is written into the file as TOML has it.
+#[test]
+fn settings_may_have_any_character() {
+    let place = TempFolder::new("any-setting");
+    place.example("two-bar-truss");
+    for title in ["a\u{1b}[31m", "a\u{a0}b\u{202e}c", "a\"b\\c", "a\tb\u{7f}"] {
+        place.run(&["analyze", "two-bar-truss.toml", "--set", &format!("title={title}")], 0);
+        let why = place.run(&["analyze", "two-bar-truss.toml", "--set", &format!("method.preset={title}")], 1);
+        assert!(why.contains("there is no method"), "{title:?}: {why}");
+    }
+}
+
+#[cfg(feature = "app")]
+#[test]
+fn a_study_is_not_opened_as_a_model() {
+    let place = TempFolder::new("open-study");
+    place.example("two-bar-truss");
+    let study =
+        "version = 1\nmodel = \"two-bar-truss.toml\"\nkind = \"grid\"\n[vary.area]\nfrom = 1\nto = 2\npoints = 2\n";
+    std::fs::write(place.0.join("s.toml"), study).unwrap();
+    let why = place.run(&["open", "s.toml", "--no-browser"], 1);
+    assert!(why.contains("s.toml is a study") && why.contains("linkwright study s.toml"), "{why}");
+}
+
+/// Commands that last say so on standard error, where standard output is no terminal, and what to do after Ctrl-C.
+#[cfg(unix)]
+#[test]
+fn long_commands_show_progress_and_end_at_ctrl_c() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+    let place = TempFolder::new("long");
+    place.example("vehicle-suspension");
+    for command in [&["compare", "vehicle-suspension", "--methods", "gcmma,mma"][..], &["check", "vehicle-suspension"]]
+    {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_linkwright"))
+            .args(command)
+            .current_dir(&place.0)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(|line| line.unwrap());
+        let first = lines.next().unwrap_or_default();
+        assert!(first.ends_with(" elapsed"), "{command:?}: {first}");
+        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{command:?}");
+        let rest: Vec<String> = lines.collect();
+        assert!(rest.concat().contains("the same command begins it again"), "{command:?}: {rest:?}");
+    }
 }
 
 #[test]
@@ -226,7 +294,7 @@ fn the_tutorial_does_what_it_says() {
     )
     .unwrap();
     let expected = page.split("```text\n").nth(1).unwrap().split("```").next().unwrap();
-    assert_eq!(text(&linkwright(&["check", "lift.toml"], &place.0).stderr), expected);
+    assert_eq!(messages(&linkwright(&["check", "lift.toml"], &place.0).stderr), expected);
 }
 
 /// min (x − 2)² + (y − 1)² + 0.1 x y. The start is outside the bounds that a run gets later.

@@ -183,6 +183,36 @@ fn of_two_runs_in_one_folder_one_is_rejected() {
     }
 }
 
+/// Reports that are written at once, of which each has read the list of files before the other changed it.
+#[test]
+fn of_two_reports_in_one_folder_both_end_well() {
+    let place = truss("two-reports");
+    place.run(&["optimize", TRUSS, "--quiet", "--out", "one"], 0);
+    for round in 0..6 {
+        for name in ["report.html", "figures"] {
+            let old = place.0.join("one").join(name);
+            drop(std::fs::remove_file(&old));
+            drop(std::fs::remove_dir_all(&old));
+        }
+        let list = place.read("one/files.json").replace("    \"report.html\",\n", "");
+        std::fs::write(place.0.join("one/files.json"), list).unwrap();
+        let start = |_| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_linkwright"));
+            command.args(["report", "one", "--quiet", "--slice", "0"]).current_dir(&place.0).stderr(Stdio::piped());
+            command.spawn().unwrap()
+        };
+        for end in [0, 1, 2].map(start).map(|child| child.wait_with_output().unwrap()) {
+            assert!(end.status.success(), "round {round}: {}", text(&end.stderr));
+        }
+        let figures = std::fs::read_dir(place.0.join("one/figures")).unwrap();
+        let figures: Vec<_> = figures.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        let list = place.read("one/figures/files.json");
+        let missing: Vec<_> = figures.iter().filter(|name| *name != "files.json" && !list.contains(*name)).collect();
+        assert!(missing.is_empty() && figures.len() > 4, "round {round}: {missing:?} of {figures:?}");
+        assert!(place.read("one/files.json").contains("report.html"));
+    }
+}
+
 #[test]
 fn other_peoples_files_are_not_replaced() {
     let place = truss("foreign");

@@ -120,6 +120,45 @@ fn enter_ends_a_drawn_limit_and_escape_drops_it() {
     assert_eq!(text, place.read("shaper.toml"));
 }
 
+/// The letters of histories have 11 pixels, however wide the page is: it was 8 on a desktop.
+#[test]
+fn letters_of_histories_have_one_size() {
+    for width in [1280, 1920, 375] {
+        let Some((_place, _server, mut page)) = opened("open-letters", "shaper", [width, 900]) else { return };
+        page.wait(SETTLED);
+        let size = page.value(
+            "Math.min(...[...document.querySelectorAll('#plots svg')].map((s) => 11 * s.clientWidth / s.viewBox.baseVal.width))",
+        );
+        assert!(size.as_f64().unwrap() > 10.9, "{width}: {size}");
+    }
+}
+
+/// A limit by the keyboard alone: a level line that the arrow keys move.
+#[test]
+fn a_limit_is_drawn_with_the_keyboard() {
+    let Some((_place, _server, mut page)) = opened("open-arrows", "shaper", [1400, 1000]) else { return };
+    page.wait(SETTLED);
+    let limits = "document.querySelectorAll('.margin').length";
+    let count = page.value(limits).as_u64().unwrap();
+    page.value("document.querySelector('.plot .tools button').focus()");
+    let mut key = |key: &str, code: u32| {
+        for kind in ["keyDown", "keyUp"] {
+            let text = if key == "Enter" && kind == "keyDown" { "\r" } else { "" };
+            let event = json!({ "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code, "text": text });
+            page.call("Input.dispatchKeyEvent", event);
+        }
+    };
+    key("Enter", 13);
+    (0..4).for_each(|_| key("ArrowUp", 38));
+    key("ArrowDown", 40);
+    key("Enter", 13);
+    page.wait(&format!("{limits} === {}", count + 1));
+    page.wait(SETTLED);
+    let text = page.text("document.getElementById('text').value");
+    let limit = text.rsplit("at_most = ").next().unwrap().lines().next().unwrap();
+    assert!(!limit.contains("time") && !limit.is_empty(), "a level limit is a number: {limit}");
+}
+
 /// Tick labels have at most seven characters and differ from each other, for any size and offset of the values.
 #[test]
 fn tick_labels_are_short_and_differ() {

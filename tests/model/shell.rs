@@ -12,6 +12,13 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// Standard error without the lines about a long task, such as `analysing …  1.0 s elapsed`.
+pub fn messages(bytes: &[u8]) -> String {
+    let lines = text(bytes);
+    let is_message = |line: &&str| !(line.contains(" …  ") && line.trim_end().ends_with(" elapsed"));
+    lines.split_inclusive('\n').filter(is_message).collect()
+}
+
 /// Seals a changed state again, as its author can.
 pub fn sealed(state: &str) -> String {
     let digits = state.find("fnv1a64:").unwrap() + 8;
@@ -42,7 +49,7 @@ impl TempFolder {
 
     pub fn run(&self, arguments: &[&str], code: i32) -> String {
         let output = linkwright(arguments, &self.0);
-        let all = text(&output.stdout) + &text(&output.stderr);
+        let all = text(&output.stdout) + &messages(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{all}");
         all
     }

@@ -129,6 +129,49 @@ at_most = 0
     );
 }
 
+/// The study of tolerances of a constraint `limit` of standard normal x and y: the row of its reliability, and the sentences about it.
+fn reliability(limit: &str, count: usize) -> (serde_json::Value, String) {
+    let model = format!(
+        "[design]\nx = {{ start = 0.0 }}\ny = {{ start = 0.0 }}\n[[output]]\nname = \"g\"\nvalue = \"{limit}\"\n[objective]\nminimize = \"x\"\n\
+         [[constraint]]\nname = \"c\"\nvalue = \"g\"\nat_most = 0\n"
+    );
+    let file = format!("kind = \"tolerance\"\ncount = {count}\n[vary.x]\ndeviation = 1.0\n[vary.y]\ndeviation = 1.0\n");
+    let study = study(&model, &file);
+    let rows = rows(&study);
+    let sentences = study.conclude(&rows).unwrap().sentences;
+    let is_about = |sentence: &&String| {
+        sentence.starts_with("c ") && !sentence.contains("scatters") && !sentence.contains("second-order")
+    };
+    let about = sentences.iter().filter(is_about).cloned().collect::<Vec<_>>().join(" ");
+    (table(&study, &rows, "reliability")[0].clone(), about)
+}
+
+/// x² + 0.3y ≤ 5 has two nearest points, at the distance √(5 − 0.15²) of a circle that touches the parabola: 0.3y = 0.3·0.15, x² = 5 − 0.045. Both
+/// count in the sample, one in the index.
+#[test]
+fn the_reliability_index_of_a_limit_with_curvature_is_its_distance() {
+    let (row, about) = reliability("x^2 + 0.3*y - 5", 4000);
+    let distance = (5.0f64 - 0.3 * 0.15 + 0.15 * 0.15).sqrt();
+    assert!((number(&row, "beta") - distance).abs() < 1e-6, "{row}, {distance}");
+    assert!(number(&row, "sample_probability") > 1.6 * number(&row, "probability"), "{row}");
+    assert!(about.contains("several points near the means. Use the probability of the sample."), "{about}");
+    // Of a straight limit both probabilities agree.
+    let (row, about) = reliability("0.6*x + 0.8*y - 2", 4000);
+    assert!((number(&row, "beta") - 2.0).abs() < 1e-9 && about.is_empty(), "{row}: {about}");
+    let (row, about) = reliability("tanh(x) + tanh(y) - 3", 100);
+    assert!(row["beta"].is_null() && number(&row, "probability") == 0.0, "{row}");
+    assert!(about.contains("is met for all values within 8 standard deviations"), "{about}");
+}
+
+/// A small region of violations that no search finds, but the sample does: no index, and nothing is said of all values.
+#[test]
+fn an_index_that_the_sample_contradicts_is_left_out() {
+    let (row, about) = reliability("2*exp(-((x - 1.37)^2 + (y - 1.71)^2)/0.02) - 1", 20000);
+    assert!(number(&row, "sample_probability") > 0.0, "{row}");
+    assert!(row["beta"].is_null() && row["probability"].is_null(), "{row}");
+    assert!(about.contains("has no reliability index") && !about.contains("all values"), "{about}");
+}
+
 /// A constant that another constant uses cannot become a design variable: the file is read again, with central differences.
 #[test]
 fn a_constant_of_which_others_depend_has_derivatives_too() {

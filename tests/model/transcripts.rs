@@ -3,7 +3,7 @@
 //! With `UPDATE_DOCS=1` they are written anew.
 #![cfg(feature = "cli")]
 
-use crate::shell::{TempFolder, linkwright, text};
+use crate::shell::{TempFolder, linkwright, messages, text};
 use std::path::PathBuf;
 
 /// Commands that need a file which a page describes in words only.
@@ -65,7 +65,7 @@ fn again(transcript: &str, place: &TempFolder) -> String {
         is_kept = UNTESTED.iter().chain(&[COMPARISON]).any(|begin| command.starts_with(begin));
         if !is_kept {
             let output = linkwright(&command.split_whitespace().collect::<Vec<_>>(), &place.0);
-            new += &undated(&(text(&output.stdout) + &text(&output.stderr)));
+            new += &undated(&(text(&output.stdout) + &messages(&output.stderr)));
         }
     }
     new

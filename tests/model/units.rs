@@ -214,6 +214,27 @@ fn wrong_units_say_what_was_expected() {
     }
 }
 
+/// `2 1/s` is a number with a unit; `2/s` divides by a name, and the message says how a unit is written.
+#[test]
+fn a_number_may_have_an_inverse_unit() {
+    let objective = |value: &str| {
+        let text =
+            format!("version = 2\n[design.x]\nstart = \"3 m\"\n[objective]\nminimize = \"{value}\"\nunit = \"m/s\"\n");
+        read("m.toml", &text).map_err(|report| report.to_string())
+    };
+    for value in ["x * 2 1/s", "2 1/s * x", "x*(2 s^-1)", "x * 2 1/s + 0 m/s"] {
+        let problem = objective(value).unwrap_or_else(|why| panic!("{value}: {why}")).problem().unwrap();
+        let start = problem.start();
+        let evaluation = problem.evaluate(&start, &problem.analyze(&start).unwrap()).unwrap();
+        assert_eq!(evaluation.objective, 6.0, "{value}");
+    }
+    let why = objective("x * 2/s").err().unwrap();
+    assert!(why.contains("there is no name `s`") && why.contains("`2 1/s`"), "{why}");
+    for wrong in ["x * 2 1", "x * 2 1/q", "x * 2 10"] {
+        assert!(objective(wrong).is_err(), "{wrong}");
+    }
+}
+
 #[test]
 fn a_plain_number_may_stand_for_any_unit() {
     for (from, to) in [

@@ -1,12 +1,26 @@
 """The compiled part of linkwright. Use :mod:`linkwright`, which checks arguments and labels results."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 _Array = NDArray[np.float64]
+
+__all__ = [
+    "Problem",
+    "RowFile",
+    "State",
+    "Study",
+    "__version__",
+    "after_fork",
+    "end_programs",
+    "methods",
+    "model_text",
+    "panic",
+    "study_model",
+]
 
 __version__: str
 
@@ -16,6 +30,7 @@ def panic() -> None: ...
 def end_programs() -> None: ...
 def model_text(path: str) -> str: ...
 
+@final
 class Problem:
     def __new__(
         cls,
@@ -54,6 +69,7 @@ class Problem:
     ) -> State: ...
     def compare(self, name: str) -> tuple[str, float, float, int, int, int, float, list[float]]: ...
 
+@final
 class State:
     @property
     def status(self) -> tuple[str, str]: ...
@@ -79,8 +95,9 @@ class State:
     def report(self, problem: Problem, slice: int) -> str: ...
     def figures(self, problem: Problem) -> list[tuple[str, str]]: ...
 
+@final
 class Study:
-    def __init__(self, name: str, text: str, model_name: str, model: str, programs: str | None = None) -> None: ...
+    def __new__(cls, name: str, text: str, model_name: str, model: str, programs: str | None = None) -> Study: ...
     @property
     def title(self) -> str: ...
     @property
@@ -89,8 +106,10 @@ class Study:
     def phases(self) -> list[tuple[str, list[tuple[str, str, list[str]]], int, list[list[int]] | None]]: ...
     def run(self, phase: int, runs: list[int], known: list[str]) -> list[str]: ...
     def text(self, lines: list[str]) -> str: ...
+    def report(self, lines: list[str]) -> str: ...
     def conclude(self, lines: list[str]) -> tuple[list[str], list[tuple[str, list[str]]], list[tuple[str, str, str]]]: ...
 
+@final
 class RowFile:
     @staticmethod
     def open(folder: str, name: str, study: Study) -> tuple[RowFile, list[str]]: ...

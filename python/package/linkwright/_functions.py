@@ -58,7 +58,10 @@ class Functions:
         return values
 
     def _analyze_many(self, designs: list[Array]) -> list[Any]:
-        found = list(self.map(Attempt(self.one), [b[: self.n] for b in designs]))
+        found = self.map(Attempt(self.one), [b[: self.n] for b in designs])
+        if not isinstance(found, Iterable):
+            raise DefinitionError(f"`map` returned {type(found).__name__}; return the results of the designs in their order")
+        found = list(found)
         if len(found) != len(designs):
             raise DefinitionError(f"`map` returned {len(found)} results for {len(designs)} designs")
         # Arrays that come from another process may lie anywhere in the bytes of a message.
@@ -153,6 +156,8 @@ def _is_list_of_one(values: Any) -> bool:
 
 
 def _block(item: Any, name: str, shape: tuple[int, ...], what: str) -> Array:
+    if np.ma.is_masked(item):
+        raise DefinitionError(f"`{what}`, response `{name}`: a value is masked; give a number for each, or raise AnalysisError")
     try:
         array = np.asarray(item)
     except ValueError as error:

@@ -73,8 +73,8 @@ def minimize(
     method : str or mapping
         A method of linkwright, see :func:`linkwright.methods`.
     callback : callable, optional
-        ``callback(xk)``, or ``callback(intermediate_result)`` if its only parameter has that name. The run stops if it
-        returns True or raises ``StopIteration``.
+        ``callback(xk)``, ``callback(xk, state)`` if it has two parameters without defaults, or ``callback(intermediate_result)`` if its only parameter
+        has that name; `state` and `intermediate_result` have `x`, `fun` and `nit`. The run stops if it returns True or raises ``StopIteration``.
     tol : float, optional
         Relative change of the objective, and violation relative to the limit (absolute where the limit is zero), below which the
         run ends: `accuracy` of the method. The method `automatic` has a stop test without this setting: it warns, and ends where the
@@ -194,6 +194,8 @@ class Block:
     def value(self, x: Array) -> Array:
         self.calls += 1
         values = np.atleast_1d(_numbers(_dense(self.function(x)), self.name))
+        if values.size == 1:
+            return values.reshape(1)  # one number in any form, as of SciPy
         if values.ndim != 1:
             raise DefinitionError(f"{self.name} returned the shape {values.shape}; return a number or a vector")
         return values
@@ -350,17 +352,22 @@ def _options(method: Method, tol: float | None, options: dict[str, Any]) -> dict
 def _callback(callback: Callable[..., Any] | None) -> Callable[[Cycle], Any] | None:
     if callback is None:
         return None
+    if not callable(callback):
+        raise DefinitionError(f"`callback` is not a function: {callback!r}")
     try:
-        names = set(inspect.signature(callback).parameters)
+        parameters = inspect.signature(callback).parameters
     except (TypeError, ValueError):
-        names = set()
+        parameters = {}
+    positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    needed = [p for p in parameters.values() if p.default is p.empty and p.kind in positional]
 
     def call(cycle: Cycle) -> Any:
         if cycle.cycle == 0 or not cycle.accepted:
             return False
-        if names == {"intermediate_result"}:
-            return callback(intermediate_result=_result({"x": cycle.design, "fun": cycle.objective, "nit": cycle.cycle}))
-        return callback(cycle.design)
+        state = _result({"x": cycle.design, "fun": cycle.objective, "nit": cycle.cycle})
+        if set(parameters) == {"intermediate_result"}:
+            return callback(intermediate_result=state)
+        return callback(cycle.design, state) if len(needed) == 2 else callback(cycle.design)
 
     return call
 

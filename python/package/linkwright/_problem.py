@@ -33,6 +33,10 @@ Method = Any
 """A method: its name, or a dictionary with the keys of ``[method]`` in a model file."""
 
 
+# Most responses of a problem: the most parts of one kind that a model file may have.
+RESPONSES = 10_000
+
+
 def methods() -> dict[str, str]:
     """Return the names and descriptions of all methods."""
     return dict(_core.methods())
@@ -314,6 +318,8 @@ class BaseProblem:
         KeyboardInterrupt
             After Ctrl-C, at the end of the cycle.
         """
+        if callback is not None and not callable(callback):
+            raise DefinitionError(f"`callback` is not a function: {callback!r}")
         stopped = False
 
         def observe(state: _core.State) -> bool:
@@ -430,15 +436,31 @@ class Model(BaseProblem):
 
     @classmethod
     def from_string(cls, text: str, name: str = "model", *, allow_programs: bool = False) -> Model:
-        """Read the text of a model file. With `allow_programs` the program that it names may run, in the current folder."""
+        """Read the text of a model file.
+
+        Parameters
+        ----------
+        text : str
+        name : str
+            Name of the model in messages.
+        allow_programs : bool
+            Let the model start the program that it names, in the current folder.
+        """
         return cls(text, name, programs="." if allow_programs else None)
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any], name: str = "model", *, allow_programs: bool = False) -> Model:
         """Make a model from a dictionary with the sections and keys of a model file.
 
-        A list of dictionaries is a repeated section such as ``[[body]]``. Values may be NumPy numbers and arrays. ``version`` is
-        2 by default. With `allow_programs` the program that it names may run, in the current folder.
+        Parameters
+        ----------
+        table : mapping
+            A list of dictionaries is a repeated section such as ``[[body]]``. Values may be NumPy numbers and arrays. ``version`` is
+            2 by default.
+        name : str
+            Name of the model in messages.
+        allow_programs : bool
+            Let the model start the program that it names, in the current folder.
         """
         if not isinstance(table, Mapping):
             raise DefinitionError(f"a model is a dictionary of sections, got {type(table).__name__}")
@@ -539,12 +561,19 @@ class Problem(BaseProblem):
         if a["time"] is not None:
             time = a["time"] if isinstance(a["time"], Mapping) else {"at": _numbers(a["time"], "time")}
             table["time"] = {**time, "at": _numbers(time.get("at"), "time")}
+            if table["time"]["at"].ndim != 1:
+                raise DefinitionError(f"time: expected the time points as a vector, got the shape {table['time']['at'].shape}")
         responses = a["responses"]
         if isinstance(responses, str):
             responses = [responses]
         if not isinstance(responses, Mapping):
             responses = {key: {} for key in responses}
         points = len(table["time"]["at"]) if "time" in table else 0
+        if len(responses) > RESPONSES:
+            what = f"{len(responses)} responses are too many; at most {RESPONSES} are read"
+            raise DefinitionError(f"{what}: give those of one kind as one response over `time`, or the largest of them")
+        if a["step"] is not None and (isinstance(a["step"], bool) or not isinstance(a["step"], (int, float, np.integer, np.floating))):
+            raise DefinitionError(f"`step` is a number, the relative step of the differences, got {a['step']!r}")
         outputs: list[dict[str, Any]] = []
         shapes: dict[str, tuple[int, ...]] = {}
         for key, value in responses.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import os
 import signal
@@ -18,7 +19,7 @@ from typing import Any
 from . import _core, _toml
 from ._errors import DefinitionError, Error
 from ._problem import Model, says_stop
-from ._results import Figure
+from ._results import Figure, Page
 
 # Deaths of workers after which a run that was alone with its worker is blamed.
 DEATHS = 3
@@ -124,7 +125,12 @@ class Study:
     def from_file(cls, path: str | os.PathLike[str], *, allow_programs: bool = False) -> Study:
         """Read a study file and the model that it names.
 
-        With `allow_programs` the model may start the program that it names, see :meth:`linkwright.Model.from_file`.
+        Parameters
+        ----------
+        path : path
+            The study file.
+        allow_programs : bool
+            The model may start the program that it names, see :meth:`linkwright.Model.from_file`.
         """
         text = Path(path).read_text(encoding="utf-8")
         name = _core.study_model(os.fspath(path), text)
@@ -513,6 +519,25 @@ class StudyResult:
     def figures(self) -> dict[str, Figure]:
         """The pictures of the answer by name."""
         return {name: Figure(name, svg) for name, _, svg in self._conclusions()[2]}
+
+    def report(self, path: str | os.PathLike[str] | None = None) -> Page:
+        """Return the answer as one HTML page without external files; all runs must be done.
+
+        Parameters
+        ----------
+        path : path, optional
+            File to which the page is written.
+        """
+        page = Page(self._study._core.report(list(self._lines.values())))
+        if path is not None:
+            Path(path).write_text(page, encoding="utf-8")
+        return page
+
+    def _repr_html_(self) -> str:
+        if self.missing:
+            return f"<p>{html.escape(repr(self))}</p>"
+        sentences = "".join(f"<p>{html.escape(sentence)}</p>" for sentence in self.conclusions)
+        return sentences + "".join(figure.svg for figure in self.figures.values())
 
     def __repr__(self) -> str:
         return f"<StudyResult: {len(self)} rows, {self.failed} failed, {self.missing} missing>"

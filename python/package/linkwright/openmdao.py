@@ -44,6 +44,8 @@ class Component(om.ExplicitComponent):
     Inputs and outputs have the numbers and units of the model, as ``model.variables`` and ``model.analyze()`` have them: millimetres
     for a variable with ``start = "300 mm"``. The units are not declared to OpenMDAO, since names of units differ.
 
+    The analysis has real numbers: a complex step (``method="cs"``) is a RuntimeError. The partials are exact, so that none is needed.
+
     Check the partials with ``check_partials(form="central", step=1e-6, step_calc="rel_avg")``: absolute steps do not suit
     variables of all sizes.
     """
@@ -75,6 +77,10 @@ class Component(om.ExplicitComponent):
 
     def compute(self, inputs: Any, outputs: Any, *more: Any) -> None:
         """Analyse the design."""
+        if self.under_complex_step:
+            raise RuntimeError(
+                f"the component `{self.pathname}` of linkwright has no complex step: use its partials, which are exact, or `fd`"
+            )
         design = self._design(inputs)
         key, responses = self._last
         if key != design.tobytes():

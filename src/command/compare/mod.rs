@@ -9,9 +9,10 @@ use super::budget::Budget;
 use super::folder::OutputFolder;
 use super::model::{Settings, is_file, located};
 use super::output::{Digits, results, say};
+use super::progress::{Show, Work, working};
 use clap::Args;
 use linkwright::cases::suite::Suite;
-use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, catalogue, compare, find, kkt_residual};
+use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, attempt, catalogue, find, kkt_residual};
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 use linkwright::report::benchmark::{distances, profile, summary, table};
@@ -134,13 +135,19 @@ impl Compare {
         let problem = located(&model, model.problem())?;
         self.budget.check(&problem, model.method())?;
         methods.iter().try_for_each(|preset| self.budget.check(&problem, &(preset.method)()))?;
-        let rows = file_runs(&model, &problem, methods);
+        let work = working(&format!("optimizing {}", path.display()), self.progress(), None);
+        let rows = file_runs(&model, &problem, methods, &work);
+        drop(work);
         let table = file_table(&model, &problem, &rows)?;
         self.show(&table)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         OutputFolder::create(out)?.write(&format!("{name}.csv"), table.csv().as_bytes())?;
         self.notes(rows.iter().filter_map(|row| Some((row.method, row.rejected()?))))?;
         self.end("The table is", out)
+    }
+
+    fn progress(&self) -> Show {
+        Show::of(self.json, self.quiet)
     }
 
     fn shown(&self) -> Shown {
@@ -172,7 +179,10 @@ impl Compare {
         methods: &[&'static Preset],
         folder: &mut OutputFolder,
     ) -> anyhow::Result<Vec<Attempt>> {
-        let attempts = compare(entry, methods)?;
+        let work = working(&format!("optimizing {}", entry.name), self.progress(), None);
+        let counted = |preset: &&'static Preset| attempt(entry, preset).inspect(|_| work.count(methods.len()));
+        let attempts = methods.par_iter().map(counted).collect::<Result<Vec<_>, _>>()?;
+        drop(work);
         let table = table(entry, &attempts)?;
         self.show(&table)?;
         self.notes(attempts.iter().filter_map(|a| match &a.conclusion {
@@ -224,13 +234,16 @@ struct FinalState {
 const OWN: &str = "(the file's)";
 
 /// Runs the method of the file and the given ones on its problem, in parallel. All use the stop test of the file.
-fn file_runs(model: &Model, problem: &Problem, presets: &[&'static Preset]) -> Vec<FileRun> {
+fn file_runs(model: &Model, problem: &Problem, presets: &[&'static Preset], work: &Work) -> Vec<FileRun> {
     let stop = model.method().stop;
-    let own = [file_run(OWN, model.method(), problem)];
-    let others: Vec<FileRun> = presets
-        .par_iter()
-        .map(|preset| file_run(preset.name, &Method { stop, ..(preset.method)() }, problem))
-        .collect();
+    let counted = |name, method: &Method| {
+        let run = file_run(name, method, problem);
+        work.count(presets.len() + 1);
+        run
+    };
+    let own = [counted(OWN, model.method())];
+    let others: Vec<FileRun> =
+        presets.par_iter().map(|preset| counted(preset.name, &Method { stop, ..(preset.method)() })).collect();
     let mut all: Vec<FileRun> = own.into_iter().chain(others).collect();
     all.sort_by_key(FileRun::rank);
     all

@@ -2,6 +2,7 @@
 
 use super::shown::Shown;
 use crate::command::folder::OutputFolder;
+use crate::command::progress::{Show, working};
 use anyhow::{Context, anyhow, bail};
 use linkwright::cases::suite::{Claim, Suite, SuiteRun, Transformation, Verdict, problems, run};
 use linkwright::cases::{AnalysisCounts, CatalogueEntry, find};
@@ -56,7 +57,11 @@ impl Comparison<'_> {
         let entries = self.suite.entries();
         let transformations = self.transformations()?;
         let theirs = self.peers.map_or(Ok(vec![]), peers)?;
+        let show = if matches!(self.show, Shown::Text(_)) { Show::Table } else { Show::Nothing };
+        let count = entries.len() * transformations.len() * self.methods.len();
+        let work = working(&format!("doing {count} runs"), show, None);
         let mut all = run(&entries, &transformations, self.methods)?;
+        drop(work);
         let ours = all.len();
         let chosen = |r: &SuiteRun| {
             entries.iter().any(|entry| entry.name == r.problem) && transformations.contains(&r.transformation)

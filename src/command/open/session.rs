@@ -4,7 +4,7 @@
 //! until it is saved. The model in force is the last one without errors.
 
 use super::super::budget::Budget;
-use super::super::model::{programs_are_allowed, with_program};
+use super::super::model::{programs_are_allowed, reject_study, with_program};
 use super::super::run_directory::fingerprint;
 use super::guard::message;
 use super::optimization::{Action, Optimization};
@@ -145,7 +145,9 @@ impl Session {
             news,
             path,
         };
-        session.project().take_disk(session.read()?);
+        let text = session.read()?;
+        reject_study(file, &text)?;
+        session.project().take_disk(text);
         session.take_draft()?;
         session.update(&mut session.project());
         Ok(session)

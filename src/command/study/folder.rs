@@ -7,7 +7,7 @@ use crate::command::folder::{MANIFEST, OutputFolder, STUDY};
 use crate::command::output::now;
 use crate::command::run_directory::{Claim, LOCK, Occupied, changes};
 use anyhow::{Context, bail};
-use linkwright::model_file::with_setting;
+use linkwright::model_file::{toml_string, with_setting};
 use linkwright::report::table::Table;
 use linkwright::storage::{Appender, Directory};
 use linkwright::study::{Part, Row, RowHeader, Rows, Study, VERSION};
@@ -331,7 +331,7 @@ pub fn copies(directory: &Directory) -> anyhow::Result<[String; 2]> {
 /// The study file with the copy of the model as its model, so that both copies in a folder are a study that can be run.
 pub fn runnable(study: &Study) -> String {
     let text = &study.file().text;
-    with_setting(FILES[0], text, "model", &format!("{:?}", FILES[1])).unwrap_or_else(|_| text.clone())
+    with_setting(FILES[0], text, "model", &toml_string(FILES[1])).unwrap_or_else(|_| text.clone())
 }
 
 /// The settings in which a stored study differs.

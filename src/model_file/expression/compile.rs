@@ -241,7 +241,15 @@ impl Code<'_> {
         let design = |n: &&str| self.scope.design || !matches!(self.names.meanings.get(*n), Some(Meaning::Design(_)));
         let known = self.names.order.iter().map(String::as_str).filter(design).chain(["pi"]).chain(time);
         let more = (self.scope.suggestions)();
-        Diagnostic::unknown(span.clone(), "name", name, known.chain(more.iter().map(String::as_str)))
+        let unknown = Diagnostic::unknown(span.clone(), "name", name, known.chain(more.iter().map(String::as_str)));
+        // As in `2/s`, which divides by the name `s`.
+        match Unit::parse(name) {
+            // Another name of one letter is no likely meaning.
+            Some(_) if unknown.help.is_none() || name.chars().count() == 1 => {
+                unknown.help(format!("a unit stands behind its number, as in `2 {name}` or `2 1/{name}`"))
+            }
+            _ => unknown,
+        }
     }
 
     /// The left operand is a constant, or on the stack.

@@ -335,7 +335,8 @@ fn tokens(text: &str, place: &TextPlace) -> Result<Vec<Token>, Diagnostic> {
 fn quantity(rest: &str, at: usize, place: &TextPlace) -> Result<(Piece, usize), Diagnostic> {
     let (value, length) = number(rest, at, place)?;
     let behind = rest[length..].trim_start();
-    let unit = if behind.starts_with('1') { None } else { Unit::at_start(behind) };
+    // `2 1/s` has the unit 1/s; a second number is a mistake.
+    let unit = Unit::at_start(behind).filter(|(_, length)| !behind.starts_with('1') || behind[..*length].contains('/'));
     let end = |unit: usize| rest.len() - behind.len() + unit;
     Ok(match unit {
         Some((unit, unit_length)) => (Piece::Number(value, Some(unit)), end(unit_length)),

@@ -3,6 +3,7 @@
 use super::parts::{Closure, Joint, JointType, Robot};
 use super::tree::{Part, Tree};
 use crate::model_file::expression::check_name;
+use crate::model_file::toml_string;
 use nalgebra::{Isometry3, Vector3};
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -52,7 +53,7 @@ pub fn write(robot: &Robot, tree: &Tree, source: &str) -> String {
     line(out, &format!("# Made from {} by `linkwright import`.", comment(source)));
     robot.left_out.iter().for_each(|sentence| line(out, &format!("# * {}", comment(sentence))));
     line(out, "version = 2\nspace = 3");
-    line(out, &format!("title = {}", serde_json::Value::from(comment(&robot.name))));
+    line(out, &format!("title = {}", toml_string(&comment(&robot.name))));
     line(out, &format!("gravity = {}", exact(robot.gravity)));
     line(out, "\n[time]\nto = 1\npoints = 101\n\n[analysis]\nkind = \"dynamics\"");
     for part in &tree.parts {

@@ -1,6 +1,6 @@
 //! Objective, errors, violation, design variables and move limits over the cycles.
 
-use super::{OptimizationReport, stem};
+use super::{MOST, OptimizationReport, stem};
 use crate::Result;
 use crate::problem::Problem;
 use crate::report::figure::{
@@ -28,9 +28,6 @@ pub fn step_cells(problem: &Problem, c: &Cycle, objective: f64) -> [Cell; 8] {
     ]
 }
 
-/// Largest number of design variables with a plot.
-const MOST: usize = 12;
-
 impl OptimizationReport<'_> {
     pub(super) fn convergence(&self) -> Result<PageSection> {
         let history = &self.state.history;
@@ -39,6 +36,20 @@ impl OptimizationReport<'_> {
             let text = "No cycle has been completed; only the first design has been analysed.";
             return Ok(section.paragraph(text));
         }
+        let section = match self.every() {
+            1 => section,
+            every => section.paragraph(format!(
+                "The run has {} trial steps. The figures and tables of this page show each {every}-th of them and the last; all are in cycles.csv.",
+                history.len()
+            )),
+        };
+        let section = match self.problem.objective.peak() {
+            None => section,
+            Some(_) => section.paragraph(
+                "The objective is a peak: a variable bounds it, which is minimized in its place. E_f is the error of that variable, which is none; \
+                 the errors of the peak count in E_g.",
+            ),
+        };
         let mut section = section
             .paragraph(
                 "A cycle solves an approximate problem inside move limits and analyses its solution. E_f and E_g are the errors \
@@ -92,7 +103,7 @@ impl OptimizationReport<'_> {
     }
 
     fn factors(&self) -> Figure {
-        let steps = || self.state.history.iter().filter(|c| c.region.is_some());
+        let steps = || self.shown_steps().map(|(c, _)| c).filter(|c| c.region.is_some());
         let mut panel =
             Panel::new(self.cycle_axis(), Axis::new("move-limit factor", "").logarithmic()).legend(Legend::Below);
         for (k, variable) in self.problem.variables.iter().enumerate().take(MOST) {
@@ -106,7 +117,8 @@ impl OptimizationReport<'_> {
     }
 
     fn variable(&self, k: usize) -> Figure {
-        let (history, variable) = (&self.state.history, &self.problem.variables[k]);
+        let history: Vec<&Cycle> = self.shown_steps().map(|(c, _)| c).collect();
+        let variable = &self.problem.variables[k];
         let regions = history.iter().filter_map(|c| {
             let region = c.region.as_ref()?;
             let x = c.cycle as f64;
@@ -159,12 +171,12 @@ impl OptimizationReport<'_> {
         ];
         let names = self.problem.variables.iter().map(|v| v.name.as_str());
         let mut table = Table::new("Cycles", fixed.into_iter().chain(names));
-        for (c, objective) in self.state.history.iter().zip(&self.objectives) {
+        for (c, objective) in self.shown_steps() {
             let names = [c.cycle.into(), super::verdict(c).into()];
             table.push(
                 names
                     .into_iter()
-                    .chain(step_cells(self.problem, c, *objective))
+                    .chain(step_cells(self.problem, c, objective))
                     .chain(c.design.iter().map(|b| Cell::from(*b))),
             )?;
         }

@@ -69,25 +69,48 @@ impl Slice {
     /// # Errors
     /// [`Error::Definition`](crate::Error::Definition) if all analyses fail.
     pub fn sample(problem: &Problem, state: &State, count: usize) -> Result<Option<Self>> {
+        Self::sample_until(problem, state, count, &|| false)
+    }
+
+    /// As [`sample`](Self::sample); once `is_stopped` returns true, the other designs are omitted without an analysis.
+    ///
+    /// # Errors
+    /// As [`sample`](Self::sample).
+    pub fn sample_until(
+        problem: &Problem,
+        state: &State,
+        count: usize,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Self>> {
         let bound = problem.objective.peak().map(|peak| peak.variable);
         let is_free = |k: &usize| problem.variables[*k].lower < problem.variables[*k].upper;
         let mut order = by_change(problem, state).into_iter().filter(is_free).filter(|k| bound != Some(*k));
         match (order.next(), order.next()) {
             _ if count < 2 => Ok(None),
-            (Some(i), Some(j)) => Ok(Some(Self(SliceKind::Plane(PlaneSlice::sample(problem, state, [i, j], count)?)))),
-            (Some(k), None) => Ok(Some(Self(SliceKind::Line(LineSlice::sample(problem, state, k, count * count))))),
+            (Some(i), Some(j)) => {
+                Ok(Some(Self(SliceKind::Plane(PlaneSlice::sample(problem, state, [i, j], count, is_stopped)?))))
+            }
+            (Some(k), None) => {
+                Ok(Some(Self(SliceKind::Line(LineSlice::sample(problem, state, k, count * count, is_stopped)))))
+            }
             (None, _) => Ok(None),
         }
     }
 }
 
 impl PlaneSlice {
-    fn sample(problem: &Problem, state: &State, [i, j]: [usize; 2], count: usize) -> Result<Self> {
+    fn sample(
+        problem: &Problem,
+        state: &State,
+        [i, j]: [usize; 2],
+        count: usize,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Self> {
         let peak = problem.objective.peak();
         let [x, y] = [i, j].map(|k| figure::spaced(window(problem, state, k), count));
         let points: Vec<[f64; 2]> = y.iter().flat_map(|y| x.iter().map(|x| [*x, *y])).collect();
-        let evaluated: Vec<Option<Evaluation>> =
-            points.par_iter().map(|at| evaluate(problem, state, &[i, j], at)).collect();
+        let one = |at: &[f64; 2]| if is_stopped() { None } else { evaluate(problem, state, &[i, j], at) };
+        let evaluated: Vec<Option<Evaluation>> = points.par_iter().map(one).collect();
         let failed = evaluated.iter().filter(|e| e.is_none()).count();
         let grid = |of: &dyn Fn(&Evaluation) -> f64| {
             let values: Vec<f64> = evaluated.iter().map(|e| e.as_ref().map_or(f64::NAN, of)).collect();
@@ -123,11 +146,17 @@ struct LineSlice {
 
 impl LineSlice {
     /// Analyses `count` designs along the variable.
-    fn sample(problem: &Problem, state: &State, variable: usize, count: usize) -> Self {
+    fn sample(
+        problem: &Problem,
+        state: &State,
+        variable: usize,
+        count: usize,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+    ) -> Self {
         let peak = problem.objective.peak();
         let values = figure::spaced(window(problem, state, variable), count);
         let one = |x: &f64| {
-            let evaluation = evaluate(problem, state, &[variable], &[*x])?;
+            let evaluation = if is_stopped() { None } else { evaluate(problem, state, &[variable], &[*x]) }?;
             let (value, violation) = match peak {
                 Some(peak) => (
                     least_peak(problem, &evaluation, &state.design, peak),
@@ -233,10 +262,8 @@ impl OptimizationReport<'_> {
             QuantityLabel::literal(&variable.name, &variable.unit)
         };
         let path: Vec<Iterate> = self
-            .state
-            .history
-            .iter()
-            .map(|c| Iterate {
+            .shown_steps()
+            .map(|(c, _)| Iterate {
                 cycle: c.cycle,
                 design: [c.design[i], c.design[j]],
                 accepted: c.accepted,

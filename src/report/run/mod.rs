@@ -108,11 +108,31 @@ impl<'a> OptimizationReport<'a> {
         self.state.history.iter().rev().find(|c| c.accepted && c.cycle > 0)
     }
 
-    /// Trial steps with a successful analysis and their objectives, the start first.
+    /// The trial steps that the page shows, with their objectives: all, or of many each n-th one, and the last.
+    fn shown_steps(&self) -> impl Iterator<Item = (&Cycle, f64)> {
+        let (every, last) = (self.every(), self.state.history.len().saturating_sub(1));
+        let all = self.state.history.iter().zip(self.objectives.iter().copied()).enumerate();
+        all.filter(move |(k, _)| k % every == 0 || *k == last).map(|(_, step)| step)
+    }
+
+    /// The distance of the trial steps that the page shows; 1 if it shows all. A page of thousands of steps would have many megabytes.
+    fn every(&self) -> usize {
+        let most = MARKS / (FIGURES + self.problem.n().min(MOST));
+        self.state.history.len().div_ceil(most).max(1)
+    }
+
+    /// Shown trial steps with a successful analysis and their objectives, the start first.
     fn successful_steps(&self) -> impl Iterator<Item = (&Cycle, f64)> {
-        self.state.history.iter().zip(self.objectives.iter().copied()).filter(|(c, _)| c.failure.is_none())
+        self.shown_steps().filter(|(c, _)| c.failure.is_none())
     }
 }
+
+/// Largest number of design variables with a plot.
+const MOST: usize = 12;
+/// Figures over the cycles besides those of design variables.
+const FIGURES: usize = 5;
+/// Largest number of trial steps in all figures over the cycles together.
+const MARKS: usize = 2000;
 
 /// The outcome of a trial step.
 fn verdict(cycle: &Cycle) -> &'static str {

@@ -50,7 +50,7 @@ impl OptimizationReport<'_> {
 
     fn residuals(&self) -> Option<Figure> {
         let of = |value: fn(&Cycle) -> Option<f64>| -> Vec<[f64; 2]> {
-            let steps = self.state.history.iter().filter(|c| c.region.is_some());
+            let steps = self.shown_steps().map(|(c, _)| c).filter(|c| c.region.is_some());
             steps.filter_map(|c| Some([c.cycle as f64, value(c)?.max(LEAST)])).collect()
         };
         let (problem, subproblem) = (of(|c| c.residual), of(|c| Some(c.kkt)));

@@ -12,7 +12,7 @@ impl OptimizationReport<'_> {
     pub(super) fn prediction_accuracy(&self) -> Result<PageSection> {
         let section = PageSection::new("approximation", "Predicted and computed responses");
         let known: Vec<(&Cycle, &Prediction)> =
-            self.state.history.iter().filter_map(|c| Some((c, c.prediction.as_ref()?))).collect();
+            self.shown_steps().filter_map(|(c, _)| Some((c, c.prediction.as_ref()?))).collect();
         if known.is_empty() {
             let done = self.state.history.len() > 1;
             let text =
@@ -77,7 +77,7 @@ impl OptimizationReport<'_> {
         ];
         let mut table =
             Table::new("Predicted and computed values; constraints are normalized, their limit is 1", columns);
-        for (cycle, objective) in self.state.history.iter().zip(&self.objectives) {
+        for (cycle, objective) in self.shown_steps() {
             let Some(p) = &cycle.prediction else { continue };
             let differences = p.rows.iter().zip(&p.analysed).map(|(a, b)| (a - b).abs());
             let largest = differences.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
@@ -90,7 +90,7 @@ impl OptimizationReport<'_> {
                 cycle.cycle.into(),
                 super::verdict(cycle).into(),
                 outcome::predicted_objective(self.problem, cycle).map_or(Cell::Empty, Cell::from),
-                value(*objective),
+                value(objective),
                 value(cycle.objective_error_pct),
                 value(cycle.constraint_error_pct),
                 row.as_str().into(),

@@ -250,6 +250,21 @@ impl Directory {
         }
     }
 
+    /// Locks the folder itself against other processes that lock it, without waiting. The lock leaves no file; on systems other than Unix it is not
+    /// offered.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn lock_folder(&self) -> io::Result<Lock> {
+        self.before(Operation::Lock, ".")?;
+        let Some(file) = system::reopened_folder(&self.handle)? else { return Ok(Lock::NotOffered) };
+        Ok(match file.try_lock() {
+            Ok(()) => Lock::Own(file),
+            Err(TryLockError::WouldBlock) => Lock::OfOther,
+            Err(TryLockError::Error(_)) => Lock::NotOffered,
+        })
+    }
+
     /// True if another process has locked a file.
     pub fn is_locked(&self, name: &str) -> bool {
         let locked = |file: File| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
@@ -426,6 +441,20 @@ mod tests {
                 folder.remove(name).is_err() && folder.subfolder(name).is_err() && folder.rename(name, "c").is_err()
             );
         }
+        std::fs::remove_dir_all(folder.path()).unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_lock_of_a_folder_belongs_to_one_and_leaves_no_file() {
+        let folder = folder("lock-folder");
+        let Lock::Own(first) = folder.lock_folder().unwrap() else { panic!() };
+        let other = Directory::open(folder.path()).unwrap();
+        assert!(matches!(folder.lock_folder().unwrap(), Lock::OfOther));
+        assert!(matches!(other.lock_folder().unwrap(), Lock::OfOther));
+        drop(first);
+        assert!(matches!(other.lock_folder().unwrap(), Lock::Own(_)));
+        assert!(folder.names().unwrap().is_empty());
         std::fs::remove_dir_all(folder.path()).unwrap();
     }
 

@@ -27,6 +27,11 @@ pub fn open_folder(path: &Path) -> io::Result<Handle> {
     Ok(rustix::fs::openat(CWD, path, FOLDER, Mode::empty())?)
 }
 
+/// The folder, opened once more: a lock belongs to one opening.
+pub fn reopened_folder(folder: &Handle) -> io::Result<Option<File>> {
+    Ok(Some(rustix::fs::openat(folder, ".", FOLDER, Mode::empty())?.into()))
+}
+
 pub fn open_subfolder(folder: &Handle, name: &str) -> io::Result<Handle> {
     Ok(rustix::fs::openat(folder, name, FOLDER | OFlags::NOFOLLOW, Mode::empty())?)
 }

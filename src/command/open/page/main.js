@@ -3,7 +3,7 @@
 import * as server from "./server.js";
 import { effects, predict, predictFrame } from "./predict.js";
 import { Mechanism } from "./mechanism.js";
-import { Plot, phone, short, withUnit } from "./plots.js";
+import { Plot, short, withUnit } from "./plots.js";
 import { draggable } from "./point.js";
 import { Run } from "./run.js";
 import { Editor, limitText } from "./editor.js";
@@ -472,7 +472,6 @@ new IntersectionObserver(([{ isIntersecting, boundingClientRect }]) => {
   by("picture").classList.toggle("apart", isIntersecting || boundingClientRect.bottom < 0);
 }, { rootMargin: "0px 0px -45% 0px" }).observe(by("run"));
 
-phone.addEventListener("change", () => plots.forEach(({ plot }) => plot.draw()));
 // The design of the sliders may still be under analysis, or may not be possible.
 by("pin").addEventListener("click", () => (shown?.number === sequence ? pin(shown) : pinDesign([...design], "")));
 by("beside").addEventListener("click", () => {

@@ -2,10 +2,22 @@
 
 import { element } from "./mechanism.js";
 
-// On a phone drawings are narrow, so that their letters keep their size.
 export const phone = window.matchMedia("(max-width: 40rem)");
-const width = () => (phone.matches ? 330 : 480);
-const [HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [220, 58, 10, 8, 30];
+const [LEFT, RIGHT, TOP, BOTTOM] = [58, 10, 8, 30];
+
+// The width of a drawing in pixels of the page: its letters then have the size of the style sheet. `otherwise` is that of a hidden one.
+export const measured = (svg, otherwise) => Math.round(svg.clientWidth) || otherwise;
+
+// Draws again when the width of a drawing changes.
+export const onWidth = (svg, draw) => {
+  let last = 0;
+  // In the next frame: a drawing changes its own height, of which the observer would complain.
+  new ResizeObserver(() => requestAnimationFrame(() => {
+    if (svg.clientWidth === last) return;
+    last = svg.clientWidth;
+    draw();
+  })).observe(svg);
+};
 
 // A number with five digits; small ones as 5.4781e−6.
 export const short = (value) => {
@@ -56,17 +68,26 @@ export class Plot {
     const small = document.createElement("small");
     caption.append(name, " ", small);
     small.textContent = unit;
-    this.svg = element("svg", { viewBox: `0 0 ${width()} ${HEIGHT}`, role: "img", "aria-label": `${name} over ${time.name}` });
+    this.svg = element("svg", { role: "img", "aria-label": `${name} over ${time.name}` });
     this.tools = document.createElement("div");
     this.tools.className = "tools";
     figure.append(this.tools, caption, this.svg);
     place.append(figure);
+    this.measure();
     Object.assign(this, { figure, name, time, series: new Map(), limits: [], range: null, lines: element("g"), buttons: [], seen: true, stale: false });
     // Plots outside the screen are drawn when they come near it.
     new IntersectionObserver((entries) => {
       this.seen = entries.at(-1).isIntersecting;
       if (this.seen && this.stale) this.draw();
     }, { rootMargin: "200px" }).observe(figure);
+    onWidth(this.svg, () => this.draw());
+  }
+
+  // Takes the size of the drawing from the page.
+  measure() {
+    this.width = measured(this.svg, 330);
+    this.height = phone.matches ? 220 : Math.min(Math.max(0.46 * this.width, 165), 220);
+    this.svg.setAttribute("viewBox", `0 0 ${this.width} ${this.height}`);
   }
 
   // Points of a series under a key; null removes it.
@@ -79,31 +100,43 @@ export class Plot {
     this.limits = limits;
   }
 
-  // Lets a limit be drawn with the pointer: `drawn` gets its relation and its points. A drag makes a straight line; clicks make a line
-  // of several pieces, which a double click or Enter ends.
+  // Lets a limit be drawn: `drawn` gets its relation and its points. A drag makes a straight line; clicks make a line of several pieces, which a
+  // double click or Enter ends. The arrow keys ↑ and ↓ draw a level line and move it, with Shift its right end.
   drawable(drawn) {
     let [relation, points, from] = [null, [], null];
     const line = element("path", { class: "drawn" });
     this.buttons = [["≤", "Draw an upper limit"], ["≥", "Draw a lower limit"]].map(([sign, text]) => {
       const button = document.createElement("button");
       // Without a history the axes have no numbers.
-      Object.assign(button, { type: "button", disabled: true, textContent: sign, title: `${text}: drag a line, or click points and end with a double click`, ariaLabel: `${text} of ${this.name}`, ariaPressed: "false" });
+      Object.assign(button, { type: "button", disabled: true, textContent: sign, title: `${text}: drag a line, or click points and end with a double click; or move a line with ↑ and ↓ and end with Enter`, ariaLabel: `${text} of ${this.name}`, ariaPressed: "false" });
       button.dataset.relation = sign;
       button.addEventListener("click", () => arm(relation === sign ? null : sign));
       return button;
     });
+    const said = document.createElement("output");
     // The focus is on the button: Enter would press it again.
     const keys = (event) => {
       if (!this.figure.isConnected) return arm(null);
-      if (!["Enter", "Escape"].includes(event.key)) return undefined;
+      if (!["Enter", "Escape", "ArrowUp", "ArrowDown"].includes(event.key)) return undefined;
       event.preventDefault();
-      return event.key === "Enter" ? end() : arm(null);
+      if (event.key === "Enter") return end();
+      return event.key === "Escape" ? arm(null) : move(event.key === "ArrowUp" ? 1 : -1, event.shiftKey);
+    };
+    // Moves a line by a fiftieth of the axis, or its right end only. The first one is level, in the middle.
+    const move = (sign, is_end) => {
+      const step = (sign * (this.range[1] - this.range[0])) / 50;
+      const is_moved = (k) => (is_end ? k === points.length - 1 : true);
+      const middle = (this.range[0] + this.range[1]) / 2;
+      points = points.length ? points.map(([t, v], k) => [t, is_moved(k) ? v + step : v]) : [[all()[0], middle], [all().at(-1), middle]];
+      show();
+      said.textContent = `${relation} ${[...new Set(points.map(([, v]) => short(Number(v.toPrecision(4)))))].join(" to ")}`;
     };
     const arm = (sign) => {
       window[sign === null ? "removeEventListener" : "addEventListener"]("keydown", keys, { capture: true });
       // The observer may not have seen yet that the plot has come into view.
       if (this.stale) this.render();
       [relation, points, from] = [sign, [], null];
+      said.textContent = sign === null ? "" : "↑ ↓ move, Enter takes, Escape drops";
       line.remove();
       this.figure.classList.toggle("drawing", sign !== null);
       this.buttons.forEach((button) => { button.ariaPressed = String(button.dataset.relation === sign); });
@@ -112,9 +145,9 @@ export class Plot {
     const least = () => 0.01 * (all().at(-1) - all()[0]);
     const point = (event) => {
       const box = this.svg.getBoundingClientRect();
-      const [x, y] = [((event.clientX - box.left) / box.width) * width(), ((event.clientY - box.top) / box.height) * HEIGHT];
-      const t = all()[0] + ((x - LEFT) / (width() - LEFT - RIGHT)) * (all().at(-1) - all()[0]);
-      return [Math.min(Math.max(t, all()[0]), all().at(-1)), this.range[1] - ((y - TOP) / (HEIGHT - TOP - BOTTOM)) * (this.range[1] - this.range[0])];
+      const [x, y] = [((event.clientX - box.left) / box.width) * this.width, ((event.clientY - box.top) / box.height) * this.height];
+      const t = all()[0] + ((x - LEFT) / (this.width - LEFT - RIGHT)) * (all().at(-1) - all()[0]);
+      return [Math.min(Math.max(t, all()[0]), all().at(-1)), this.range[1] - ((y - TOP) / (this.height - TOP - BOTTOM)) * (this.range[1] - this.range[0])];
     };
     // A point at the time of another one takes its place.
     const add = (next) => { points = [...points.filter(([t]) => Math.abs(t - next[0]) >= least()), next].sort((a, b) => a[0] - b[0]); };
@@ -146,16 +179,16 @@ export class Plot {
       if (points.length === 2) end(); else show();
     });
     this.svg.addEventListener("dblclick", () => { if (relation) end(); });
-    this.tools.replaceChildren(...this.buttons);
+    this.tools.replaceChildren(said, ...this.buttons);
   }
 
   x(t) {
     const points = this.time.points;
-    return LEFT + ((t - points[0]) / (points[points.length - 1] - points[0])) * (width() - LEFT - RIGHT);
+    return LEFT + ((t - points[0]) / (points[points.length - 1] - points[0])) * (this.width - LEFT - RIGHT);
   }
 
   y(v) {
-    return TOP + ((this.range[1] - v) / (this.range[1] - this.range[0])) * (HEIGHT - TOP - BOTTOM);
+    return TOP + ((this.range[1] - v) / (this.range[1] - this.range[0])) * (this.height - TOP - BOTTOM);
   }
 
   // Widens the range for all series and limits. It shrinks only if most of it is empty, so that axes do not jump while one drags.
@@ -184,8 +217,9 @@ export class Plot {
 
   // Draws the series, and the axes if they have changed.
   render() {
+    this.measure();
     this.scale();
-    const axes = JSON.stringify([this.range, this.limits, width()]);
+    const axes = JSON.stringify([this.range, this.limits, this.width, this.height]);
     if (axes !== this.axes) {
       this.axes = axes;
       this.drawAxes();
@@ -204,22 +238,21 @@ export class Plot {
   }
 
   drawAxes() {
-    this.svg.setAttribute("viewBox", `0 0 ${width()} ${HEIGHT}`);
     const { points } = this.time;
-    const [first, last, bottom] = [points[0], points[points.length - 1], HEIGHT - BOTTOM];
+    const [first, last, bottom] = [points[0], points[points.length - 1], this.height - BOTTOM];
     const parts = [];
     const text = (x, y, anchor, content) => element("text", { x, y, "text-anchor": anchor }, content);
     const [up, across] = [ticks(...this.range), ticks(first, last, phone.matches ? 4 : 6)];
     const [value, time] = [labels(up), labels(across)];
     up.forEach((v, k) => {
       const y = this.y(v);
-      parts.push(element("path", { class: "grid", d: `M${LEFT} ${y}H${width() - RIGHT}` }), text(LEFT - 6, y + 4, "end", value.texts[k]));
+      parts.push(element("path", { class: "grid", d: `M${LEFT} ${y}H${this.width - RIGHT}` }), text(LEFT - 6, y + 4, "end", value.texts[k]));
     });
     across.forEach((t, k) => {
       const x = this.x(t);
       parts.push(element("path", { class: "grid", d: `M${x} ${TOP}V${bottom}` }), text(x, bottom + 14, "middle", time.texts[k]));
     });
-    parts.push(text(width() - RIGHT, HEIGHT - 3, "end", [time.note, `${this.time.name} / ${this.time.unit}`].filter(Boolean).join(" ")));
+    parts.push(text(this.width - RIGHT, this.height - 3, "end", [time.note, `${this.time.name} / ${this.time.unit}`].filter(Boolean).join(" ")));
     if (value.note) parts.push(text(LEFT + 4, TOP + 12, "start", value.note));
     this.limits.forEach(({ relation, value, window, curve }) => {
       if (curve) return parts.push(...this.curvedLimit(relation, curve, bottom));
@@ -230,7 +263,7 @@ export class Plot {
       if (side !== undefined) parts.push(element("path", { class: "beyond", d: `M${from} ${y}H${to}V${side}H${from}Z` }));
       parts.push(element("path", { class: "limit", d: `M${from} ${y}H${to}` }));
     });
-    parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: width() - LEFT - RIGHT, height: bottom - TOP }));
+    parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: this.width - LEFT - RIGHT, height: bottom - TOP }));
     this.cursor = element("path", { class: "now" });
     this.svg.replaceChildren(...parts, this.lines, this.cursor);
   }
@@ -251,6 +284,6 @@ export class Plot {
   now(time) {
     this.moment = time;
     const x = this.x(time).toFixed(1);
-    this.cursor?.setAttribute("d", `M${x} ${TOP}V${HEIGHT - BOTTOM}`);
+    this.cursor?.setAttribute("d", `M${x} ${TOP}V${this.height - BOTTOM}`);
   }
 }

@@ -32,6 +32,7 @@ export class Run {
     const study = new StudyPicture(place.querySelector("#study"), { show });
     const resume = (folder) => this.act({ action: "resume", folder });
     this.stored = new Stored(place.querySelector("#stored-runs"), { convergence, show, pin, resume, study });
+    setInterval(() => this.elapsed(), 1000);
     this.method = place.querySelector("#method");
     this.method.addEventListener("change", () => this.act({ action: "set", key: "method.preset", value: this.method.value }));
     place.querySelector("#setting").addEventListener("submit", (event) => {
@@ -67,6 +68,13 @@ export class Run {
     this.buttons.pause.disabled = true;
   }
 
+  // The time that the present trial step takes, once it is long.
+  elapsed() {
+    const seconds = Math.floor((performance.now() - this.since) / 1000);
+    const is_long = BUSY.includes(this.place.dataset.status) && seconds >= 2;
+    this.place.querySelector("#run-elapsed").textContent = is_long ? `this trial step takes ${seconds} s so far` : "";
+  }
+
   // Without an answer of the server nothing is known of the run.
   lost() {
     const pill = this.place.querySelector("#run-status");
@@ -91,7 +99,10 @@ export class Run {
     const pill = find("#run-status");
     pill.textContent = { none: "no run", CycleLimit: "Cycle limit", Working: "At work" }[status] ?? status;
     pill.className = `pill ${status === "Converged" ? "good" : ["Failed", "Infeasible", "Stalled"].includes(status) ? "bad" : "fair"}`;
+    const step = `${status} ${run?.folder} ${run?.cycles?.length}`;
+    if (step !== this.step) [this.step, this.since] = [step, performance.now()];
     this.place.dataset.status = status;
+    this.elapsed();
     this.place.dataset.tries = is_there ? run.cycles.length - 1 : "";
     find("#run-note").textContent = run ? [run.folder && `in ${run.folder}`, readable(run.reason)].filter(Boolean).join("; ") : "Starts at the design on the sliders.";
     const fault = find("#run-fault");

@@ -2,9 +2,8 @@
 
 import { element } from "./mechanism.js";
 import { options } from "./elements.js";
-import { labels, phone, short, ticks, withUnit } from "./plots.js";
+import { labels, measured, onWidth, phone, short, ticks, withUnit } from "./plots.js";
 
-const width = () => (phone.matches ? 350 : 640);
 const [HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [312, 70, 12, 22, 40];
 // Distance in the units of the picture within which a click finds a point.
 const REACH = 24;
@@ -17,7 +16,7 @@ export class StudyPicture {
     this.svg = element("svg", { tabindex: "0", role: "img" });
     find("#study-picture").append(this.svg);
     this.phase.addEventListener("change", () => this.choosePhase());
-    phone.addEventListener("change", () => { if (this.study) this.draw(); });
+    onWidth(this.svg, () => { if (this.study) this.draw(); });
     [this.x, this.y].forEach((select) => select.addEventListener("change", () => this.draw()));
     this.svg.addEventListener("click", (event) => this.select(this.nearest(event)));
     this.svg.addEventListener("keydown", (event) => {
@@ -59,7 +58,8 @@ export class StudyPicture {
   }
 
   draw() {
-    this.svg.setAttribute("viewBox", `0 0 ${width()} ${HEIGHT}`);
+    this.width = measured(this.svg, phone.matches ? 350 : 640);
+    this.svg.setAttribute("viewBox", `0 0 ${this.width} ${HEIGHT}`);
     const [i, j] = [this.x, this.y].map((select) => Number(select.value));
     const { columns, rows } = this.now;
     const own = rows.filter((row) => Number.isFinite(row.values[i] ?? NaN) && Number.isFinite(row.values[j] ?? NaN));
@@ -76,18 +76,18 @@ export class StudyPicture {
       return this.svg.replaceChildren();
     }
     const [[x0, x1], [y0, y1]] = [span(i), span(j)];
-    const x = (v) => LEFT + ((v - x0) / (x1 - x0)) * (width() - LEFT - RIGHT);
+    const x = (v) => LEFT + ((v - x0) / (x1 - x0)) * (this.width - LEFT - RIGHT);
     const y = (v) => TOP + ((y1 - v) / (y1 - y0)) * (HEIGHT - TOP - BOTTOM);
     const text = (at, up, anchor, content) => element("text", { x: at, y: up, "text-anchor": anchor }, content);
     const named = (k, at) => (columns[k].words.length ? { texts: at.map((v) => columns[k].words[v] ?? ""), note: "" } : labels(at));
     const parts = [];
     const [up, across] = [ticks(y0, y1), ticks(x0, x1, phone.matches ? 3 : 6)];
     const [left, below] = [named(j, up), named(i, across)];
-    up.forEach((v, k) => parts.push(element("path", { class: "grid", d: `M${LEFT} ${y(v)}H${width() - RIGHT}` }), text(LEFT - 6, y(v) + 4, "end", left.texts[k])));
+    up.forEach((v, k) => parts.push(element("path", { class: "grid", d: `M${LEFT} ${y(v)}H${this.width - RIGHT}` }), text(LEFT - 6, y(v) + 4, "end", left.texts[k])));
     across.forEach((v, k) => parts.push(element("path", { class: "grid", d: `M${x(v)} ${TOP}V${HEIGHT - BOTTOM}` }), text(x(v), HEIGHT - BOTTOM + 15, "middle", below.texts[k])));
     const label = (k, note) => [this.label(k), note].filter(Boolean).join(", ");
-    parts.push(text(width() - RIGHT, HEIGHT - 5, "end", label(i, below.note)), text(LEFT, TOP - 8, "start", label(j, left.note)));
-    parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: width() - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }));
+    parts.push(text(this.width - RIGHT, HEIGHT - 5, "end", label(i, below.note)), text(LEFT, TOP - 8, "start", label(j, left.note)));
+    parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: this.width - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }));
     this.points = own.map((row) => ({ row, x: x(row.values[i]), y: y(row.values[j]) })).sort((a, b) => a.x - b.x);
     const dots = this.points.map((point) => {
       point.dot = element("circle", { cx: point.x.toFixed(1), cy: point.y.toFixed(1), r: 3.2, class: point.row === this.at ? "chosen" : "" });
@@ -105,7 +105,7 @@ export class StudyPicture {
 
   nearest(event) {
     const box = this.svg.getBoundingClientRect();
-    const [x, y] = [((event.clientX - box.left) / box.width) * width(), ((event.clientY - box.top) / box.height) * HEIGHT];
+    const [x, y] = [((event.clientX - box.left) / box.width) * this.width, ((event.clientY - box.top) / box.height) * HEIGHT];
     const far = (point) => Math.hypot(point.x - x, point.y - y);
     const best = this.points.reduce((found, point) => (!found || far(point) < far(found) ? point : found), null);
     return best && far(best) <= REACH ? best : null;
