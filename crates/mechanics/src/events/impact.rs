@@ -98,7 +98,7 @@ where
     }
 
     /// Adds Φ_qᵀ times the `impulse` to the rows.
-    fn add_impulse(&self, system: &System, state: &State<T>, impulse: T, rows: &mut [T]) {
+    pub fn add_impulse(&self, system: &System, state: &State<T>, impulse: T, rows: &mut [T]) {
         let workspace = self.evaluate(state, impulse);
         for (&coordinate, &row) in self.gap.coordinates.iter().zip(&workspace.dynamics) {
             if let Some(equation) = system.equation_of(coordinate) {
@@ -221,6 +221,16 @@ impl BorderedSystem {
         Ok(Self { direction, response, compliance })
     }
 
+    /// Change of the gap's rate per unit impulse of the contact.
+    pub fn compliance(&self) -> f64 {
+        self.compliance
+    }
+
+    /// Change of the gap's rate per unit impulse of the contact of `other` equations at the same state.
+    pub fn change_by(&self, other: &Self) -> f64 {
+        self.direction.iter().zip(&other.response).map(|(u, w)| u * w[0]).sum()
+    }
+
     /// Solves the equations of the impact for the residuals `rows` (by equation) and `contact`.
     ///
     /// Overwrites `rows` with the negative corrections of velocities and joint impulses. Returns the negative correction of
@@ -251,7 +261,7 @@ pub(crate) fn are_coupled(mechanism: &Mechanism<f64>, state: &State<f64>, contac
     let mut system = System::at(mechanism, state.t)?;
     let of = |system: &mut System, k: usize| BorderedSystem::new(system, mechanism, &mechanism.events[k], state);
     let (one, other) = (of(&mut system, contacts[0])?, of(&mut system, contacts[1])?);
-    let coupling: f64 = other.direction.iter().zip(&one.response).map(|(u, w)| u * w[0]).sum();
+    let coupling = other.change_by(&one);
     Ok(coupling.abs() > UNCOUPLED * (one.compliance * other.compliance).sqrt())
 }
 
@@ -303,7 +313,7 @@ pub(crate) fn extrapolate<T: StateScalar>(state: &State<T>, offset: f64) -> Stat
 pub(crate) const TIME_ROUNDING: f64 = 1024.0 * f64::EPSILON;
 
 /// Rounding of a position, as a fraction of its size.
-const POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;
+pub(crate) const POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Rounding of the gap of a `switch` at `state`, the end of a step `h` (s).
 pub(crate) fn gap_rounding(switch: &EventElement<f64>, state: &State<f64>, h: f64) -> f64 {

@@ -9,7 +9,9 @@
 //! impulse is opened, until no impulse pulls.
 
 use crate::constraint_rank::ConstraintRank;
+use crate::events::consistent_modes::{Parts, Search, find, largest, returns};
 use crate::events::impact::{apply_impact, apply_switch, gap_rounding, make_consistent, switch_offset};
+use crate::events::repeated_impacts::dying_out;
 use crate::events::unilateral::{AT_REST, TOUCHING, sign, sliding};
 use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use crate::integrators::consistent_ends;
@@ -39,7 +41,7 @@ pub(crate) const SHORTEST_FLIGHT: f64 = 1e-6;
 const STOPPED: f64 = 1e-12;
 
 /// Largest relative excess of a force over its limit that counts as rounding.
-const EXCESS: f64 = 1e-9;
+pub(crate) const EXCESS: f64 = 1e-9;
 
 /// Finds the modes in which the motion continues after an event in the state `end`, by steps of the nominal length `step` in s.
 ///
@@ -70,16 +72,29 @@ pub(crate) fn passage(
     let mut held = end.clone();
     AccelerationSolver::default().solve(system, mechanism, &mut held)?;
     let events = (contact, at_event);
+    if is_impact {
+        let closing = dying_out(
+            system,
+            mechanism,
+            (contact, SHORTEST_FLIGHT * step),
+            &State { modes: jump.clone(), ..held.clone() },
+        )?;
+        if !closing.is_empty() {
+            for law in closing.iter().filter_map(|&k| mechanism.events[k].unilateral) {
+                [&mut jump, &mut after].into_iter().for_each(|modes| law.close(modes));
+            }
+            mechanism.events[contact].unilateral.iter().for_each(|law| law.close(&mut after));
+            let (state, jump) = after_event(system, mechanism, (events, true), &held, [jump, after], step)?;
+            return Ok(Passage { stays: true, jump, after: state.modes });
+        }
+    }
     let modes = [jump.clone(), after.clone()];
     let (state, rebound) = after_event(system, mechanism, (events, false), &held, modes, step)?;
     if is_impact {
         let event = &mechanism.events[contact];
-        let jet = event.gap_jet(&state, &state.v);
-        let (flight, height) = (2.0 * jet.v1 / -jet.v2, jet.v1 * jet.v1 / (-2.0 * jet.v2));
-        let is_last = flight <= SHORTEST_FLIGHT * step || height <= gap_rounding(event, &state, 0.0);
-        let stays = event.restitution == Some(0.0) || jet.v1 <= TOUCHING || (jet.v2 < 0.0 && is_last);
-        if let Some(Unilateral::Contact { closed, .. }) = event.unilateral.filter(|_| stays) {
-            after.set(closed, true);
+        let stays = event.restitution == Some(0.0) || !is_leaving(event, &state, step);
+        if let Some(law) = event.unilateral.filter(|_| stays) {
+            law.close(&mut after);
             let (state, jump) = after_event(system, mechanism, (events, true), &held, [jump, after], step)?;
             return Ok(Passage { stays: true, jump, after: state.modes });
         }
@@ -166,7 +181,10 @@ fn after_event(
             let mut opened = State { modes: jump.clone(), ..held.clone() };
             law.open(&mut opened.modes);
             apply_impact(system, mechanism, (contact, stays), &mut opened)?;
-            if event.gap_jet(&opened, &opened.v).v1 <= TOUCHING {
+            opened.modes = after.clone();
+            law.open(&mut opened.modes);
+            AccelerationSolver::default().solve(system, mechanism, &mut opened)?;
+            if !is_leaving(event, &opened, step) {
                 break; // rebounds would never end
             }
             [&mut jump, &mut after].into_iter().for_each(|modes| law.open(modes));
@@ -177,11 +195,14 @@ fn after_event(
     }
     state.modes = after;
     let state_before = state.clone();
-    let mut released = Vec::new();
+    let (mut released, mut opened) = (Vec::new(), Vec::new());
     for &k in at_event {
         let event = &mechanism.events[k];
         match event.unilateral.filter(|_| k != contact || !is_impact) {
-            Some(law @ Unilateral::Contact { .. }) => law.open(&mut state.modes),
+            Some(law @ Unilateral::Contact { .. }) => {
+                law.open(&mut state.modes);
+                opened.push((k, 1.0));
+            }
             Some(Unilateral::Friction { multiplier, .. }) if event.is_held(&state.modes) => {
                 released.push((k, sign(state.l[multiplier])));
             }
@@ -202,20 +223,32 @@ fn after_event(
     let resting: Vec<_> = (0..mechanism.events.len()).filter_map(resting).collect();
     release_together(system, mechanism, &state, &resting, &mut released);
     let starts = |k: usize| at_event.contains(&k) && mechanism.events[k].is_resting(&held.modes);
-    // The velocity of friction that has stuck is the error of the steps, unless an impact has changed it.
+    // The velocity of friction that has stuck is the error of the steps, unless an impact has changed it; that of friction which stops now is the error
+    // of the time of the event.
     let errors: Vec<f64> = mechanism
         .events
         .iter()
-        .map(|event| {
-            let is_stuck =
-                matches!(event.unilateral, Some(law @ Unilateral::Friction { .. }) if law.is_held(&held.modes));
+        .enumerate()
+        .map(|(k, event)| {
+            let Some(law @ Unilateral::Friction { .. }) = event.unilateral else { return 0.0 };
+            let stops = !is_impact && at_event.contains(&k) && event.is_sliding(&held.modes);
             let error = if is_impact { &held.v } else { &state.v };
-            if is_stuck { sliding(event, error) } else { 0.0 }
+            if stops || law.is_held(&held.modes) { sliding(event, error) } else { 0.0 }
         })
         .collect();
     follow_velocities(mechanism, held, (&mut state, &errors), starts);
+    released.extend(opened);
     settle(system, mechanism, &mut state, (released, step))?;
     Ok((state, jump))
+}
+
+/// Returns whether a contact that moves as in `state` leaves its place: its flight is neither shorter than [`SHORTEST_FLIGHT`] nor lower than the
+/// rounding error of its gap.
+fn is_leaving(event: &EventElement<f64>, state: &State<f64>, step: f64) -> bool {
+    let jet = event.gap_jet(state, &state.v);
+    let (flight, height) = (2.0 * jet.v1 / -jet.v2, jet.v1 * jet.v1 / (-2.0 * jet.v2));
+    let is_last = flight <= SHORTEST_FLIGHT * step || height <= gap_rounding(event, state, 0.0);
+    jet.v1 > TOUCHING && !(jet.v2 < 0.0 && is_last)
 }
 
 /// Largest velocity (m/s or rad/s) of friction that sticks in `state`: the error of velocities that are zero.
@@ -293,16 +326,66 @@ fn follow_velocities(
     }
 }
 
-/// Releases parts that are held until no force exceeds its limit, and solves for accelerations and multipliers.
+/// Finds the modes of the parts at rest, and solves for accelerations and multipliers.
 ///
-/// `released`: the events of friction that breaks away from rest, with the directions in which it then slides.
+/// `broken`: the events of the parts that have reached their limit, with the directions of their forces. Those that are held are
+/// released one after the other; if that leads to no consistent modes, they are [found](find) by complementarity.
 fn settle(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
-    (mut released, step): (Vec<(usize, f64)>, f64),
+    (broken, step): (Vec<(usize, f64)>, f64),
 ) -> Result<()> {
-    let broken = released.clone();
+    let mut walked = state.clone();
+    let friction: Vec<(usize, f64)> = broken.iter().filter(|(k, _)| is_friction(mechanism, *k)).copied().collect();
+    let outcome = release_one_by_one(system, mechanism, &mut walked, (friction, step));
+    let returning = match &outcome {
+        Ok(released) => released.iter().find(|&&part| returns((mechanism, largest(&walked)), &walked, part)),
+        Err(_) => None,
+    };
+    if outcome.is_ok() && returning.is_none() {
+        *state = walked;
+        return Ok(());
+    }
+    let at_rest = |k: &usize| mechanism.events[*k].is_held(&state.modes) || broken.iter().any(|(other, _)| other == k);
+    let all: Vec<usize> = (0..mechanism.events.len()).filter(at_rest).collect();
+    let tried = match find(system, mechanism, state, Parts { all: &all, broken: &broken }) {
+        Search::Found(found) => {
+            *state = *found;
+            return Ok(());
+        }
+        Search::Inconsistent(states) => Some(states),
+        Search::Unknown => None,
+    };
+    let Some(&(k, _)) = returning.filter(|part| !broken.contains(part)) else {
+        outcome?;
+        *state = walked;
+        AccelerationSolver::default().solve(system, mechanism, state)?;
+        return Ok(());
+    };
+    let name = &mechanism.events[k].gap.name;
+    let why = match tried {
+        Some(states) => format!(
+            "at t = {:.6e} s it can neither be held nor let go: none of the {states} states of contact and friction is consistent \
+             (Painlevé's paradox: friction depends on the reactions that it causes)",
+            state.t
+        ),
+        None => format!("no consistent state of contact and friction has been found at t = {:.6e} s", state.t),
+    };
+    let remedy = "reduce the friction, or model the contact with stiffness and damping (a wall contact, a bump stop)";
+    Err(Error::analysis(name, why, remedy))
+}
+
+/// Releases parts that are held, the one that exceeds its limit most first, until no force exceeds its limit, and solves for accelerations and
+/// multipliers. Returns the parts that are released, without friction that rests.
+///
+/// `released`: the events of friction that breaks away, with its directions; it is at rest.
+fn release_one_by_one(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    (mut released, step): (Vec<(usize, f64)>, f64),
+) -> Result<Vec<(usize, f64)>> {
     let at_rest = |k: &usize| is_friction(mechanism, *k) && mechanism.events[*k].is_held(&state.modes);
     let mut at_rest: Vec<usize> = (0..mechanism.events.len()).filter(at_rest).collect();
     loop {
@@ -330,31 +413,13 @@ fn settle(
         at_rest.retain(|other| *other != k);
         released.retain(|(other, _)| *other != k);
     }
-    released.retain(|part| !broken.contains(part) && !mechanism.events[part.0].is_resting(&state.modes));
-    let size = state.a.iter().fold(0.0f64, |a, x| a.max(x.abs()));
-    let returns = |&&(k, direction): &&(usize, f64)| {
-        let event = &mechanism.events[k];
-        let acceleration = match event.unilateral {
-            Some(Unilateral::Contact { .. }) => event.gap_jet(state, &state.v).v2,
-            _ => direction * sliding(event, &state.a),
-        };
-        acceleration < -EXCESS * size
-    };
-    released.iter().find(returns).map_or(Ok(()), |&(k, _)| {
-        let name = &mechanism.events[k].gap.name;
-        let why = format!(
-            "at t = {:.6e} s it can neither be held nor let go: no state of contact and friction is consistent",
-            state.t
-        );
-        let remedy =
-            "reduce the friction, or model the contact with stiffness and damping (a wall contact, a bump stop)";
-        Err(Error::analysis(name, why, remedy))
-    })
+    released.retain(|part| !mechanism.events[part.0].is_resting(&state.modes));
+    Ok(released)
 }
 
 /// Sets the modes of friction `at_rest` to sticking if its constraint is independent of those before it, and to resting otherwise.
 /// Friction that is `released` slides, or rests with its Coulomb force.
-fn hold(
+pub(super) fn hold(
     system: &System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
@@ -385,14 +450,14 @@ fn is_contact(law: Unilateral) -> bool {
     matches!(law, Unilateral::Contact { .. })
 }
 
-fn is_friction(mechanism: &Mechanism<f64>, event: usize) -> bool {
+pub(super) fn is_friction(mechanism: &Mechanism<f64>, event: usize) -> bool {
     matches!(mechanism.events[event].unilateral, Some(Unilateral::Friction { .. }))
 }
 
 /// The rank of the joints, drives and closed contacts, and for each event the gradient of the sliding velocity of its friction.
 ///
 /// The coordinate that stores the position of friction is constant while it sticks: its entry in the gradient is zero.
-fn sliding_gradients(
+pub(super) fn sliding_gradients(
     system: &System,
     mechanism: &Mechanism<f64>,
     state: &State<f64>,
@@ -414,7 +479,8 @@ fn sliding_gradients(
     (rank, gradients)
 }
 
-/// Adds friction that rests with its Coulomb force to the `released` friction, if the motion of one of these slides it in that direction.
+/// Adds friction that rests with its Coulomb force to the `released` friction, if the motion of one of these slides it in that direction
+/// while the friction that sticks holds.
 fn release_together(
     system: &System,
     mechanism: &Mechanism<f64>,
@@ -425,7 +491,15 @@ fn release_together(
     if resting.is_empty() || released.is_empty() {
         return;
     }
-    let (rank, mut gradients) = sliding_gradients(system, mechanism, state);
+    let (mut rank, mut gradients) = sliding_gradients(system, mechanism, state);
+    let is_stuck = |k: &usize| {
+        is_friction(mechanism, *k)
+            && mechanism.events[*k].is_held(&state.modes)
+            && !released.iter().any(|(other, _)| other == k)
+    };
+    for k in (0..mechanism.events.len()).filter(is_stuck) {
+        rank.add(k, gradients[k].clone());
+    }
     gradients.iter_mut().filter(|row| !row.is_empty()).for_each(|row| rank.project(row));
     let alike = |&(j, to): &(usize, f64), &(k, direction): &(usize, f64)| {
         gradients[j].iter().zip(&gradients[k]).map(|(a, b)| a * b).sum::<f64>() * to * direction > 0.0

@@ -144,6 +144,13 @@ impl Unilateral {
         }
     }
 
+    /// Closes a contact.
+    pub fn close(&self, modes: &mut Modes) {
+        if let Self::Contact { closed, .. } = *self {
+            modes.set(closed, true);
+        }
+    }
+
     /// Opens a contact.
     pub fn open(&self, modes: &mut Modes) {
         if let Self::Contact { closed, .. } = *self {

@@ -2,13 +2,15 @@
 
 use crate::events::event::Event;
 use crate::events::held_outputs::HeldOutputs;
-use crate::events::impact::{TIME_ROUNDING, are_coupled, gap_rounding, locked_with, simultaneous_switches};
+use crate::events::impact::{
+    POSITION_ROUNDING, TIME_ROUNDING, are_coupled, gap_rounding, locked_with, simultaneous_switches,
+};
 use crate::events::settling::{SHORTEST_FLIGHT, passage, state_after, triggered_events};
-use crate::events::unilateral::TOUCHING;
+use crate::events::unilateral::{AT_REST, TOUCHING};
 use crate::integrators::consistent_ends;
 use crate::integrators::generalized_alpha::{Integrator, Step};
 use crate::integrators::settings::StepSize;
-use crate::mechanism::{Mechanism, Unilateral};
+use crate::mechanism::{EventElement, Mechanism, Unilateral};
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
@@ -310,6 +312,13 @@ impl EventLocator {
                 return [overlap, after + overlap];
             }
         }
+        // Something else holds a contact where it touches.
+        let rests = |state: &State<f64>, gap: f64| {
+            gap.abs() <= gap_rounding(impact, state, 0.0) && impact.rate(state, &state.v).abs() <= TOUCHING
+        };
+        if impact.is_open_contact(&old.modes) && rests(old, before) && rests(new, after) {
+            return [BEGUN; 2];
+        }
         if !has_bounced && !is_opening && impact.is_unilateral_at_rest(&old.modes, before, has_begun) {
             let rate = impact.rate(old, &old.v);
             let is_at_rest =
@@ -323,6 +332,10 @@ impl EventLocator {
                 true => [rate, (after - before.min(0.0)) / h],
                 // It may have returned in the step; an overlap of the size of rounding errors does not count.
                 false if has_opened => [TOUCHING, after + TOUCHING - before.min(0.0)],
+                false if begins_to_slide(impact, old) => match (-AT_REST..=0.0).contains(&after) {
+                    true => [BEGUN; 2],
+                    false => [BEGUN, after],
+                },
                 false if is_leaving => [BEGUN; 2],
                 false => [BEGUN, after],
             };
@@ -369,17 +382,21 @@ impl EventLocator {
     /// Returns the length of the step in s, or `None` if the contact does not close.
     fn close(&self, step: &mut impl TrialStep, contact: usize, h: f64) -> Result<Option<f64>> {
         let [begin, end] = self.openings(step, contact, h);
-        let is_held = step.mechanism().events[contact].is_held(&step.ends()[0].modes);
-        if !(begin > BEGUN) && !is_held {
+        let (event, old) = (&step.mechanism().events[contact], step.ends()[0]);
+        let (is_held, begins_to_slide) = (event.is_held(&old.modes), begins_to_slide(event, old));
+        if !(begin > BEGUN || is_held || begins_to_slide) {
             return Err(immediate(step.mechanism(), step.ends()[0], contact));
         }
         let found = match is_impact(step, contact) {
             true => self.close_gap(step, contact, h, [begin, end])?,
             false => {
-                let before = match is_held && begin < -CLOSED_GAP * end {
+                let before = match begin < -CLOSED_GAP * end && (is_held || begins_to_slide) {
                     true => self.open_inside(step, contact, h)?,
                     false => None,
                 };
+                if before.is_none() && begins_to_slide && !(begin > BEGUN) {
+                    return Ok(None);
+                }
                 let at_begin = || Before { h: 0.0, opening: begin, state: step.ends()[0].clone() };
                 if before.is_none() && !(begin > BEGUN) {
                     return Err(immediate(step.mechanism(), step.ends()[0], contact));
@@ -395,7 +412,8 @@ impl EventLocator {
         Ok(found)
     }
 
-    /// A shorter step in which a held part, which begins at its limit, is inside of its limits; `None` if none is found.
+    /// A shorter step in which a held part, which begins at its limit, is inside of its limits, or friction that begins to slide slides; `None` if none is
+    /// found.
     fn open_inside(&self, step: &mut impl TrialStep, contact: usize, h: f64) -> Result<Option<Before>> {
         let mut trial = h;
         for _ in 0..MAX_HALVINGS {
@@ -491,6 +509,9 @@ impl EventLocator {
                 Err(_) => 0.0,
             };
             if !(opening > 0.0) {
+                if opening >= -stopping_error(step, switch, trial) {
+                    return Ok(Some(trial));
+                }
                 part *= 0.5;
                 continue;
             }
@@ -525,6 +546,18 @@ pub(crate) struct Before {
     /// Opening of the switch.
     opening: f64,
     state: State<f64>,
+}
+
+/// Returns whether an event is friction that begins to slide in `state`: it may stop again within the step.
+fn begins_to_slide(event: &EventElement<f64>, state: &State<f64>) -> bool {
+    event.is_sliding(&state.modes) && event.gap(state).abs() <= AT_REST
+}
+
+/// Error of the velocity of friction that slides, in m/s or rad/s, at the end of a step `h` (s): positions have rounding errors.
+fn stopping_error(step: &impl TrialStep, switch: usize, h: f64) -> f64 {
+    let (switch, [_, end]) = (&step.mechanism().events[switch], step.ends());
+    let largest = switch.gap.coordinates.iter().map(|&i| end.q[i].abs()).fold(0.0, f64::max);
+    if switch.is_sliding(&end.modes) { POSITION_ROUNDING * largest / h } else { 0.0 }
 }
 
 /// True if the step `h` (s) ends at a switch, up to half of the rounding within which others count as simultaneous.
