@@ -8,7 +8,7 @@ use divan::counter::ItemsCount;
 use linkwright::Result;
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::nlp::Program;
-use linkwright::nlp::{Automatic, Solution, SubproblemSolver};
+use linkwright::nlp::{AutoSolver, Solution, SubproblemSolver};
 use linkwright::problem::{Analysis, Problem, ResponseAt, Responses};
 use linkwright::sao::Method;
 use nalgebra::DMatrix;
@@ -76,7 +76,7 @@ impl SubproblemSolver for SolverRecorder {
         "recorder"
     }
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution> {
-        let solution = Automatic::default().solve(program, start)?;
+        let solution = AutoSolver::default().solve(program, start)?;
         self.0.lock().unwrap().push(solution.clone());
         Ok(solution)
     }

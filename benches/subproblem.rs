@@ -9,7 +9,7 @@ use linkwright::approximation::{
 };
 use linkwright::cases::impact_absorber::ClosedFormMotion;
 use linkwright::nlp::separable::{DiagonalQuadraticProgram, MovingAsymptotesProgram};
-use linkwright::nlp::{Automatic, Conic, Falk, InteriorPoint, QuadraticProgram, Sqp, Status, SubproblemSolver};
+use linkwright::nlp::{AutoSolver, Conic, Falk, InteriorPoint, ProgramStatus, QuadraticProgram, Sqp, SubproblemSolver};
 use linkwright::problem::{AnalyzedDesign, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use nalgebra::DMatrix;
 use std::time::{Duration, Instant};
@@ -34,7 +34,7 @@ fn memory() {
         let mut passes = 0;
         let solved = allocation_counter::measure(|| {
             let s = Falk::default().solve(&program, &start).unwrap();
-            assert_eq!(s.status, Status::Solved);
+            assert_eq!(s.status, ProgramStatus::Solved);
             passes = s.evaluations.values;
         });
         let per_pair = |bytes: u64| bytes as f64 / pairs;
@@ -137,7 +137,7 @@ fn compare_with_clarabel() {
 /// Objective of a solution that must be solved.
 fn solved(solver: &dyn SubproblemSolver, program: &DiagonalQuadraticProgram, start: &[f64]) -> f64 {
     let solution = solver.solve(program, start).unwrap();
-    assert_eq!(solution.status, Status::Solved);
+    assert_eq!(solution.status, ProgramStatus::Solved);
     solution.objective
 }
 
@@ -228,7 +228,7 @@ impl Cycle {
 fn approximate_problem(bencher: Bencher, rows: usize) {
     let cycle = Cycle::new(rows).unwrap();
     let program = cycle.approximate();
-    bencher.bench(|| Automatic::default().solve(black_box(&program), &START).unwrap());
+    bencher.bench(|| AutoSolver::default().solve(black_box(&program), &START).unwrap());
 }
 
 /// Fitting of all models of a cycle.
@@ -259,7 +259,7 @@ fn mma_dual(bencher: Bencher, (n, m): (usize, usize)) {
     let (program, start) = (asymptotes(n, m), vec![1.0; n]);
     bencher.bench(|| {
         let s = Falk::default().solve(black_box(&program), &start).unwrap();
-        assert_eq!(s.status, Status::Solved);
+        assert_eq!(s.status, ProgramStatus::Solved);
         s
     });
 }

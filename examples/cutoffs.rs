@@ -7,9 +7,9 @@
 use linkwright::Result;
 use linkwright::cases::impact_absorber;
 use linkwright::problem::{Problem, Selection};
-use linkwright::sao::{Method, Screening, State};
+use linkwright::sao::{Method, RunState, Screening};
 
-fn run(problem: &Problem, screening: Screening) -> Result<State> {
+fn run(problem: &Problem, screening: Screening) -> Result<RunState> {
     Method { screening, ..Method::slp() }.solve(problem, |_| ())
 }
 

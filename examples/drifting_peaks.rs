@@ -9,7 +9,7 @@ use linkwright::cases::four_bar::StressConstrained;
 use linkwright::cases::{impact_absorber, nonlinear_absorber, vehicle_suspension};
 use linkwright::problem::{Problem, Selection};
 use linkwright::report::table::Table;
-use linkwright::sao::{Method, Screening, State, Stop};
+use linkwright::sao::{Method, RunState, Screening, Stop};
 
 type Make = fn() -> Result<Problem>;
 
@@ -21,7 +21,7 @@ fn method(neighbours: usize, moving_peaks: bool) -> Method {
 }
 
 /// Number of sign changes of the objective's change; many of them mean oscillation.
-fn sign_changes(state: &State) -> usize {
+fn sign_changes(state: &RunState) -> usize {
     let accepted: Vec<f64> = state.history.iter().filter(|c| c.accepted).map(|c| c.objective).collect();
     let moved = |w: &[f64]| (w[1] - w[0]) * (w[2] - w[1]) < -1e-12 * w[0] * w[0];
     accepted.windows(3).filter(|w| moved(w)).count()

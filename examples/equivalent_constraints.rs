@@ -10,7 +10,7 @@ use linkwright::Result;
 use linkwright::cases::impact_absorber::{DISPLACEMENT, comfort, comfort_optimum};
 use linkwright::function;
 use linkwright::problem::{Constraint, Envelope, Intermediates, MeanExcess, Problem, Quantity, Selection};
-use linkwright::sao::{Method, Screening, State};
+use linkwright::sao::{Method, RunState, Screening};
 
 /// |y| ≤ 1 m as one number for the whole history, linearized directly.
 fn whole(quantity: impl Fn(f64, Vec<f64>) -> Quantity) -> Result<Problem> {
@@ -49,7 +49,7 @@ fn main() -> Result<()> {
     let mut ends = vec![];
     for (name, problem, selection) in cases {
         let screening = Screening { selection, ..Screening::default() };
-        let state: State = Method { screening, ..Method::slp() }.solve(&problem, |_| ())?;
+        let state: RunState = Method { screening, ..Method::slp() }.solve(&problem, |_| ())?;
         let rows = state.history.iter().map(|c| c.retained.len()).max().unwrap_or(0);
         // The excess on the grid, independent of the formulation.
         let excess = comfort()?.evaluate(&state.design, &state.responses)?.max_violation_pct() / 100.0;

@@ -2,10 +2,10 @@
 //! `robust_method` converges from nearly all 40: `cargo run --release --example four_bar_variants`.
 
 use linkwright::Result;
-use linkwright::cases::four_bar::{DerivativeMethod, Linearized, StressConstrained, method, robust_method};
-use linkwright::nlp::{Automatic, MultiStart, Program, Solution, Status, SubproblemSolver};
+use linkwright::cases::four_bar::{DerivativeMethod, LinearizedResponses, StressConstrained, method, robust_method};
+use linkwright::nlp::{AutoSolver, MultiStart, Program, ProgramStatus, Solution, SubproblemSolver};
 use linkwright::problem::Selection;
-use linkwright::sao::{Method, RelativeLimits, Screening, State};
+use linkwright::sao::{Method, RelativeLimits, RunState, Screening};
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
 
@@ -16,7 +16,7 @@ const STARTS: RangeInclusive<u32> = 1..=40;
 const FRESH: RangeInclusive<u32> = 1001..=1040;
 
 /// A solver that returns its start if the approximate problem has no feasible design within the move limits.
-struct Inelastic(Automatic);
+struct Inelastic(AutoSolver);
 
 impl SubproblemSolver for Inelastic {
     fn name(&self) -> &'static str {
@@ -27,11 +27,11 @@ impl SubproblemSolver for Inelastic {
         let found = self.0.solve(program, start)?;
         let at_start = program.values(start)?;
         let stays = Solution { x: start.to_vec(), objective: at_start.objective, rows: at_start.rows, ..found.clone() };
-        Ok(if found.status == Status::Relaxed { stays } else { found })
+        Ok(if found.status == ProgramStatus::Relaxed { stays } else { found })
     }
 }
 
-fn run(name: &str, setup: &StressConstrained, method: &Method) -> Result<State> {
+fn run(name: &str, setup: &StressConstrained, method: &Method) -> Result<RunState> {
     let end = method.solve(&setup.problem()?, |_| ())?;
     let rejected = end.history.iter().filter(|c| !c.accepted).count();
     let (work, f) = (end.counters, end.evaluation.objective);
@@ -48,11 +48,11 @@ fn run(name: &str, setup: &StressConstrained, method: &Method) -> Result<State> 
 fn study(name: &str, setup: &StressConstrained, method: &Make, starts: RangeInclusive<u32>) -> Result<(usize, usize)> {
     let start = |k: u32| [0.8191725, 0.6710436, 0.5497005].map(|a| 356.8 * (0.95 + 0.1 * (f64::from(k) * a).fract()));
     let solve = |k: u32| method().solve(&setup.clone().from_mm(start(k)).problem()?, |_| ());
-    let ends = starts.into_par_iter().map(solve).collect::<Result<Vec<State>>>()?;
-    let good: Vec<&State> = ends.iter().filter(|end| end.status.is_success()).collect();
-    let mean = |f: fn(&State) -> usize| ends.iter().map(f).sum::<usize>() as f64 / 40.0;
+    let ends = starts.into_par_iter().map(solve).collect::<Result<Vec<RunState>>>()?;
+    let good: Vec<&RunState> = ends.iter().filter(|end| end.status.is_success()).collect();
+    let mean = |f: fn(&RunState) -> usize| ends.iter().map(f).sum::<usize>() as f64 / 40.0;
     let near = |kg: f64| good.iter().filter(|e| (e.evaluation.objective / kg - 1.0).abs() < 3e-3).count();
-    let mut cycles: Vec<usize> = ends.iter().map(State::cycles).collect();
+    let mut cycles: Vec<usize> = ends.iter().map(RunState::cycles).collect();
     cycles.sort_unstable();
     println!(
         "{name:<44} {:>2} of 40; cycles {} {} {} {} {}; {:.1} + {:.1}; I {}, II {}",
@@ -74,7 +74,7 @@ fn main() -> Result<()> {
     let (soft, stiff) = (StressConstrained::as_published(), StressConstrained::as_published().stiffened(10.0));
     println!("{:<44} cycles + rejected, analyses, sensitivity analyses", "");
     for (name, setup) in [("E", &soft), ("10 E", &stiff)] {
-        use Linearized::{MomentsInDiameters, StressesInDiameters};
+        use LinearizedResponses::{MomentsInDiameters, StressesInDiameters};
         run(&format!("{name}: moments in areas"), setup, &method())?;
         for linearized in [MomentsInDiameters, StressesInDiameters] {
             run(&format!("{name}: {linearized:?}"), &StressConstrained { linearized, ..setup.clone() }, &method())?;
@@ -91,10 +91,10 @@ fn main() -> Result<()> {
     }
     println!("{:<44} converged; min, quartiles, max; analyses + sensitivity analyses; optima", "40 starts");
     let several = || -> Method {
-        let solver = MultiStart::new(Automatic::default(), 4, 1).expect("four is at least one");
+        let solver = MultiStart::new(AutoSolver::default(), 4, 1).expect("four is at least one");
         Method { solver: Box::new(solver), ..method() }
     };
-    let inelastic = || Method { solver: Box::new(Inelastic(Automatic::default())), ..method() };
+    let inelastic = || Method { solver: Box::new(Inelastic(AutoSolver::default())), ..method() };
     let uncapped = || Method { move_limits: Box::new(RelativeLimits { cap: 0.9, ..Default::default() }), ..method() };
     let forward = StressConstrained { derivatives: DerivativeMethod::Forward(1e-3), ..soft.clone() };
     for (name, starts) in [("staying feasible", STARTS), ("… other 40 starts", FRESH)] {

@@ -7,11 +7,11 @@
 
 use linkwright::Result;
 use linkwright::cases::slider_crank;
-use linkwright::sao::{Method, RelativeLimits, State};
+use linkwright::sao::{Method, RelativeLimits, RunState};
 
 fn main() -> Result<()> {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START)?;
-    let run = |initial: f64| -> Result<State> {
+    let run = |initial: f64| -> Result<RunState> {
         let limits = RelativeLimits { initial, ..RelativeLimits::default() };
         Method { move_limits: Box::new(limits), ..Method::slp() }.solve(&problem, |_| ())
     };

@@ -9,14 +9,14 @@
 use linkwright::Result;
 use linkwright::cases::{Optimum, impact_absorber, slider_crank};
 use linkwright::problem::{Intermediates, Problem};
-use linkwright::sao::{Method, State};
+use linkwright::sao::{Method, RunState};
 
 fn directly(mut problem: Problem) -> Problem {
     problem.objective = problem.objective.clone().directly(Intermediates::Identity);
     problem
 }
 
-fn run(name: &str, problem: &Problem, optimum: &Optimum) -> Result<State> {
+fn run(name: &str, problem: &Problem, optimum: &Optimum) -> Result<RunState> {
     let state = Method::slp().solve(problem, |_| ())?;
     let trials = state.history.len() - 1;
     let first = &state.history[1];

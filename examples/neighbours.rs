@@ -7,16 +7,16 @@
 use linkwright::Result;
 use linkwright::cases::impact_absorber;
 use linkwright::problem::Selection;
-use linkwright::sao::{Method, Screening, State};
+use linkwright::sao::{Method, RunState, Screening};
 
 fn main() -> Result<()> {
     let problem = impact_absorber::peak_acceleration()?;
-    let run = |neighbours| -> Result<State> {
+    let run = |neighbours| -> Result<RunState> {
         let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::default() };
         Method { screening, ..Method::slp() }.solve(&problem, |_| ())
     };
-    let states = (0..=3).map(run).collect::<Result<Vec<State>>>()?;
-    let most = |s: &State| s.history.iter().map(|c| c.retained.len()).max().unwrap_or(0);
+    let states = (0..=3).map(run).collect::<Result<Vec<RunState>>>()?;
+    let most = |s: &RunState| s.history.iter().map(|c| c.retained.len()).max().unwrap_or(0);
     println!(
         "{:>10} {:>6} {:>8} {:>13} {:>12} {:>10}",
         "neighbours", "cycles", "analyses", "sensitivities", "most points", "F"

@@ -8,22 +8,22 @@
 use linkwright::Result;
 use linkwright::cases::impact_absorber;
 use linkwright::problem::Selection;
-use linkwright::sao::{Cycle, Method, Screening, State};
+use linkwright::sao::{Cycle, Method, RunState, Screening};
 
-fn run(neighbours: usize) -> Result<State> {
+fn run(neighbours: usize) -> Result<RunState> {
     let screening = Screening { selection: Selection::NearMaxima(neighbours), ..Screening::as_published() };
     // The paper's stop test. With the optimality conditions as a further condition the run takes 37 cycles.
     Method { screening, ..Method::as_published() }.solve(&impact_absorber::peak_acceleration()?, |_| ())
 }
 
 /// The steps of one variable over the accepted cycles.
-fn steps(state: &State, variable: usize) -> Vec<f64> {
+fn steps(state: &RunState, variable: usize) -> Vec<f64> {
     let accepted: Vec<&Cycle> = state.history.iter().filter(|c| c.accepted).collect();
     accepted.windows(2).map(|pair| pair[1].design[variable] - pair[0].design[variable]).collect()
 }
 
 /// Number of sign changes between consecutive steps.
-fn sign_changes(state: &State, variable: usize) -> usize {
+fn sign_changes(state: &RunState, variable: usize) -> usize {
     steps(state, variable).windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count()
 }
 

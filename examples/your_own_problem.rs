@@ -59,7 +59,7 @@ fn ball_problem(intermediates: Intermediates) -> Result<Problem> {
 
 fn main() -> Result<()> {
     println!("cycle   distance      speed   angle [°]    energy      V [%]    E_g [%]");
-    let show = |state: &State| {
+    let show = |state: &RunState| {
         let Some(c) = state.history.last() else { return };
         let [distance, speed, angle] = [c.design[0], c.design[1], c.design[2].to_degrees()];
         let [f, v, e] = [c.objective, c.violation_pct, c.constraint_error_pct];

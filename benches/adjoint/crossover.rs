@@ -9,7 +9,7 @@ use linkwright::mechanics::derivatives::method::Differentiation;
 use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright::problem::{Analysis, ResponseAt};
-use linkwright::report::figure::{Axis, Colour, Figure, Mark, Panel, Stroke};
+use linkwright::report::figure::{Colour, Figure, Mark, Panel, PlotAxis, Stroke};
 use linkwright::responses::mechanism::{Integration, KinematicResponses, StaticResponses, Transient};
 use std::path::PathBuf;
 
@@ -107,7 +107,8 @@ fn write(curves: &[(&'static str, Vec<Cost>)]) {
         for Cost { variables, direct, adjoint: [one, four] } in costs {
             table += &format!("{name},{variables},{direct:.3},{one:.3},{four:.3}\n");
         }
-        let axes = [Axis::new("design variables", "").logarithmic(), Axis::new("cost", "analyses").logarithmic()];
+        let axes =
+            [PlotAxis::new("design variables", "").logarithmic(), PlotAxis::new("cost", "analyses").logarithmic()];
         let [x, y] = axes;
         let mut panel = Panel::new(x, y).titled(*name);
         let curve = |of: fn(&Cost) -> f64| costs.iter().map(|c| [c.variables as f64, of(c)]).collect::<Vec<_>>();

@@ -1,7 +1,7 @@
 //! Any bytes in the place of a file of a run: the folder is read, or rejected with a reason. Used by random edits in the tests of the
 //! command, and by the fuzz targets.
 
-use crate::command::optimize::{Optimize, Shown};
+use crate::command::optimize::{Optimize, ProgressForm};
 use crate::command::report::DrawnReport;
 use crate::command::run_directory::RunDirectory;
 use crate::command::run_entry::below;
@@ -34,7 +34,8 @@ impl AnyFolder {
         let text = text.replace("preset = \"gcmma\"", &format!("preset = \"{preset}\"\nmax_cycles = 3"));
         let model = read("m.toml", &text).expect("the example is good");
         let directory = Directory::create(&path).expect("the temporary folder can be written to");
-        Optimize::in_directory(directory, &model, &text, Path::new("m.toml"), false, &Shown::QUIET).expect("it runs");
+        Optimize::in_directory(directory, &model, &text, Path::new("m.toml"), false, &ProgressForm::QUIET)
+            .expect("it runs");
         let entries = std::fs::read_dir(&path).expect("the folder exists").flatten();
         let file = |entry: std::fs::DirEntry| {
             (entry.file_name().to_string_lossy().into_owned(), std::fs::read(entry.path()).expect("it is a file"))

@@ -16,7 +16,7 @@ use std::sync::atomic::Ordering;
 
 /// State of a run.
 #[pyclass(module = "linkwright._core", frozen)]
-pub struct State(pub sao::State);
+pub struct State(pub sao::RunState);
 
 /// The status as a word.
 pub fn word(status: Status) -> &'static str {
@@ -119,7 +119,7 @@ impl State {
     /// The state from JSON.
     #[staticmethod]
     fn from_json(py: Python<'_>, text: &str, problem: &Problem) -> PyResult<Self> {
-        work(py, || sao::State::from_json(text, &problem.problem)).map(Self)
+        work(py, || sao::RunState::from_json(text, &problem.problem)).map(Self)
     }
 
     /// The report as a page; `slice` is the number of points along each side of the slice of the design space.

@@ -21,7 +21,7 @@ pub struct Study(study::Study);
 type PhaseRow<'s> = (&'s str, Vec<(&'s str, &'s str, &'s [String])>, usize, Option<Vec<Vec<usize>>>);
 
 /// Sentences, tables as lines of JSON by name, and figures by name with caption and SVG.
-type Conclusions = (Vec<String>, Vec<(String, Vec<String>)>, Vec<(String, String, String)>);
+type ConclusionTables = (Vec<String>, Vec<(String, Vec<String>)>, Vec<(String, String, String)>);
 
 #[pymethods]
 impl Study {
@@ -103,7 +103,7 @@ impl Study {
     }
 
     /// The conclusions from the rows of all runs.
-    fn conclude(&self, py: Python<'_>, lines: Vec<String>) -> PyResult<Conclusions> {
+    fn conclude(&self, py: Python<'_>, lines: Vec<String>) -> PyResult<ConclusionTables> {
         work(py, || {
             let (_, found) = self.concluded(&lines)?;
             let tables = found.tables.iter().map(|(name, table)| (name.to_string(), table.json_lines())).collect();
@@ -118,7 +118,7 @@ impl Study {
 
 impl Study {
     /// All rows, and what they answer.
-    fn concluded(&self, lines: &[String]) -> Result<(Rows, linkwright::study::Conclusion)> {
+    fn concluded(&self, lines: &[String]) -> Result<(Rows, linkwright::study::Conclusions)> {
         let rows = self.rows(lines)?;
         let missing = self.0.missing(&rows, Part::WHOLE);
         if missing > 0 {

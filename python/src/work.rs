@@ -107,14 +107,14 @@ pub fn work_until<T: Send>(
 }
 
 /// A result, or the value of a panic.
-type Outcome<T> = std::thread::Result<Result<T, Error>>;
+type CaughtResult<T> = std::thread::Result<Result<T, Error>>;
 
-fn done<T>(task: impl FnOnce() -> Result<T, Error>) -> (Outcome<T>, Option<PyErr>) {
+fn done<T>(task: impl FnOnce() -> Result<T, Error>) -> (CaughtResult<T>, Option<PyErr>) {
     let outcome = catch_unwind(AssertUnwindSafe(task));
     (outcome, RAISED.take())
 }
 
-fn concluded<T>(py: Python<'_>, outcome: Outcome<T>, raised: Option<PyErr>) -> PyResult<T> {
+fn concluded<T>(py: Python<'_>, outcome: CaughtResult<T>, raised: Option<PyErr>) -> PyResult<T> {
     if let Some(error) = raised {
         return Err(error);
     }

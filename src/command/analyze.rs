@@ -2,9 +2,9 @@
 
 use super::analysis_page::analysis_page;
 use super::budget::Budget;
-use super::folder::OutputFolder;
-use super::model::{At, Settings, changed, design, located};
+use super::model::{At, ModelSettings, changed, design, located};
 use super::output::{Digits, say, warn};
+use super::output_folder::OutputFolder;
 use super::progress::{Show, working};
 use super::run_directory::{NamedValue, Nearest, PAGE};
 use super::tables;
@@ -24,7 +24,7 @@ struct DesignArguments {
     #[command(flatten)]
     at: At,
     #[command(flatten)]
-    settings: Settings,
+    settings: ModelSettings,
     /// Folder for the tables
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -400,8 +400,8 @@ struct SensitivityRecord {
     version: u32,
     title: String,
     design: Vec<NamedValue>,
-    objective: Gradient,
-    constraints: Vec<Gradient>,
+    objective: GradientRecord,
+    constraints: Vec<GradientRecord>,
     /// Reasons to doubt the numbers.
     warnings: Vec<String>,
     /// Choices that the analysis has made itself.
@@ -411,7 +411,7 @@ struct SensitivityRecord {
 
 /// The derivatives of a quantity with respect to the design variables.
 #[derive(Default, Serialize)]
-struct Gradient {
+struct GradientRecord {
     name: String,
     unit: String,
     value: f64,
@@ -474,7 +474,7 @@ impl Sensitivities {
     }
 
     /// Prints gradients, a line for each: words, and the derivatives with their units in columns that are aligned on the right.
-    fn list(&self, gradients: &[&Gradient], problem: &Problem) -> anyhow::Result<()> {
+    fn list(&self, gradients: &[&GradientRecord], problem: &Problem) -> anyhow::Result<()> {
         let unit_of = |name: &str| problem.variables.iter().find(|v| v.name == name).map_or("", |v| v.unit.as_str());
         let head = gradients[0].derivatives.iter().map(|d| format!("d/d {}", d.variable));
         let mut lines = vec![std::iter::once(String::new()).chain(head).collect::<Vec<String>>()];
@@ -498,7 +498,11 @@ impl Sensitivities {
     }
 
     /// The gradients of the objective and of the constrained quantities at their smallest margins, without the variable that bounds a peak.
-    fn gradients(&self, analysed: &AnalysedDesign, known: &problem::Sensitivities) -> (Gradient, Vec<Gradient>) {
+    fn gradients(
+        &self,
+        analysed: &AnalysedDesign,
+        known: &problem::Sensitivities,
+    ) -> (GradientRecord, Vec<GradientRecord>) {
         let AnalysedDesign { problem, design, responses, evaluation, .. } = analysed;
         let bound = problem.objective.peak().map(|peak| peak.variable);
         let gradient = |quantity, sign, p| -> Vec<Derivative> {
@@ -513,25 +517,25 @@ impl Sensitivities {
             Some(row) => {
                 let constraint = &problem.constraints[row.constraint];
                 let grid = constraint.quantity.grid();
-                Gradient {
+                GradientRecord {
                     words: format!("{name} at {}", problem.time_in_words(grid, row.point)),
                     time: grid.map(|grid| problem.grids[grid].shown_points()[row.point]),
                     time_unit: unit_of(grid),
                     derivatives: gradient(&constraint.quantity, constraint.sign(), row.point),
-                    ..Gradient { name, unit, value, ..Gradient::default() }
+                    ..GradientRecord { name, unit, value, ..GradientRecord::default() }
                 }
             }
-            None => Gradient {
+            None => GradientRecord {
                 words: name.clone(),
                 derivatives: gradient(&problem.objective.quantity, 1.0, 0),
-                ..Gradient { name, unit, value, ..Gradient::default() }
+                ..GradientRecord { name, unit, value, ..GradientRecord::default() }
             },
         };
         let constraint = |c: outcome::ConstraintValue| {
             let quantity = &problem.constraints[c.row.constraint].quantity;
             let at = c.time.map(|_| format!(" at {}", problem.time_in_words(quantity.grid(), c.row.point)));
             let limit = with_unit(c.limit, &c.unit, self.given.digits.count());
-            Gradient {
+            GradientRecord {
                 words: format!("{} {} {limit}{}", c.name, c.relation(), at.unwrap_or_default()),
                 time_unit: unit_of(quantity.grid().filter(|_| c.time.is_some())),
                 derivatives: gradient(quantity, 1.0, c.row.point),

@@ -1,9 +1,9 @@
 //! `linkwright check FILE` and `linkwright check PROBLEM`.
 
 use super::budget::Budget;
-use super::folder::OutputFolder;
-use super::model::{At, Settings, changed, design, is_file, located};
+use super::model::{At, ModelSettings, changed, design, is_file, located};
 use super::output::{Digits, say};
+use super::output_folder::OutputFolder;
 use super::progress::{Show, working};
 use clap::Args;
 use linkwright::Error;
@@ -63,7 +63,7 @@ pub struct Check {
     #[command(flatten)]
     at: At,
     #[command(flatten)]
-    settings: Settings,
+    settings: ModelSettings,
     /// Folder for derivatives.csv
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,

@@ -1,6 +1,6 @@
 //! Estimated number of cycles to the end of a run.
 
-use linkwright::sao::{State, Stop};
+use linkwright::sao::{RunState, Stop};
 
 /// Number of accepted cycles whose progress is extrapolated.
 const LAST: usize = 4;
@@ -16,7 +16,7 @@ pub struct RemainingCycles {
 
 impl RemainingCycles {
     /// Estimates from the changes of the objective over the last accepted cycles, and the violations.
-    pub fn new(state: &State, stop: &Stop) -> Self {
+    pub fn new(state: &RunState, stop: &Stop) -> Self {
         let last = state.history.iter().rev().filter(|c| c.accepted).take(LAST + 1);
         let mut accepted: Vec<[f64; 2]> = last.map(|c| [c.objective, c.violation_pct.max(0.0) / 100.0]).collect();
         accepted.reverse();

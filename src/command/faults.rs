@@ -3,7 +3,7 @@
 //!
 //! Afterwards the folder is readable or rejected with a reason, the run is continued to the same bits, and no file is incomplete.
 
-use super::optimize::{Optimize, Resume, Shown};
+use super::optimize::{Optimize, ProgressForm, Resume};
 use super::report::DrawnReport;
 use super::run_directory::RunDirectory;
 use linkwright::model_file::{Model, read};
@@ -19,7 +19,7 @@ const FILES: [&str; 6] =
 
 /// Operations that fail.
 #[derive(Clone, Copy, Debug)]
-enum Fault {
+enum InjectedFault {
     None,
     /// The operation of this number.
     Once(usize),
@@ -28,32 +28,32 @@ enum Fault {
 }
 
 /// Operations with the names of their files, in order.
-type Log = Arc<Mutex<Vec<(Operation, String)>>>;
+type OperationLog = Arc<Mutex<Vec<(Operation, String)>>>;
 
 /// Files of a folder by name.
 type Files = BTreeMap<String, Vec<u8>>;
 
 /// A watch that lets operations fail, and what it sees.
-fn watch(fault: Fault) -> (Watch, Log) {
-    let log = Log::default();
+fn watch(fault: InjectedFault) -> (Watch, OperationLog) {
+    let log = OperationLog::default();
     let seen = Arc::clone(&log);
     let watch = move |operation: Operation, name: &str| {
         let mut log = seen.lock().unwrap();
         let number = log.len();
         log.push((operation, name.to_owned()));
         let fails = match fault {
-            Fault::None => false,
-            Fault::Once(one) => number == one,
-            Fault::From(first) => number >= first,
+            InjectedFault::None => false,
+            InjectedFault::Once(one) => number == one,
+            InjectedFault::From(first) => number >= first,
         };
         if fails { Err(io::ErrorKind::StorageFull.into()) } else { Ok(()) }
     };
     (Arc::new(watch), log)
 }
 
-struct Place(PathBuf);
+struct TestFolder(PathBuf);
 
-impl Place {
+impl TestFolder {
     fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("linkwright-faults-{name}-{}", std::process::id()));
         drop(std::fs::remove_dir_all(&path));
@@ -72,7 +72,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for TestFolder {
     fn drop(&mut self) {
         drop(std::fs::remove_dir_all(&self.0));
     }
@@ -88,35 +88,38 @@ fn model(cycles: usize) -> (Model, String) {
 /// Begins the run in a folder without one, and continues the run of a folder.
 fn run(directory: Directory, cycles: usize) -> anyhow::Result<()> {
     if directory.path().join("run.json").exists() {
-        return Resume::in_directory(directory, false, None, &Shown::QUIET).map(drop);
+        return Resume::in_directory(directory, false, None, &ProgressForm::QUIET).map(drop);
     }
     let (model, text) = model(cycles);
-    Optimize::in_directory(directory, &model, &text, Path::new("m.toml"), false, &Shown::QUIET).map(drop)
+    Optimize::in_directory(directory, &model, &text, Path::new("m.toml"), false, &ProgressForm::QUIET).map(drop)
 }
 
 /// The run without faults, with its operations.
-fn undisturbed(prepare: impl Fn(&Place), cycles: usize) -> (Files, Vec<(Operation, String)>) {
-    let place = Place::new("undisturbed");
+fn undisturbed(prepare: impl Fn(&TestFolder), cycles: usize) -> (Files, Vec<(Operation, String)>) {
+    let place = TestFolder::new("undisturbed");
     prepare(&place);
-    let (watch, log) = watch(Fault::None);
+    let (watch, log) = watch(InjectedFault::None);
     run(place.directory(&watch), cycles).unwrap();
     let log = log.lock().unwrap().clone();
     (place.files("."), log)
 }
 
 /// Lets every operation of a run in a prepared folder fail; returns the number of operations.
-fn every_fault(name: &str, prepare: impl Fn(&Place), cycles: usize) -> usize {
+fn every_fault(name: &str, prepare: impl Fn(&TestFolder), cycles: usize) -> usize {
     let (expected, log) = undisturbed(&prepare, cycles);
-    let none = watch(Fault::None).0;
+    let none = watch(InjectedFault::None).0;
     for number in 0..log.len() {
-        for fault in [Fault::Once(number), Fault::From(number)] {
-            let place = Place::new(name);
+        for fault in [InjectedFault::Once(number), InjectedFault::From(number)] {
+            let place = TestFolder::new(name);
             prepare(&place);
             let what = format!("{fault:?}: {:?}", log[number]);
             let ended = run(place.directory(&watch(fault).0), cycles);
             let reason = ended.as_ref().map_or_else(|error| format!("{error:#}"), |()| String::new());
             assert!(ended.is_ok() || reason.len() > 20, "{what}: {reason}");
-            assert!(matches!(fault, Fault::Once(_)) || ended.is_err(), "{what}: a process without files succeeded");
+            assert!(
+                matches!(fault, InjectedFault::Once(_)) || ended.is_err(),
+                "{what}: a process without files succeeded"
+            );
             readable(&place, &what);
             run(place.directory(&none), cycles).unwrap_or_else(|error| panic!("{what}, then {error:#}"));
             let found = place.files(".");
@@ -131,7 +134,7 @@ fn every_fault(name: &str, prepare: impl Fn(&Place), cycles: usize) -> usize {
 }
 
 /// Another process reads the folder, if a run has begun in it: state, history and model.
-fn readable(place: &Place, what: &str) {
+fn readable(place: &TestFolder, what: &str) {
     if place.0.join("run.json").exists() {
         let (folder, model, _) = RunDirectory::open(&place.0).unwrap_or_else(|error| panic!("{what}: {error:#}"));
         folder.last(&model, &model.problem().unwrap()).unwrap_or_else(|error| panic!("{what}: {error:#}"));
@@ -147,9 +150,9 @@ fn every_operation_of_a_run_fails_once() {
 
 #[test]
 fn every_operation_of_a_continued_run_fails_once() {
-    let half = Place::new("half");
-    run(half.directory(&watch(Fault::None).0), 3).unwrap();
-    let longer = |place: &Place| {
+    let half = TestFolder::new("half");
+    run(half.directory(&watch(InjectedFault::None).0), 3).unwrap();
+    let longer = |place: &TestFolder| {
         for (name, bytes) in half.files(".") {
             std::fs::write(place.0.join(&name), bytes).unwrap();
         }
@@ -162,8 +165,8 @@ fn every_operation_of_a_continued_run_fails_once() {
 
 #[test]
 fn every_operation_of_a_report_fails_once() {
-    let place = Place::new("report");
-    let none = watch(Fault::None);
+    let place = TestFolder::new("report");
+    let none = watch(InjectedFault::None);
     run(place.directory(&none.0), 4).unwrap();
     let (opened, model, _) = RunDirectory::open(&place.0).unwrap();
     // Drawn once: only reading and writing fail.
@@ -182,31 +185,31 @@ fn every_operation_of_a_report_fails_once() {
         std::fs::remove_dir_all(place.0.join("figures")).unwrap();
         std::fs::remove_file(place.0.join("report.html")).unwrap();
     };
-    write(Fault::None).0.unwrap();
+    write(InjectedFault::None).0.unwrap();
     // The list of files has these files already.
     remove();
-    let (ended, log) = write(Fault::None);
+    let (ended, log) = write(InjectedFault::None);
     ended.unwrap();
     let (page, figures) = (place.files("."), place.files("figures"));
     for number in 0..log.len() {
-        for fault in [Fault::Once(number), Fault::From(number)] {
+        for fault in [InjectedFault::Once(number), InjectedFault::From(number)] {
             remove();
             let (ended, _) = write(fault);
-            assert!(ended.is_err() || matches!(fault, Fault::Once(_)), "{fault:?}: {:?}", log[number]);
+            assert!(ended.is_err() || matches!(fault, InjectedFault::Once(_)), "{fault:?}: {:?}", log[number]);
             for (name, bytes) in place.files("figures") {
-                let is_part = name.ends_with(".part") && matches!(fault, Fault::From(_));
+                let is_part = name.ends_with(".part") && matches!(fault, InjectedFault::From(_));
                 assert!(
                     is_part || name == "files.json" || figures.get(&name) == Some(&bytes),
                     "half of {name}: {:?}",
                     log[number]
                 );
             }
-            if let (Fault::Once(_), Err(error)) = (fault, &ended) {
+            if let (InjectedFault::Once(_), Err(error)) = (fault, &ended) {
                 let is_complete = place.files(".").get("report.html").is_some_and(|bytes| !bytes.is_empty());
                 let is_figure = format!("{error:#}").contains("figures");
                 assert_eq!(is_complete, is_figure, "{:?}: {error:#}", log[number]);
             }
-            write(Fault::None).0.unwrap();
+            write(InjectedFault::None).0.unwrap();
             let found = place.files("figures");
             assert!(figures.iter().all(|(name, bytes)| found.get(name) == Some(bytes)), "{:?}", log[number]);
             // A report that is killed may leave a hidden temporary file: it may belong to another report that is being written.
@@ -223,11 +226,11 @@ fn every_operation_of_a_report_fails_once() {
 #[test]
 fn a_cycle_writes_as_many_bytes_early_as_late() {
     let (model, text) = model(400);
-    let place = Place::new("pace");
+    let place = TestFolder::new("pace");
     let written = Arc::new(Mutex::new(vec![]));
     let problem = model.problem().unwrap();
     let size = |name: &str| std::fs::metadata(place.0.join(name)).map_or(0, |file| file.len());
-    let (watch, _) = watch(Fault::None);
+    let (watch, _) = watch(InjectedFault::None);
     let mut folder = RunDirectory::create(place.directory(&watch), &model, &text, Path::new("m.toml"), false).unwrap();
     let mut state = model.method().start(&problem).unwrap();
     for _ in 0..400 {

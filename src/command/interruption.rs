@@ -7,10 +7,10 @@ use std::sync::{Mutex, PoisonError};
 pub const INTERRUPTED: u8 = 130;
 
 /// What a command does at Ctrl-C; the process ends if it returns true.
-pub type Action = Box<dyn Fn() -> bool + Send + Sync>;
+pub type InterruptAction = Box<dyn Fn() -> bool + Send + Sync>;
 
 /// Action of the running command at Ctrl-C.
-static ACTION: Mutex<Option<Action>> = Mutex::new(None);
+static ACTION: Mutex<Option<InterruptAction>> = Mutex::new(None);
 
 /// Ends this process at Ctrl-C, with the programs that it has started: they have process groups of their own, which the terminal does not
 /// interrupt.
@@ -31,6 +31,6 @@ pub fn at_interruption(action: impl Fn() -> bool + Send + Sync + 'static) {
 }
 
 /// Sets or removes the action at Ctrl-C, and returns the former one.
-pub fn replaced(action: Option<Action>) -> Option<Action> {
+pub fn replaced(action: Option<InterruptAction>) -> Option<InterruptAction> {
     std::mem::replace(&mut *ACTION.lock().unwrap_or_else(PoisonError::into_inner), action)
 }

@@ -34,7 +34,6 @@ mod database;
 mod eta;
 #[cfg(test)]
 mod faults;
-mod folder;
 mod import;
 mod interruption;
 mod model;
@@ -43,6 +42,7 @@ mod new;
 mod open;
 pub(crate) mod optimize;
 mod output;
+mod output_folder;
 mod progress;
 pub(crate) mod report;
 mod report_pair;

@@ -44,7 +44,7 @@ pub fn program_folder(file: &Path) -> Option<PathBuf> {
 
 /// Settings of a model on the command line.
 #[derive(Args, Default)]
-pub struct Settings {
+pub struct ModelSettings {
     /// Another value of a setting, for instance --set time.points=51; the file stays as it is
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -84,7 +84,7 @@ fn assignments(text: &str) -> Result<Assignments, std::convert::Infallible> {
 #[derive(Args, Default)]
 pub struct Edits {
     #[command(flatten)]
-    settings: Settings,
+    settings: ModelSettings,
     /// Another method: a preset, as `linkwright compare --list` names them
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
@@ -95,13 +95,13 @@ pub struct Edits {
 
 /// Start values of design variables on the command line.
 #[derive(Args, Default)]
-pub struct Start {
+pub struct StartValues {
     /// Other start values of design variables, for instance k=0.4,c=0.5 or k="400 mm"
     #[arg(long, visible_alias = "at", value_name = "NAME=VALUE", value_parser = assignments)]
     start: Vec<Assignments>,
 }
 
-impl Settings {
+impl ModelSettings {
     /// Reads a model file with these settings. Returns the model and its text.
     pub fn load(&self, path: &Path) -> anyhow::Result<(Model, String)> {
         read_edited(path, &self.pairs()?, &[], read)
@@ -128,7 +128,7 @@ impl Edits {
     }
 
     /// Reads a model file with these changes and start values. Returns the model and its text.
-    pub fn load(&self, path: &Path, start: &Start) -> anyhow::Result<(Model, String)> {
+    pub fn load(&self, path: &Path, start: &StartValues) -> anyhow::Result<(Model, String)> {
         let start = start.start.iter().flat_map(|all| &all.0);
         let start = once(start.map(|item| pair(item, "NAME=VALUE")).collect::<anyhow::Result<Vec<_>>>()?)?;
         read_edited(path, &self.pairs()?, &start, read)

@@ -3,10 +3,10 @@
 use super::budget::Budget;
 #[cfg(feature = "database")]
 use super::database::WarmStart;
-use super::folder;
 use super::interruption::at_interruption;
-use super::model::{Edits, Start, located, model_file, parsed, with_program};
+use super::model::{Edits, StartValues, located, model_file, parsed, with_program};
 use super::output::{ClosedOutput, Digits, argument, complain, results};
+use super::output_folder;
 use super::progress::{Progress, RunningTime, Show, working};
 use super::report::write_report;
 use super::run_directory::{MODEL, Occupied, Reserved, RunDirectory, RunRecord, fingerprint};
@@ -14,7 +14,7 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 use linkwright::model_file::{Model, read};
 use linkwright::problem::Problem;
-use linkwright::sao::{State, Status};
+use linkwright::sao::{RunState, Status};
 use linkwright::storage::Directory;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -49,11 +49,11 @@ pub struct Optimize {
     #[command(flatten)]
     edits: Edits,
     #[command(flatten)]
-    start: Start,
+    start: StartValues,
     #[command(flatten)]
     budget: Budget,
     #[command(flatten)]
-    shown: Shown,
+    shown: ProgressForm,
 }
 
 #[derive(Args)]
@@ -78,11 +78,11 @@ pub struct Resume {
     #[command(flatten)]
     budget: Budget,
     #[command(flatten)]
-    shown: Shown,
+    shown: ProgressForm,
 }
 
 #[derive(Args)]
-pub struct Shown {
+pub struct ProgressForm {
     /// Print a line of JSON for each cycle, and one for the summary
     #[arg(long)]
     json: bool,
@@ -100,7 +100,7 @@ impl Optimize {
         self.budget.check(&problem, model.method())?;
         let (warm, problem) = self.warm_start(&model, problem)?;
         let folder = match &self.out {
-            Some(out) => RunDirectory::reserve(folder::create(out)?, self.force)?,
+            Some(out) => RunDirectory::reserve(output_folder::create(out)?, self.force)?,
             None => numbered(&name(&model_file(&self.file))?, self.force, &self.shown)?,
         };
         let (code, out) = begin(folder, (&model, &text, &self.file), &problem, &warm, &self.shown)?;
@@ -132,7 +132,7 @@ impl Optimize {
         text: &str,
         file: &Path,
         force: bool,
-        shown: &Shown,
+        shown: &ProgressForm,
     ) -> anyhow::Result<ExitCode> {
         let problem = located(model, model.problem())?;
         let folder = RunDirectory::reserve(directory, force)?;
@@ -162,7 +162,7 @@ fn begin(
     (model, text, file): (&Model, &str, &Path),
     problem: &Problem,
     warm: &Warm,
-    shown: &Shown,
+    shown: &ProgressForm,
 ) -> anyhow::Result<(ExitCode, PathBuf)> {
     let start = match first_state(&reserved, model, problem, shown) {
         Ok(start) => start,
@@ -190,7 +190,12 @@ fn begin(
 }
 
 /// The state at the start design if the run replaces an earlier one.
-fn first_state(reserved: &Reserved, model: &Model, problem: &Problem, shown: &Shown) -> anyhow::Result<Option<State>> {
+fn first_state(
+    reserved: &Reserved,
+    model: &Model,
+    problem: &Problem,
+    shown: &ProgressForm,
+) -> anyhow::Result<Option<RunState>> {
     if !reserved.has_run()? {
         return Ok(None);
     }
@@ -212,11 +217,11 @@ fn name(file: &Path) -> anyhow::Result<String> {
 const NUMBERED: usize = 9999;
 
 /// The folder NAME in the folder of results, or the first of NAME-2, NAME-3, … without a run. With `force` it is NAME.
-fn numbered(name: &str, force: bool, shown: &Shown) -> anyhow::Result<Reserved> {
+fn numbered(name: &str, force: bool, shown: &ProgressForm) -> anyhow::Result<Reserved> {
     let mut last = None;
     for number in 1..=NUMBERED {
         let numbered = if number == 1 { name.to_owned() } else { format!("{name}-{number}") };
-        let directory = folder::in_results(&results(), &numbered)?;
+        let directory = output_folder::in_results(&results(), &numbered)?;
         let place = directory.path().display().to_string();
         match RunDirectory::reserve(directory, force) {
             Err(error) if error.is::<Occupied>() && !force => last = Some(error),
@@ -236,13 +241,13 @@ fn numbered(name: &str, force: bool, shown: &Shown) -> anyhow::Result<Reserved> 
 /// The folder of a new run of a model file: the first of NAME, NAME-2, … in the default folder of results without a run.
 #[cfg(feature = "app")]
 pub fn next_folder(model: &Model, text: &str, file: &Path) -> anyhow::Result<RunDirectory> {
-    numbered(&name(file)?, false, &Shown::QUIET)?.begin(model, text, file)
+    numbered(&name(file)?, false, &ProgressForm::QUIET)?.begin(model, text, file)
 }
 
 impl Resume {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
-        let path = folder::stored(&self.folder);
-        let directory = folder::opened(&path)?;
+        let path = output_folder::stored(&self.folder);
+        let directory = output_folder::opened(&path)?;
         if self.file.is_none() && self.edits.is_empty() {
             return Self::in_directory(directory, self.previous, Some(&self.budget), &self.shown);
         }
@@ -281,14 +286,14 @@ impl Resume {
         directory: Directory,
         previous: bool,
         budget: Option<&Budget>,
-        shown: &Shown,
+        shown: &ProgressForm,
     ) -> anyhow::Result<ExitCode> {
         let (folder, model, text) = RunDirectory::claim(directory)?;
         shown.resume(folder, model, &text, previous, budget)
     }
 }
 
-impl Shown {
+impl ProgressForm {
     /// Prints nothing.
     #[allow(dead_code, reason = "for tests and fuzz targets")]
     pub const QUIET: Self = Self { json: false, quiet: true, digits: Digits { digits: 5 } };
@@ -322,7 +327,7 @@ impl Shown {
         model: &Model,
         problem: &Problem,
         folder: &mut RunDirectory,
-        state: Option<State>,
+        state: Option<RunState>,
         warm: &Warm,
         out: &Path,
     ) -> anyhow::Result<ExitCode> {
@@ -343,7 +348,7 @@ impl Shown {
         model: &Model,
         problem: &Problem,
         folder: &mut RunDirectory,
-        state: Option<State>,
+        state: Option<RunState>,
         warm: &Warm,
         out: &Path,
     ) -> anyhow::Result<ExitCode> {
@@ -378,7 +383,7 @@ impl Shown {
 }
 
 /// The state with which a run goes on by the settings of a model. A run that has ended stays so if they allow no cycle.
-fn restarted(model: &Model, problem: &Problem, state: State) -> linkwright::Result<State> {
+fn restarted(model: &Model, problem: &Problem, state: RunState) -> linkwright::Result<RunState> {
     let again = model.method().restart(problem, state.clone())?;
     let stays = state.status != Status::Running && again.status == Status::CycleLimit;
     Ok(if stays { state } else { again })

@@ -1,7 +1,7 @@
 //! Terminal output during a run.
 
 use super::eta::RemainingCycles;
-use super::interruption::{Action, replaced};
+use super::interruption::{InterruptAction, replaced};
 use super::output::{brief, complain, say, say_raw};
 use super::run_directory::{Summary, shown_cycle};
 use linkwright::mechanics::SimulationClock;
@@ -9,7 +9,7 @@ use linkwright::model_file::{Model, visible};
 use linkwright::problem::Problem;
 use linkwright::report::number::{readable, with_unit};
 use linkwright::report::outcome;
-use linkwright::sao::{State, Status, Stop};
+use linkwright::sao::{RunState, Status, Stop};
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -91,7 +91,7 @@ impl<'p> Progress<'p> {
 
     /// Prints the trial steps of a state from number `first` on, with times estimated from the `own` cycles of this process. A step may
     /// add two: the confirmation of an end adds one of its own.
-    pub fn cycles(&self, state: &State, first: usize, own: usize) -> anyhow::Result<()> {
+    pub fn cycles(&self, state: &RunState, first: usize, own: usize) -> anyhow::Result<()> {
         for k in first..state.history.len() {
             match self.show {
                 Show::Nothing => {}
@@ -115,7 +115,7 @@ impl<'p> Progress<'p> {
     }
 
     /// Prints the line with the times below the table; the next row overwrites it.
-    fn time(&self, state: &State, own: usize) {
+    fn time(&self, state: &RunState, own: usize) {
         if !self.is_terminal || state.status != Status::Running {
             return;
         }
@@ -131,7 +131,7 @@ impl<'p> Progress<'p> {
     }
 
     /// The row of trial step `k`.
-    fn cells(&self, state: &State, k: usize) -> anyhow::Result<String> {
+    fn cells(&self, state: &RunState, k: usize) -> anyhow::Result<String> {
         let width = self.width();
         let c = &state.history[k];
         let mark = match (&c.failure, c.accepted) {
@@ -191,15 +191,15 @@ impl RunningTime {
 
 /// A task that is being done, until the value is dropped: a line on a terminal; elsewhere lines on standard error, from the first second on and then more
 /// and more rarely; nothing with `--json` and `--quiet`. Ctrl-C ends the process and says how to go on.
-pub struct Work {
+pub struct Task {
     line: StatusLine,
     what: String,
     done: AtomicUsize,
-    before: Option<Action>,
+    before: Option<InterruptAction>,
 }
 
 /// Begins to show that `what` is being done; `model` has the clock of a simulation.
-pub fn working<'m>(what: &str, show: Show, model: impl Into<Option<&'m Model>>) -> Work {
+pub fn working<'m>(what: &str, show: Show, model: impl Into<Option<&'m Model>>) -> Task {
     let place = match show {
         Show::Table if std::io::stdout().is_terminal() => LinePlace::Terminal,
         Show::Table => LinePlace::Lines,
@@ -212,10 +212,10 @@ pub fn working<'m>(what: &str, show: Show, model: impl Into<Option<&'m Model>>) 
         complain(&sentence);
         true
     })));
-    Work { line, what: what.to_owned(), done: AtomicUsize::new(0), before }
+    Task { line, what: what.to_owned(), done: AtomicUsize::new(0), before }
 }
 
-impl Work {
+impl Task {
     /// Notes that one more part of `all` is done.
     pub fn count(&self, all: usize) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -223,7 +223,7 @@ impl Work {
     }
 }
 
-impl Drop for Work {
+impl Drop for Task {
     fn drop(&mut self) {
         drop(replaced(self.before.take()));
     }

@@ -1,10 +1,10 @@
 //! `linkwright report DIR`: a run as one page for a browser, and its figures as files.
 
 use super::budget::Budget;
-use super::folder::{OutputFolder, has};
 use super::output::say;
+use super::output_folder::{OutputFolder, has};
 use super::progress::{Show, working};
-use super::run_directory::{Change, PAGE, RunDirectory, fingerprint};
+use super::run_directory::{PAGE, RunDirectory, SettingChange, fingerprint};
 use anyhow::Context;
 use clap::Args;
 use linkwright::model_file::Model;
@@ -14,7 +14,7 @@ use linkwright::report::figure::{Figure, QuantityLabel, literal};
 use linkwright::report::page::{Badge, Page, PageSection};
 use linkwright::report::run::{OptimizationReport, Slice};
 use linkwright::report::table::{Cell, Table};
-use linkwright::sao::State;
+use linkwright::sao::RunState;
 use linkwright::storage::Directory;
 use rayon::prelude::*;
 use serde_json::json;
@@ -70,9 +70,9 @@ pub struct Report {
 
 impl Report {
     pub fn run(&self) -> anyhow::Result<()> {
-        let folder = super::folder::stored(&self.folder);
+        let folder = super::output_folder::stored(&self.folder);
         if let Some(other) = &self.other {
-            return self.compare(&folder, &super::folder::stored(other));
+            return self.compare(&folder, &super::output_folder::stored(other));
         }
         let place = write_report(&folder, self.slice, !self.page_only, self.out.as_deref(), self.show(), &self.budget)?;
         self.tell(&place)
@@ -174,7 +174,7 @@ impl DrawnReport {
 fn of_run(
     model: &Model,
     problem: &Problem,
-    state: &State,
+    state: &RunState,
     slice: Option<u16>,
 ) -> anyhow::Result<(Page, Option<Animation>)> {
     let begun = Instant::now();
@@ -194,7 +194,7 @@ fn of_run(
 }
 
 /// The slice with the given number of points per side, or with as many as fit into the time if an analysis takes `one`.
-fn sample(problem: &Problem, state: &State, wanted: Option<usize>, one: Duration) -> Option<Slice> {
+fn sample(problem: &Problem, state: &RunState, wanted: Option<usize>, one: Duration) -> Option<Slice> {
     let time = |n: &usize| one.as_secs_f64() * (n * n) as f64 / rayon::current_num_threads() as f64;
     let fits = || SLICES.into_iter().find(|n| time(n) <= SLICE_TIME.as_secs_f64());
     let count = wanted.or_else(fits)?;
@@ -298,7 +298,8 @@ fn listed(model: &Model, folder: &mut RunDirectory, text: &str) -> PageSection {
         let after = edit.after_tries;
         section = if edit.lines.is_empty() {
             // A decision by hand: what, and about which trial step.
-            let about = |change: &Change| change.before.as_ref().map_or_else(String::new, |step| format!(" ({step})"));
+            let about =
+                |change: &SettingChange| change.before.as_ref().map_or_else(String::new, |step| format!(" ({step})"));
             let decisions: Vec<String> = edit.changes.iter().map(|c| format!("{}{}", c.key, about(c))).collect();
             section.paragraph(format!("After {after} trial steps: {}.", decisions.join(", ")))
         } else {

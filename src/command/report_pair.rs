@@ -7,12 +7,12 @@ use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 use linkwright::report::animation::{Animation, Scene};
 use linkwright::report::figure::{
-    Axis, Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, literal,
+    Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, PlotAxis, QuantityLabel, Stroke, literal,
 };
 use linkwright::report::outcome;
 use linkwright::report::page::{Page, PageSection};
 use linkwright::report::plots::{ResponseHistory, TimeHistory, time_history};
-use linkwright::sao::State;
+use linkwright::sao::RunState;
 use std::path::Path;
 
 /// Largest number of histories.
@@ -23,7 +23,7 @@ struct LastRun {
     name: String,
     model: Model,
     problem: Problem,
-    state: State,
+    state: RunState,
 }
 
 impl LastRun {
@@ -100,9 +100,9 @@ fn mechanisms(runs: &[LastRun; 2]) -> anyhow::Result<Option<PageSection>> {
 fn convergence(runs: &[LastRun; 2]) -> PageSection {
     let section = PageSection::new("convergence", "Convergence");
     let last = runs.iter().filter_map(|run| run.state.history.last()).map(|cycle| cycle.cycle).max().unwrap_or(0);
-    let axis = || Axis::new("cycle", "").limits(-0.3, last.max(1) as f64 + 0.3).whole();
+    let axis = || PlotAxis::new("cycle", "").limits(-0.3, last.max(1) as f64 + 0.3).whole();
     let plot = |name: &str, label: QuantityLabel, values: &dyn Fn(&LastRun) -> Vec<[f64; 2]>| {
-        let mut panel = Panel::new(axis(), Axis::of(&label)).legend(Legend::Below);
+        let mut panel = Panel::new(axis(), PlotAxis::of(&label)).legend(Legend::Below);
         for (k, run) in runs.iter().enumerate() {
             let stroke = Stroke::solid(Colour::of_series(k), 1.0);
             let stroke = if k == 0 { stroke } else { stroke.dash(Dash::Dashed) };

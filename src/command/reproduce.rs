@@ -1,11 +1,11 @@
 //! `linkwright reproduce PAPER`.
 
-use super::folder::OutputFolder;
 use super::output::{complain, results, say};
+use super::output_folder::OutputFolder;
 use anyhow::bail;
 use clap::Args;
 use linkwright::papers::{ReproducedTable, ReproductionSummary, papers};
-use linkwright::sao::State;
+use linkwright::sao::RunState;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -107,7 +107,7 @@ fn print(table: &ReproducedTable) -> anyhow::Result<()> {
 }
 
 /// Prints a line for each cycle on a terminal, nothing when piped.
-fn progress(table: &str, state: &State) {
+fn progress(table: &str, state: &RunState) {
     let (Some(cycle), true) = (state.history.last(), std::io::stderr().is_terminal()) else { return };
     let mark = if cycle.accepted { "accepted" } else { "rejected" };
     complain(&format!(

@@ -1,12 +1,12 @@
 //! The runs and studies below a folder.
 
-use crate::command::folder::{MANIFEST, OutputFolder, RUN, STUDY, opened};
+use crate::command::output_folder::{MANIFEST, OutputFolder, RUN, STUDY, opened};
 use crate::command::run_directory::{LOCK, RunRecord, Summary, note};
 use crate::command::study::{StudyProgress, StudyRecord};
 use anyhow::Context;
 use linkwright::model_file::settings;
 use linkwright::sao::{DEFAULT_PRESET, Status};
-use linkwright::storage::{Directory, Entry};
+use linkwright::storage::{Directory, EntryKind};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -93,7 +93,7 @@ impl RunEntry {
     /// Reads the run in a folder.
     pub fn read(folder: &Path) -> anyhow::Result<Self> {
         let directory = opened(folder)?;
-        if matches!(directory.entry(STUDY)?, Some(Entry::File)) {
+        if matches!(directory.entry(STUDY)?, Some(EntryKind::File)) {
             return Self::of_study(&directory);
         }
         let run = RunRecord::read(&directory)?;

@@ -4,12 +4,12 @@ use linkwright::problem::{Evaluation, Problem, ResponseAt, Responses};
 use linkwright::report::outcome;
 use linkwright::report::run::step_cells;
 use linkwright::report::table::{Cell, Table};
-use linkwright::sao::State;
+use linkwright::sao::RunState;
 use nalgebra::DMatrix;
 use std::collections::BTreeSet;
 
 /// Table of trial steps from number `from`, accepted and rejected.
-pub fn cycles(problem: &Problem, state: &State, from: usize) -> linkwright::Result<Table> {
+pub fn cycles(problem: &Problem, state: &RunState, from: usize) -> linkwright::Result<Table> {
     let fixed = [
         "cycle",
         "accepted",

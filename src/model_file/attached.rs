@@ -4,7 +4,7 @@
 //! stored with a run, hashed and edited as one. Only [`with_files`] opens files.
 
 use super::diagnostics::SecondUse;
-use super::text_parts::{Attached, MARK, split};
+use super::text_parts::{AttachedText, MARK, split};
 use super::{Diagnostic, DiagnosticReport, limits};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -264,7 +264,7 @@ fn merge<'a>(all: &mut DeTable<'a>, included: DeTable<'a>) -> Result<(), Diagnos
 const OF_NAMES: [&str; 5] = ["design", "constants", "expressions", "series", "table"];
 
 /// Replaces `file` of each table by the first two columns of the attached text.
-fn columns<'a>(all: &mut DeTable<'a>, text: &'a str, attached: &[Attached<'a>]) -> Result<(), Diagnostic> {
+fn columns<'a>(all: &mut DeTable<'a>, text: &'a str, attached: &[AttachedText<'a>]) -> Result<(), Diagnostic> {
     let Some(DeValue::Table(tables)) = all.get_mut("table").map(Spanned::get_mut) else { return Ok(()) };
     let names: Vec<String> = tables.keys().map(|name| name.get_ref().to_string()).collect();
     for name in &names {
@@ -287,10 +287,10 @@ fn columns<'a>(all: &mut DeTable<'a>, text: &'a str, attached: &[Attached<'a>]) 
     Ok(())
 }
 
-type Column<'a> = Vec<(&'a str, Range<usize>)>;
+type TextColumn<'a> = Vec<(&'a str, Range<usize>)>;
 
 /// The first two columns of a text, without a heading and comments. Cells are separated by commas, semicolons or white space.
-fn two_columns<'a>(text: &'a str, file: &Attached<'a>) -> Result<[Column<'a>; 2], Diagnostic> {
+fn two_columns<'a>(text: &'a str, file: &AttachedText<'a>) -> Result<[TextColumn<'a>; 2], Diagnostic> {
     let (mut columns, mut at) = ([vec![], vec![]], file.span.start);
     for line in text[file.span.clone()].split_inclusive('\n') {
         let begin = at;

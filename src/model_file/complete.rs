@@ -116,14 +116,14 @@ fn is_section(name: &str) -> bool {
 }
 
 /// A table of a text: its keys, and those that it has.
-struct Part {
+struct TableWords {
     keys: Vec<Key>,
     kinds: Vec<(&'static str, &'static str)>,
     present: Vec<String>,
 }
 
 /// The table that contains the line that begins at byte `at`, and whether it is in space.
-fn enclosing(text: &str, at: usize) -> (Part, bool) {
+fn enclosing(text: &str, at: usize) -> (TableWords, bool) {
     let is_header = |line: &str| line.trim_start().starts_with('[');
     let start = line_starts(text).filter(|(from, line)| *from < at && is_header(line)).last();
     let header =
@@ -152,7 +152,7 @@ fn enclosing(text: &str, at: usize) -> (Part, bool) {
         }
     }
     let present = settings.iter().map(|(key, _)| key.trim().to_owned()).collect();
-    (Part { keys, kinds, present }, in_space)
+    (TableWords { keys, kinds, present }, in_space)
 }
 
 /// The declarations of a table by its header; those in space have names that end with 3.
@@ -181,7 +181,7 @@ fn unquoted(value: &str) -> &str {
     }
 }
 
-impl Part {
+impl TableWords {
     /// Keys that the table does not have, the required ones first.
     fn missing_keys(&self) -> Vec<Completion> {
         let missing = |key: &&Key| !self.present.iter().any(|present| present == key.name);

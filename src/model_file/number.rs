@@ -1,6 +1,6 @@
 //! Numbers that a user gives for a quantity of a model: plain ones are in its unit, others are converted to it.
 
-use super::expression::{Names, Scope, TextPlace, Tree};
+use super::expression::{ExpressionTree, Names, Scope, TextPlace};
 use super::unit::{Dimension, Unit};
 use super::{Diagnostic, DiagnosticReport, file, with_setting};
 
@@ -9,7 +9,7 @@ use super::{Diagnostic, DiagnosticReport, file, with_setting};
 ///
 /// # Errors
 /// If the expression is not a number, or has a unit of another dimension.
-pub(crate) fn number_of(tree: &Tree, unit: &str, name: &str) -> Result<f64, Diagnostic> {
+pub(crate) fn number_of(tree: &ExpressionTree, unit: &str, name: &str) -> Result<f64, Diagnostic> {
     let names = Names::default();
     let known = names.dimension(tree, &Scope::NUMBER)?;
     let has_unit = tree.unit().is_some() || known.is_some_and(|k| k.is_firm && k.dimension != Dimension::NUMBER);
@@ -30,7 +30,7 @@ pub(crate) fn number_of(tree: &Tree, unit: &str, name: &str) -> Result<f64, Diag
 /// If the text is not a number, or has a unit of another dimension. The report shows the place in the text.
 pub fn number_in(unit: &str, name: &str, text: &str) -> Result<f64, Box<DiagnosticReport>> {
     let text = text.trim().trim_matches('"');
-    let read = Tree::parse(text, TextPlace::From(0)).and_then(|tree| number_of(&tree, unit, name));
+    let read = ExpressionTree::parse(text, TextPlace::From(0)).and_then(|tree| number_of(&tree, unit, name));
     read.map_err(|error| on_command_line(text, error))
 }
 

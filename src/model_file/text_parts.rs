@@ -7,7 +7,7 @@ pub const MARK: &str = "#@ file ";
 
 /// An attached text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Attached<'a> {
+pub struct AttachedText<'a> {
     /// Its path, relative to the folder of the model.
     pub name: &'a str,
     /// Its bytes in the whole text.
@@ -15,8 +15,8 @@ pub struct Attached<'a> {
 }
 
 /// The end of the model's own text, and the texts attached to it.
-pub fn split(text: &str) -> (usize, Vec<Attached<'_>>) {
-    let mut found: Vec<Attached<'_>> = vec![];
+pub fn split(text: &str) -> (usize, Vec<AttachedText<'_>>) {
+    let mut found: Vec<AttachedText<'_>> = vec![];
     let (mut own, mut at) = (None, 0);
     for line in text.split_inclusive('\n') {
         if let Some(name) = line.strip_prefix(MARK) {
@@ -25,7 +25,7 @@ pub fn split(text: &str) -> (usize, Vec<Attached<'_>>) {
                 last.span.end = at;
             }
             let begin = at + line.len();
-            found.push(Attached { name: name.trim(), span: begin..text.len() });
+            found.push(AttachedText { name: name.trim(), span: begin..text.len() });
         }
         at += line.len();
     }
@@ -35,7 +35,7 @@ pub fn split(text: &str) -> (usize, Vec<Attached<'_>>) {
 /// The part of a text with these bytes: its name, `None` for the model's own text, and its bytes.
 pub fn part_at(text: &str, byte: usize) -> (Option<&str>, Range<usize>) {
     let (own, attached) = split(text);
-    let is_there = |part: &&Attached<'_>| byte >= part.span.start && byte <= part.span.end;
+    let is_there = |part: &&AttachedText<'_>| byte >= part.span.start && byte <= part.span.end;
     match attached.iter().rfind(is_there) {
         Some(part) if byte >= own => (Some(part.name), part.span.clone()),
         _ => (None, 0..own),

@@ -223,7 +223,7 @@ fn symbol(text: &str) -> Option<([f64; 2], Dimension)> {
 }
 
 /// A symbol with an exponent at the start of a text, and its length.
-struct Factor {
+struct UnitFactor {
     symbol: Range<usize>,
     factor: [f64; 2],
     dimension: Dimension,
@@ -231,7 +231,7 @@ struct Factor {
     length: usize,
 }
 
-fn factor(text: &str) -> Option<Factor> {
+fn factor(text: &str) -> Option<UnitFactor> {
     let is_letter = |c: char| c.is_alphabetic() || matches!(c, '°' | '%' | '_');
     let end = match text.starts_with('1') {
         true => 1,
@@ -253,7 +253,7 @@ fn factor(text: &str) -> Option<Factor> {
     let follows = text[length..].chars().next();
     let is_longer = follows.is_some_and(|c| c.is_alphanumeric() || c == '_' || c == '.');
     let is_call = text[length..].trim_start().starts_with('(');
-    (!is_longer && !is_call).then_some(Factor { symbol: 0..end, factor: own, dimension, power, length })
+    (!is_longer && !is_call).then_some(UnitFactor { symbol: 0..end, factor: own, dimension, power, length })
 }
 
 impl Unit {

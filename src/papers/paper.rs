@@ -3,7 +3,7 @@
 use crate::problem::{Problem, RowId};
 use crate::report::figure::Figure;
 use crate::report::table::{Printed, Table, TableComparison};
-use crate::sao::State;
+use crate::sao::RunState;
 use error::{Error, Result};
 
 /// A paper whose tables are regenerated and compared with the printed ones, and whose figures are drawn.
@@ -54,7 +54,7 @@ pub struct PaperTable {
 }
 
 /// Receives every state of a run, with the name of its table.
-pub type Observer<'a> = dyn FnMut(&str, &State) + 'a;
+pub type Observer<'a> = dyn FnMut(&str, &RunState) + 'a;
 
 /// A regenerated table with its printed counterpart.
 pub struct ReproducedTable {
@@ -79,7 +79,7 @@ pub struct ReproducedRun {
     /// The problem.
     pub problem: Problem,
     /// The last state, with the whole history.
-    pub state: State,
+    pub state: RunState,
 }
 
 impl ReproducedRun {

@@ -6,7 +6,7 @@
 use super::number::without_rounding;
 use crate::Result;
 use crate::problem::{Evaluation, Goal, PeakBound, Problem, RowId, Side};
-use crate::sao::{Cycle, State};
+use crate::sao::{Cycle, RunState};
 
 /// Excess over the limit, relative to size or scale, up to which a constraint counts as satisfied.
 const SATISFIED: f64 = 1e-5;
@@ -43,7 +43,7 @@ pub fn peak_row(problem: &Problem, design: &[f64], evaluation: &Evaluation) -> O
 ///
 /// # Errors
 /// Those of [`Problem::analyze_design`].
-pub fn objective_of_step(problem: &Problem, state: &State, k: usize) -> Result<f64> {
+pub fn objective_of_step(problem: &Problem, state: &RunState, k: usize) -> Result<f64> {
     let cycle = &state.history[k];
     if let Some(peak) = cycle.peak {
         return Ok(peak);
@@ -59,8 +59,8 @@ pub fn objective_of_step(problem: &Problem, state: &State, k: usize) -> Result<f
     }
 }
 
-/// The trial step with a better design than the last one, by more than 1e-4 and satisfying the constraints, with its objective; see [`State::better_than_last`].
-pub fn better_than_last<'s>(problem: &Problem, state: &'s State) -> Option<(&'s Cycle, f64)> {
+/// The trial step with a better design than the last one, by more than 1e-4 and satisfying the constraints, with its objective; see [`RunState::better_than_last`].
+pub fn better_than_last<'s>(problem: &Problem, state: &'s RunState) -> Option<(&'s Cycle, f64)> {
     let better = state.better_than_last(SATISFIED, BETTER)?;
     let k = state.history.iter().position(|cycle| std::ptr::eq(cycle, better))?;
     Some((better, objective_of_step(problem, state, k).unwrap_or(better.objective)))
@@ -70,7 +70,7 @@ pub fn better_than_last<'s>(problem: &Problem, state: &'s State) -> Option<(&'s 
 ///
 /// # Errors
 /// As [`objective_of_step`].
-pub fn objectives(problem: &Problem, state: &State) -> Result<Vec<f64>> {
+pub fn objectives(problem: &Problem, state: &RunState) -> Result<Vec<f64>> {
     (0..state.history.len()).map(|k| objective_of_step(problem, state, k)).collect()
 }
 

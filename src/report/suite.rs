@@ -11,9 +11,9 @@ use std::collections::HashMap;
 const WORK: &str = "analyses + sensitivity analyses";
 
 /// A problem with its transformation.
-type Key = (&'static str, String);
+type TransformedProblem = (&'static str, String);
 
-fn key(run: &SuiteRun) -> Key {
+fn key(run: &SuiteRun) -> TransformedProblem {
     (run.problem, run.transformation.to_string())
 }
 
@@ -135,7 +135,7 @@ pub fn summary(title: &str, all: &[SuiteRun]) -> Result<Table> {
 }
 
 /// The least work of all methods that solve a problem.
-fn least_work(all: &[SuiteRun]) -> HashMap<Key, usize> {
+fn least_work(all: &[SuiteRun]) -> HashMap<TransformedProblem, usize> {
     let mut least = HashMap::new();
     for run in all.iter().filter(|run| run.is_solved()) {
         let entry = least.entry(key(run)).or_insert(usize::MAX);
@@ -157,8 +157,8 @@ fn median(values: &[usize]) -> Option<f64> {
 /// # Errors
 /// If there are no runs.
 pub fn profiles(all: &[SuiteRun]) -> Result<[Figure; 2]> {
-    let mut keys: Vec<Key> = vec![];
-    let mut numbers: HashMap<Key, usize> = HashMap::new();
+    let mut keys: Vec<TransformedProblem> = vec![];
+    let mut numbers: HashMap<TransformedProblem, usize> = HashMap::new();
     for run in all {
         numbers.entry(key(run)).or_insert_with(|| {
             keys.push(key(run));

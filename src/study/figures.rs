@@ -4,8 +4,8 @@ use super::plan::{Column, Phase};
 use super::rows::{Row, Rows};
 use crate::Result;
 use crate::report::figure::{
-    Anchor, Axis, Colour, ColourBar, ColourMap, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke,
-    literal,
+    Anchor, Colour, ColourBar, ColourMap, Figure, Grid, Legend, Mark, MarkerShape, Panel, PlotAxis, QuantityLabel,
+    Stroke, literal,
 };
 
 /// Most panels in a row and in a column.
@@ -45,8 +45,9 @@ pub fn over_sample(phase: &Phase, rows: &Rows, inputs: usize) -> Result<Option<F
                 .map(|row| [row.value(x), row.value(y)])
                 .filter(|p| p.iter().all(|v| v.is_finite()))
                 .collect();
-            let mut panel = Panel::new(Axis::of(&label(&phase.columns[x])), Axis::of(&label(&phase.columns[y])))
-                .legend(Legend::Absent);
+            let mut panel =
+                Panel::new(PlotAxis::of(&label(&phase.columns[x])), PlotAxis::of(&label(&phase.columns[y])))
+                    .legend(Legend::Absent);
             panel.add(Mark::points(points, MarkerShape::Disc, Colour::BLUE, 1.6));
             figure = figure.with(panel);
         }
@@ -85,8 +86,8 @@ pub fn over_grid(phase: &Phase, rows: &Rows, values: &[Vec<f64>]) -> Result<Opti
     }
     let grid = Grid::with_holes(&values[0], &values[1], &field)?;
     let range = grid.range();
-    let mut panel =
-        Panel::new(Axis::of(&label(&phase.columns[0])), Axis::of(&label(&phase.columns[1]))).legend(Legend::Absent);
+    let mut panel = Panel::new(PlotAxis::of(&label(&phase.columns[0])), PlotAxis::of(&label(&phase.columns[1])))
+        .legend(Legend::Absent);
     panel.add(Mark::field(grid, ColourMap::Sequential, range));
     let analysed: Vec<[f64; 2]> = values[0].iter().flat_map(|x| values[1].iter().map(|y| [*x, *y])).collect();
     if analysed.len() <= NODES {
@@ -101,8 +102,8 @@ pub fn curve(phase: &Phase, rows: &[&Row], x: usize, y: usize) -> Panel {
     let mut points: Vec<[f64; 2]> =
         rows.iter().map(|row| [row.value(x), row.value(y)]).filter(|p| p.iter().all(|v| v.is_finite())).collect();
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let mut panel =
-        Panel::new(Axis::of(&label(&phase.columns[x])), Axis::of(&label(&phase.columns[y]))).legend(Legend::Absent);
+    let mut panel = Panel::new(PlotAxis::of(&label(&phase.columns[x])), PlotAxis::of(&label(&phase.columns[y])))
+        .legend(Legend::Absent);
     panel.add(Mark::curve(points.clone(), Stroke::solid(Colour::BLUE, 0.8)));
     panel.add(Mark::points(points, MarkerShape::Disc, Colour::BLUE, 3.0));
     panel
@@ -111,7 +112,7 @@ pub fn curve(phase: &Phase, rows: &[&Row], x: usize, y: usize) -> Panel {
 /// Horizontal bars with names above them; for each name, a value of each series.
 pub fn bars(quantity: &str, names: &[String], series: &[(&str, Vec<f64>)]) -> Panel {
     let low = 0.8 - names.len().max(1) as f64;
-    let mut panel = Panel::new(Axis::new(quantity, ""), Axis::new("", "").limits(low - 0.5, 0.5).unlabelled())
+    let mut panel = Panel::new(PlotAxis::new(quantity, ""), PlotAxis::new("", "").limits(low - 0.5, 0.5).unlabelled())
         .legend(Legend::Below);
     let width = 0.6 / series.len().max(1) as f64;
     for (s, (name, values)) in series.iter().enumerate() {
@@ -147,8 +148,9 @@ pub fn starts_and_ends(phase: &Phase, rows: &[&Row], starts: [usize; 2], ends: [
         .map(|row| [point(row, starts), point(row, ends)])
         .filter(|pair| pair.iter().all(is_finite))
         .collect();
-    let mut panel = Panel::new(Axis::of(&label(&phase.columns[ends[0]])), Axis::of(&label(&phase.columns[ends[1]])))
-        .legend(Legend::Below);
+    let mut panel =
+        Panel::new(PlotAxis::of(&label(&phase.columns[ends[0]])), PlotAxis::of(&label(&phase.columns[ends[1]])))
+            .legend(Legend::Below);
     let lines = pairs.iter().map(|pair| pair.to_vec()).collect();
     panel.add(Mark::curves(lines, Stroke::solid(Colour::of_series(3), 0.3)));
     panel.add(
@@ -166,11 +168,11 @@ pub fn ranked(quantity: &QuantityLabel, series: &[(String, Vec<f64>)], same: f64
     let all = || series.iter().flat_map(|(_, values)| values).copied().filter(|v| v.is_finite());
     let [low, high] = all().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
     let least = same * low.abs().max(high.abs());
-    let mut axis = Axis::of(quantity);
+    let mut axis = PlotAxis::of(quantity);
     if high - low < least {
         axis = axis.limits(0.5 * (low + high - least), 0.5 * (low + high + least));
     }
-    let mut panel = Panel::new(Axis::new("rank", "").whole(), axis).legend(Legend::Below);
+    let mut panel = Panel::new(PlotAxis::new("rank", "").whole(), axis).legend(Legend::Below);
     for (s, (name, values)) in series.iter().enumerate() {
         let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
@@ -189,7 +191,7 @@ pub fn histogram(column: &Column, values: &[f64]) -> Option<Panel> {
     let width = (high - low) / count as f64;
     let mut shares = vec![0.0; count];
     values.iter().for_each(|v| shares[(((v - low) / width) as usize).min(count - 1)] += 1.0 / values.len() as f64);
-    let mut panel = Panel::new(Axis::of(&label(column)), Axis::new("share", "")).legend(Legend::Absent);
+    let mut panel = Panel::new(PlotAxis::of(&label(column)), PlotAxis::new("share", "")).legend(Legend::Absent);
     for (k, share) in shares.iter().enumerate() {
         let (left, right) = (low + k as f64 * width, low + (k + 1) as f64 * width);
         panel.add(Mark::region([[left, 0.0], [left, *share], [right, *share], [right, 0.0]], Colour::SKY, 1.0));

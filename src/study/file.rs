@@ -3,7 +3,7 @@
 use super::distribution::Distribution;
 use super::model::VariedNumber;
 use super::sequence::SequenceKind;
-use crate::model_file::expression::{Names, Tree};
+use crate::model_file::expression::{ExpressionTree, Names};
 use crate::model_file::{
     Accepts, Diagnostic, DiagnosticReport, FileSource, Key, Read, Section, TableKeys, Word, default, find, number_of,
     optional, ordered, read_document, required, wrong_type,
@@ -147,19 +147,19 @@ pub fn study_tables() -> Vec<TableKeys> {
 pub struct Vary {
     /// Its name, with its place.
     pub(super) name: Word,
-    from: Option<Tree>,
-    to: Option<Tree>,
+    from: Option<ExpressionTree>,
+    to: Option<ExpressionTree>,
     points: usize,
     is_logarithmic: bool,
-    mean: Option<Tree>,
-    deviation: Option<Tree>,
-    plus_minus: Option<Tree>,
+    mean: Option<ExpressionTree>,
+    deviation: Option<ExpressionTree>,
+    plus_minus: Option<ExpressionTree>,
     is_normal: Option<bool>,
 }
 
 impl Vary {
     /// A number of the file in a unit or label, see [`number_of`].
-    fn number(&self, tree: &Option<Tree>, unit: &str) -> Read<Option<f64>> {
+    fn number(&self, tree: &Option<ExpressionTree>, unit: &str) -> Read<Option<f64>> {
         tree.as_ref().map(|tree| number_of(tree, unit, &self.name.text)).transpose()
     }
 
@@ -199,7 +199,7 @@ impl Vary {
     pub(super) fn distribution(&self, of: &VariedNumber) -> Read<Distribution> {
         let error =
             |message: String, help: &str| Err(Diagnostic::new(self.name.span.clone(), message).help(help.to_owned()));
-        let number = |tree: &Option<Tree>| self.number(tree, &of.unit);
+        let number = |tree: &Option<ExpressionTree>| self.number(tree, &of.unit);
         let [from, to] = self.ends(&of.unit)?;
         let mean = number(&self.mean)?.unwrap_or(of.start);
         let is_normal = self.is_normal.unwrap_or(self.deviation.is_some());
@@ -400,8 +400,9 @@ fn vary(name: Word, table: &Section<'_>, keys: &[Key]) -> Read<Vary> {
     }
     let [mean, deviation, plus_minus] = [number("mean")?, number("deviation")?, number("plus_minus")?];
     // The values are known with the unit of the model, their signs and mistakes are now.
-    let value =
-        |tree: &Option<Tree>| tree.as_ref().map(|tree| Names::default().evaluate(tree, &name.text, "")).transpose();
+    let value = |tree: &Option<ExpressionTree>| {
+        tree.as_ref().map(|tree| Names::default().evaluate(tree, &name.text, "")).transpose()
+    };
     let signs = [&from, &to, &mean, &deviation, &plus_minus].map(value).into_iter().collect::<Read<Vec<_>>>()?;
     if is_logarithmic && !signs[..2].iter().all(|end| end.is_some_and(|end| end > 0.0)) {
         return Err(table.error_at("scale", "a logarithmic range has positive ends"));

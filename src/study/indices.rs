@@ -4,8 +4,8 @@ use super::distribution::Distribution;
 use super::error::StudyError;
 use super::figures::{bars, stacked};
 use super::file::{RUNS, StudyFile};
-use super::model::{Evaluator, ModelSource, Quantity};
-use super::plan::{Conclusion, Phase, Plan, RunResult, in_words};
+use super::model::{Evaluator, ModelSource, StudyQuantity};
+use super::plan::{Conclusions, Phase, RunResult, StudyPlan, in_words};
 use super::rows::Rows;
 use super::sample::{analysed, columns, mean_and_deviation};
 use super::sequence::{PointSequence, SequenceKind, uniform};
@@ -25,7 +25,7 @@ pub struct Indices {
     design: Design,
     distributions: Vec<Distribution>,
     evaluator: Evaluator,
-    wanted: Vec<Quantity>,
+    wanted: Vec<StudyQuantity>,
     phases: Vec<Phase>,
 }
 
@@ -172,7 +172,7 @@ fn widths(blocks: &[&[f64]]) -> Vec<[f64; 2]> {
     (0..d).map(|k| [width(k, 0), width(k, 1)]).collect()
 }
 
-impl Plan for Indices {
+impl StudyPlan for Indices {
     fn phases(&self) -> &[Phase] {
         &self.phases
     }
@@ -181,7 +181,7 @@ impl Plan for Indices {
         analysed(&self.evaluator, self.point(run), &self.wanted)
     }
 
-    fn conclude(&self, rows: &Rows) -> Result<Conclusion> {
+    fn conclude(&self, rows: &Rows) -> Result<Conclusions> {
         match &self.design {
             Design::Sobol(_) => self.sobol(rows),
             Design::Morris { seed } => self.morris(rows, *seed),
@@ -194,7 +194,7 @@ impl Indices {
         self.evaluator.varied().iter().map(|number| number.name.clone()).collect()
     }
 
-    fn sobol(&self, rows: &Rows) -> Result<Conclusion> {
+    fn sobol(&self, rows: &Rows) -> Result<Conclusions> {
         let (names, d) = (self.names(), self.distributions.len());
         let columns = ["quantity", "variable", "first", "first_width", "total", "total_width"];
         let mut table = Table::new("Sobol indices", columns).headed(columns.map(in_words))?;
@@ -223,7 +223,7 @@ impl Indices {
             panels.push(bars(&literal(&quantity.name), &names, &[("first order *S*", of(0)), ("total *T*", of(1))]));
         }
         let figures = stacked("Sobol indices", panels, d);
-        Ok(Conclusion {
+        Ok(Conclusions {
             sentences,
             tables: vec![("indices".to_owned(), table)],
             figures: figures
@@ -233,7 +233,7 @@ impl Indices {
         })
     }
 
-    fn morris(&self, rows: &Rows, seed: u64) -> Result<Conclusion> {
+    fn morris(&self, rows: &Rows, seed: u64) -> Result<Conclusions> {
         let (names, d) = (self.names(), self.distributions.len());
         let columns = ["quantity", "variable", "mean_absolute", "mean", "deviation"];
         let title = "Elementary effects over the range of each variable";
@@ -267,7 +267,7 @@ impl Indices {
             ));
         }
         let figures = stacked("Elementary effects", panels, d);
-        Ok(Conclusion {
+        Ok(Conclusions {
             sentences,
             tables: vec![("indices".to_owned(), table)],
             figures: figures

@@ -54,8 +54,8 @@ pub use distribution::{Distribution, normal_probability, normal_quantile};
 pub use error::StudyError;
 pub use file::{KINDS, RUNS, StudyFile, StudyKind, Vary, study_tables};
 pub use indices::sobol_indices;
-pub use model::{Evaluator, Gradients, ModelSource, Quantity, VariedNumber};
-pub use plan::{Column, Conclusion, Phase, Plan, RunResult, bisection};
+pub use model::{Evaluator, ModelSource, QuantityGradients, StudyQuantity, VariedNumber};
+pub use plan::{Column, Conclusions, Phase, RunResult, StudyPlan, bisection};
 pub use reliability::{DesignPoint, first_order_reliability};
 pub use rows::{Row, RowHeader, Rows, StoredRows};
 pub use sequence::{PointSequence, SOBOL_DIMENSIONS, SequenceKind};
@@ -96,7 +96,7 @@ pub struct Study {
     file: StudyFile,
     source: ModelSource,
     title: String,
-    plan: Box<dyn Plan>,
+    plan: Box<dyn StudyPlan>,
 }
 
 impl Study {
@@ -173,7 +173,7 @@ impl Study {
     /// One run, given the rows that it needs.
     ///
     /// # Errors
-    /// Those of [`Plan::run`].
+    /// Those of [`StudyPlan::run`].
     pub fn row(&self, phase: usize, run: usize, done: &Rows) -> Result<Row> {
         Ok(self.phases()[phase].row(phase, run, self.plan.run(phase, run, done)?))
     }
@@ -236,8 +236,8 @@ impl Study {
     /// The conclusions.
     ///
     /// # Errors
-    /// Those of [`Plan::conclude`].
-    pub fn conclude(&self, rows: &Rows) -> Result<Conclusion> {
+    /// Those of [`StudyPlan::conclude`].
+    pub fn conclude(&self, rows: &Rows) -> Result<Conclusions> {
         self.plan.conclude(rows)
     }
 }
@@ -251,17 +251,17 @@ impl StudyFile {
     }
 
     /// The wanted quantities of a model, or the usual ones.
-    fn wanted(&self, evaluator: &Evaluator) -> std::result::Result<Vec<Quantity>, StudyError> {
+    fn wanted(&self, evaluator: &Evaluator) -> std::result::Result<Vec<StudyQuantity>, StudyError> {
         if self.quantities.is_empty() {
             return Ok(evaluator.usual());
         }
-        let mut wanted: Vec<Quantity> = vec![];
+        let mut wanted: Vec<StudyQuantity> = vec![];
         for word in &self.quantities {
             let all = evaluator.quantities();
             // A name of a constraint with limits on both sides means both.
             let sides = two_sides(&word.text);
-            let is_named = |q: &&Quantity| q.name == word.text;
-            let named: Vec<&Quantity> = match all.iter().any(|q| is_named(&q)) {
+            let is_named = |q: &&StudyQuantity| q.name == word.text;
+            let named: Vec<&StudyQuantity> = match all.iter().any(|q| is_named(&q)) {
                 true => all.iter().filter(is_named).collect(),
                 false => all.iter().filter(|q| sides.contains(&q.name)).collect(),
             };
@@ -302,10 +302,10 @@ impl StudyFile {
     }
 }
 
-fn plan_of(file: &StudyFile, source: &ModelSource) -> std::result::Result<Box<dyn Plan>, StudyError> {
+fn plan_of(file: &StudyFile, source: &ModelSource) -> std::result::Result<Box<dyn StudyPlan>, StudyError> {
     Ok(match file.kind {
         StudyKind::Grid | StudyKind::Sample => Box::new(sample::Analyses::new(file, source)?),
-        StudyKind::MultiStart => Box::new(multi_start::MultiStart::new(file, source)?),
+        StudyKind::MultiStart => Box::new(multi_start::MultiStartPlan::new(file, source)?),
         StudyKind::Sweep | StudyKind::Pareto => Box::new(sweep::Sweep::new(file, source)?),
         StudyKind::Tolerance => Box::new(tolerance::Tolerances::new(file, source)?),
         StudyKind::Indices => Box::new(indices::Indices::new(file, source)?),

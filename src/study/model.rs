@@ -133,7 +133,7 @@ pub fn names(model: &Model) -> impl Iterator<Item = &str> + Clone {
 
 /// A scalar result of an analysis.
 #[derive(Clone, Debug, PartialEq)]
-enum Measure {
+enum ResultKind {
     Objective,
     /// A constrained quantity at its smallest margin: number among the stated constraints.
     Constraint(usize),
@@ -152,24 +152,24 @@ enum Measure {
 
 /// A scalar result of an analysis, with its name.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Quantity {
+pub struct StudyQuantity {
     /// Name: that of the objective or of a constraint; `violation_pct`; an output, with `.min`, `.max` or `.end` if it changes with time;
     /// a constraint with `.margin`.
     pub name: String,
     /// Unit; may be empty.
     pub unit: String,
-    measure: Measure,
+    measure: ResultKind,
 }
 
-impl Quantity {
+impl StudyQuantity {
     /// True if it has derivatives: all but the largest violation.
     pub fn is_differentiable(&self) -> bool {
-        self.measure != Measure::Violation
+        self.measure != ResultKind::Violation
     }
 
     /// True for the margin of an equation, which is negative on both sides.
     pub fn is_of_equation(&self) -> bool {
-        matches!(self.measure, Measure::Distance(_))
+        matches!(self.measure, ResultKind::Distance(_))
     }
 }
 
@@ -177,11 +177,11 @@ impl Quantity {
 pub struct Evaluator {
     source: ModelSource,
     varied: Vec<VariedNumber>,
-    form: Form,
-    all: Vec<Quantity>,
+    form: ModelForm,
+    all: Vec<StudyQuantity>,
 }
 
-enum Form {
+enum ModelForm {
     /// All names are design variables, or constants that were made design variables: their indices.
     Problem(Box<Problem>, Vec<usize>),
     /// A model without an objective.
@@ -192,7 +192,7 @@ enum Form {
 
 /// Values and derivatives of quantities.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Gradients {
+pub struct QuantityGradients {
     /// Values of the quantities.
     pub values: Vec<f64>,
     /// Derivatives: a row for each quantity, a column for each name.
@@ -212,19 +212,19 @@ impl Evaluator {
         let varied = names.iter().map(|name| VariedNumber::of(&model, name)).collect::<Result<Vec<_>>>()?;
         let form = match promoted(source, &varied) {
             Some(model) => Self::form(model, names)?,
-            None => Form::Text,
+            None => ModelForm::Text,
         };
         let all = if model.is_problem() { of_problem(&model.problem()?) } else { of_simulation(&model) };
         Ok(Self { source: source.clone(), varied, form, all })
     }
 
-    fn form(model: Model, names: &[String]) -> std::result::Result<Form, StudyError> {
+    fn form(model: Model, names: &[String]) -> std::result::Result<ModelForm, StudyError> {
         let index =
             |name: &String| model.variables().iter().position(|v| v.name == *name).expect("the name is a variable");
         let indices = names.iter().map(index).collect();
         Ok(match model.is_problem() {
-            true => Form::Problem(Box::new(model.problem()?), indices),
-            false => Form::Simulation(Box::new(model), indices),
+            true => ModelForm::Problem(Box::new(model.problem()?), indices),
+            false => ModelForm::Simulation(Box::new(model), indices),
         })
     }
 
@@ -234,23 +234,24 @@ impl Evaluator {
     }
 
     /// The quantities that rows have by default: objective, constraints and violation, or all outputs of a simulation.
-    pub fn usual(&self) -> Vec<Quantity> {
-        let is_output =
-            |m: &Measure| matches!(m, Measure::Value(_) | Measure::Minimum(_) | Measure::Maximum(_) | Measure::End(_));
-        let is_problem = self.all.iter().any(|q| q.measure == Measure::Objective);
-        let is_usual = |q: &&Quantity| {
+    pub fn usual(&self) -> Vec<StudyQuantity> {
+        let is_output = |m: &ResultKind| {
+            matches!(m, ResultKind::Value(_) | ResultKind::Minimum(_) | ResultKind::Maximum(_) | ResultKind::End(_))
+        };
+        let is_problem = self.all.iter().any(|q| q.measure == ResultKind::Objective);
+        let is_usual = |q: &&StudyQuantity| {
             if is_problem { !is_output(&q.measure) && !is_margin(q) } else { true }
         };
         self.all.iter().filter(is_usual).cloned().collect()
     }
 
     /// The margins of all constraints, positive where a limit is met; those of inequalities are limit states.
-    pub fn margins(&self) -> Vec<Quantity> {
+    pub fn margins(&self) -> Vec<StudyQuantity> {
         self.all.iter().filter(|q| is_margin(q)).cloned().collect()
     }
 
     /// All quantities.
-    pub fn quantities(&self) -> &[Quantity] {
+    pub fn quantities(&self) -> &[StudyQuantity] {
         &self.all
     }
 
@@ -258,16 +259,16 @@ impl Evaluator {
     ///
     /// # Errors
     /// Those of the analysis.
-    pub fn values(&self, x: &[f64], wanted: &[Quantity]) -> std::result::Result<Vec<f64>, StudyError> {
+    pub fn values(&self, x: &[f64], wanted: &[StudyQuantity]) -> std::result::Result<Vec<f64>, StudyError> {
         match &self.form {
-            Form::Problem(problem, indices) => {
+            ModelForm::Problem(problem, indices) => {
                 Ok(of_analyzed(problem, &problem.analyze_design(&placed(problem.start(), indices, x))?, wanted))
             }
-            Form::Simulation(model, indices) => {
+            ModelForm::Simulation(model, indices) => {
                 let start = model.variables().iter().map(|v| v.start).collect();
                 Ok(of_responses(&model.simulate(&placed(start, indices, x))?, wanted))
             }
-            Form::Text => {
+            ModelForm::Text => {
                 let model = self.edited(x)?;
                 let start: Vec<f64> = model.variables().iter().map(|v| v.start).collect();
                 if model.is_problem() {
@@ -289,8 +290,13 @@ impl Evaluator {
     ///
     /// # Errors
     /// Those of the analysis and of its derivatives.
-    pub fn gradients(&self, x: &[f64], h: &[f64], wanted: &[Quantity]) -> std::result::Result<Gradients, StudyError> {
-        if let Form::Problem(problem, indices) = &self.form {
+    pub fn gradients(
+        &self,
+        x: &[f64],
+        h: &[f64],
+        wanted: &[StudyQuantity],
+    ) -> std::result::Result<QuantityGradients, StudyError> {
+        if let ModelForm::Problem(problem, indices) = &self.form {
             return Ok(exact(problem, &placed(problem.start(), indices, x), indices, wanted)?);
         }
         let values = self.values(x, wanted)?;
@@ -304,12 +310,12 @@ impl Evaluator {
             let (up, down) = (at(h[k])?, at(-h[k])?);
             (0..wanted.len()).for_each(|i| rows[(i, k)] = (up[i] - down[i]) / (2.0 * h[k]));
         }
-        Ok(Gradients { values, rows })
+        Ok(QuantityGradients { values, rows })
     }
 }
 
-fn is_margin(quantity: &Quantity) -> bool {
-    matches!(quantity.measure, Measure::Margin(_) | Measure::Distance(_))
+fn is_margin(quantity: &StudyQuantity) -> bool {
+    matches!(quantity.measure, ResultKind::Margin(_) | ResultKind::Distance(_))
 }
 
 /// The model with constants as design variables; `None` if it cannot be read so.
@@ -325,40 +331,44 @@ fn placed(mut design: Vec<f64>, indices: &[usize], x: &[f64]) -> Vec<f64> {
     design
 }
 
-fn outputs<'o>(all: impl Iterator<Item = (&'o str, &'o str, bool)>) -> Vec<Quantity> {
+fn outputs<'o>(all: impl Iterator<Item = (&'o str, &'o str, bool)>) -> Vec<StudyQuantity> {
     let of = |(h, (name, unit, is_transient)): (usize, (&str, &str, bool))| {
         let quantity =
-            |suffix: &str, measure| Quantity { name: format!("{name}{suffix}"), unit: unit.to_owned(), measure };
+            |suffix: &str, measure| StudyQuantity { name: format!("{name}{suffix}"), unit: unit.to_owned(), measure };
         match is_transient {
-            false => vec![quantity("", Measure::Value(h))],
+            false => vec![quantity("", ResultKind::Value(h))],
             true => vec![
-                quantity(".min", Measure::Minimum(h)),
-                quantity(".max", Measure::Maximum(h)),
-                quantity(".end", Measure::End(h)),
+                quantity(".min", ResultKind::Minimum(h)),
+                quantity(".max", ResultKind::Maximum(h)),
+                quantity(".end", ResultKind::End(h)),
             ],
         }
     };
     all.enumerate().flat_map(of).collect()
 }
 
-fn of_simulation(model: &Model) -> Vec<Quantity> {
+fn of_simulation(model: &Model) -> Vec<StudyQuantity> {
     outputs(model.output_names().map(|(name, unit, grid)| (name, unit, grid.is_some())))
 }
 
-fn of_problem(problem: &Problem) -> Vec<Quantity> {
+fn of_problem(problem: &Problem) -> Vec<StudyQuantity> {
     let objective = &problem.objective;
-    let quantity = |name: String, unit: &str, measure| Quantity { name, unit: unit.to_owned(), measure };
-    let mut all = vec![quantity(objective.name.clone(), &objective.unit, Measure::Objective)];
+    let quantity = |name: String, unit: &str, measure| StudyQuantity { name, unit: unit.to_owned(), measure };
+    let mut all = vec![quantity(objective.name.clone(), &objective.unit, ResultKind::Objective)];
     let stated: Vec<usize> = outcome::stated_constraints(problem).collect();
     let name = |j: usize| constraint_name(problem, j);
     all.extend(
-        stated.iter().enumerate().map(|(i, &j)| quantity(name(j), outcome::unit(problem, j), Measure::Constraint(i))),
+        stated
+            .iter()
+            .enumerate()
+            .map(|(i, &j)| quantity(name(j), outcome::unit(problem, j), ResultKind::Constraint(i))),
     );
     if !stated.is_empty() {
-        all.push(quantity("violation_pct".to_owned(), "%", Measure::Violation));
+        all.push(quantity("violation_pct".to_owned(), "%", ResultKind::Violation));
     }
     let margin = |(i, &j): (usize, &usize)| {
-        let measure = if problem.constraints[j].is_equality() { Measure::Distance(i) } else { Measure::Margin(i) };
+        let measure =
+            if problem.constraints[j].is_equality() { ResultKind::Distance(i) } else { ResultKind::Margin(i) };
         quantity(format!("{}.margin", name(j)), outcome::unit(problem, j), measure)
     };
     all.extend(stated.iter().enumerate().map(margin));
@@ -391,30 +401,30 @@ fn largest(values: &[f64], sign: f64) -> usize {
     (1..values.len()).fold(0, |best, p| if sign * values[p] > sign * values[best] { p } else { best })
 }
 
-fn of_responses(responses: &Responses, wanted: &[Quantity]) -> Vec<f64> {
+fn of_responses(responses: &Responses, wanted: &[StudyQuantity]) -> Vec<f64> {
     wanted.iter().map(|q| output(responses, &q.measure).map_or(f64::NAN, |at| responses.at(at))).collect()
 }
 
 /// The place of an output's value.
-fn output(responses: &Responses, measure: &Measure) -> Option<ResponseAt> {
+fn output(responses: &Responses, measure: &ResultKind) -> Option<ResponseAt> {
     let (response, point): (usize, fn(&[f64]) -> usize) = match measure {
-        Measure::Value(h) => (*h, |_| 0),
-        Measure::Minimum(h) => (*h, |values| largest(values, -1.0)),
-        Measure::Maximum(h) => (*h, |values| largest(values, 1.0)),
-        Measure::End(h) => (*h, |values| values.len() - 1),
+        ResultKind::Value(h) => (*h, |_| 0),
+        ResultKind::Minimum(h) => (*h, |values| largest(values, -1.0)),
+        ResultKind::Maximum(h) => (*h, |values| largest(values, 1.0)),
+        ResultKind::End(h) => (*h, |values| values.len() - 1),
         _ => return None,
     };
     Some(ResponseAt { response, point: point(&responses.values[response]) })
 }
 
-fn of_analyzed(problem: &Problem, analyzed: &AnalyzedDesign, wanted: &[Quantity]) -> Vec<f64> {
+fn of_analyzed(problem: &Problem, analyzed: &AnalyzedDesign, wanted: &[StudyQuantity]) -> Vec<f64> {
     let AnalyzedDesign { design, responses, evaluation } = analyzed;
     let constraints = outcome::constraints(problem, design, evaluation);
-    let value = |q: &Quantity| match &q.measure {
-        Measure::Objective => outcome::objective(problem, design, evaluation),
-        Measure::Constraint(i) => constraints[*i].value,
-        Measure::Margin(i) | Measure::Distance(i) => constraints[*i].margin,
-        Measure::Violation => {
+    let value = |q: &StudyQuantity| match &q.measure {
+        ResultKind::Objective => outcome::objective(problem, design, evaluation),
+        ResultKind::Constraint(i) => constraints[*i].value,
+        ResultKind::Margin(i) | ResultKind::Distance(i) => constraints[*i].margin,
+        ResultKind::Violation => {
             let worst = |j: usize| evaluation.worst_of(j).map(|(_, g)| evaluation.violation(j, g));
             100.0 * outcome::stated_constraints(problem).filter_map(worst).fold(-1.0, f64::max)
         }
@@ -424,7 +434,7 @@ fn of_analyzed(problem: &Problem, analyzed: &AnalyzedDesign, wanted: &[Quantity]
 }
 
 /// Values and exact derivatives. The derivative of an extreme over time is that at its time.
-fn exact(problem: &Problem, design: &[f64], indices: &[usize], wanted: &[Quantity]) -> Result<Gradients> {
+fn exact(problem: &Problem, design: &[f64], indices: &[usize], wanted: &[StudyQuantity]) -> Result<QuantityGradients> {
     let analyzed = problem.analyze_design(design)?;
     let AnalyzedDesign { responses, evaluation, .. } = &analyzed;
     let constraints = outcome::constraints(problem, design, evaluation);
@@ -439,25 +449,25 @@ fn exact(problem: &Problem, design: &[f64], indices: &[usize], wanted: &[Quantit
     let total = |quantity, sign, p| {
         problem.total_derivative(SignedQuantity { quantity, sign, bound: None }, p, design, responses, &sensitivities)
     };
-    let gradient = |q: &Quantity| -> Vec<f64> {
+    let gradient = |q: &StudyQuantity| -> Vec<f64> {
         match &q.measure {
-            Measure::Objective => match peak {
+            ResultKind::Objective => match peak {
                 Some(row) => {
                     let constraint = &problem.constraints[row.constraint];
                     total(&constraint.quantity, constraint.sign(), row.point)
                 }
                 None => total(&problem.objective.quantity, 1.0, 0),
             },
-            Measure::Constraint(i) => {
+            ResultKind::Constraint(i) => {
                 total(&problem.constraints[constraints[*i].row.constraint].quantity, 1.0, constraints[*i].row.point)
             }
-            Measure::Margin(i) | Measure::Distance(i) => {
+            ResultKind::Margin(i) | ResultKind::Distance(i) => {
                 let c = &constraints[*i];
                 let constraint = &problem.constraints[c.row.constraint];
                 let sign = if constraint.is_equality() { (c.value - c.limit).signum() } else { constraint.sign() };
                 total(&constraint.quantity, -sign, c.row.point)
             }
-            Measure::Violation => vec![f64::NAN; design.len()],
+            ResultKind::Violation => vec![f64::NAN; design.len()],
             other => {
                 let place = output(responses, other).and_then(|place| sensitivities.row_of(place));
                 place.map_or(vec![f64::NAN; design.len()], |k| sensitivities.rows.row(k).iter().copied().collect())
@@ -466,5 +476,5 @@ fn exact(problem: &Problem, design: &[f64], indices: &[usize], wanted: &[Quantit
     };
     let all: Vec<Vec<f64>> = wanted.iter().map(gradient).collect();
     let rows = DMatrix::from_fn(wanted.len(), indices.len(), |i, k| all[i][indices[k]]);
-    Ok(Gradients { values: of_analyzed(problem, &analyzed, wanted), rows })
+    Ok(QuantityGradients { values: of_analyzed(problem, &analyzed, wanted), rows })
 }

@@ -4,8 +4,8 @@ use super::error::StudyError;
 use super::figures;
 use super::file::{RUNS, StudyFile};
 use super::model::ModelSource;
-use super::optimum::{Optimum, WORK, optimize, with_start};
-use super::plan::{Column, Conclusion, Phase, Plan, RunResult, in_words};
+use super::optimum::{OptimizationEnd, WORK, optimize, with_start};
+use super::plan::{Column, Conclusions, Phase, RunResult, StudyPlan, in_words};
 use super::rows::{Row, Rows};
 use super::sequence::PointSequence;
 use crate::model_file::{Diagnostic, toml_string};
@@ -24,7 +24,7 @@ const SAME: f64 = 1e-3;
 const OPTIMA: usize = 20;
 
 /// Optimizations from many starts.
-pub struct MultiStart {
+pub struct MultiStartPlan {
     source: ModelSource,
     /// Presets, of which `None` is the method of the model.
     methods: Vec<Option<String>>,
@@ -36,7 +36,7 @@ pub struct MultiStart {
     phases: Vec<Phase>,
 }
 
-impl MultiStart {
+impl MultiStartPlan {
     /// The study of a file.
     ///
     /// # Errors
@@ -66,7 +66,7 @@ impl MultiStart {
         let name = |method: &Option<String>| method.clone().unwrap_or_else(|| "method of the model".to_owned());
         let mut columns = vec![Column::of_words("method", methods.iter().map(name).collect())];
         columns.extend(variables.iter().map(|v| Column::new(format!("start {}", v.name), &v.unit)));
-        columns.extend(Optimum::columns(&model)?);
+        columns.extend(OptimizationEnd::columns(&model)?);
         Ok(Self {
             source: source.clone(),
             points: PointSequence::new(file.sequence, ranges.len(), file.count, file.seed)?,
@@ -118,7 +118,7 @@ fn methods(file: &StudyFile) -> std::result::Result<Vec<Option<String>>, StudyEr
     Ok(if all.is_empty() { vec![None] } else { all })
 }
 
-impl Plan for MultiStart {
+impl StudyPlan for MultiStartPlan {
     fn phases(&self) -> &[Phase] {
         &self.phases
     }
@@ -137,7 +137,7 @@ impl Plan for MultiStart {
         }
     }
 
-    fn conclude(&self, rows: &Rows) -> Result<Conclusion> {
+    fn conclude(&self, rows: &Rows) -> Result<Conclusions> {
         let phase = &self.phases[0];
         let objective = self.objective();
         let sign = if self.is_maximum { -1.0 } else { 1.0 };
@@ -146,9 +146,9 @@ impl Plan for MultiStart {
             (sign * a.value(objective)).total_cmp(&(sign * b.value(objective))).then(a.run.cmp(&b.run))
         });
         let Some(best) = optima.first().map(|row| row.value(objective)) else {
-            return Ok(Conclusion {
+            return Ok(Conclusions {
                 sentences: vec![format!("None of the {} runs converged to a feasible design.", phase.runs)],
-                ..Conclusion::default()
+                ..Conclusions::default()
             });
         };
         let scale = best.abs().max(f64::MIN_POSITIVE);
@@ -172,7 +172,7 @@ impl Plan for MultiStart {
         ];
         let (first, n) = (objective + WORK, self.start.len());
         let figure = self.figure(rows, &optima, [1, 2], [first, first + 1.min(n - 1)]);
-        Ok(Conclusion {
+        Ok(Conclusions {
             sentences: sentences.into_iter().map(|text| text.replace(" .", ".")).collect(),
             tables: vec![
                 ("optima".to_owned(), self.optima(&groups)?),
@@ -187,7 +187,7 @@ impl Plan for MultiStart {
     }
 }
 
-impl MultiStart {
+impl MultiStartPlan {
     fn figure(&self, rows: &Rows, optima: &[&Row], starts: [usize; 2], ends: [usize; 2]) -> Figure {
         let phase = &self.phases[0];
         let all: Vec<&Row> = rows.of(0).filter(|row| !row.has_failed()).collect();

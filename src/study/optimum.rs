@@ -6,28 +6,28 @@ use super::plan::Column;
 use crate::model_file::Model;
 use crate::problem::Problem;
 use crate::report::outcome;
-use crate::sao::State;
+use crate::sao::RunState;
 
 /// The end of an optimization.
-pub struct Optimum {
+pub struct OptimizationEnd {
     /// The problem.
     pub problem: Problem,
     /// The last state.
-    pub state: State,
+    pub state: RunState,
 }
 
 /// Optimizes the problem of a source by its method.
 ///
 /// # Errors
 /// If the source has errors, or the method breaks down.
-pub fn optimize(source: &ModelSource) -> Result<Optimum, StudyError> {
+pub fn optimize(source: &ModelSource) -> Result<OptimizationEnd, StudyError> {
     let model = source.model()?;
     let problem = model.problem()?;
     let state = model.method().solve(&problem, |_| ())?;
-    Ok(Optimum { problem, state })
+    Ok(OptimizationEnd { problem, state })
 }
 
-impl Optimum {
+impl OptimizationEnd {
     /// The columns of [`values`](Self::values) for a model.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! The page of a study.
 
-use super::{Conclusion, Rows, Study};
+use super::{Conclusions, Rows, Study};
 use crate::report::page::{Badge, Page, PageSection};
 use crate::report::table::Table;
 
@@ -9,7 +9,7 @@ const FAILURES: usize = 50;
 
 impl Study {
     /// The page: what the study answers, figures, tables, and failures.
-    pub fn page(&self, rows: &Rows, conclusion: &Conclusion) -> Page {
+    pub fn page(&self, rows: &Rows, conclusion: &Conclusions) -> Page {
         let failed = rows.all().filter(|row| row.has_failed()).count();
         let (word, badge) = match failed {
             0 => ("complete".to_owned(), Badge::Good),

@@ -143,7 +143,7 @@ impl RunResult {
 
 /// The conclusions of a study: text, tables and pictures.
 #[derive(Clone, Debug, Default)]
-pub struct Conclusion {
+pub struct Conclusions {
     /// Sentences, the most important one first.
     pub sentences: Vec<String>,
     /// Tables, by the names of their files.
@@ -156,7 +156,7 @@ pub struct Conclusion {
 ///
 /// A run is a pure function of its number and of the rows of earlier waves and phases: it may be done by any thread or process, and
 /// twice.
-pub trait Plan: Send + Sync {
+pub trait StudyPlan: Send + Sync {
     /// The phases, in their order.
     fn phases(&self) -> &[Phase];
 
@@ -170,7 +170,7 @@ pub trait Plan: Send + Sync {
     ///
     /// # Errors
     /// If too many runs failed for a conclusion, or a figure cannot be drawn.
-    fn conclude(&self, rows: &Rows) -> Result<Conclusion>;
+    fn conclude(&self, rows: &Rows) -> Result<Conclusions>;
 }
 
 /// Waves of numbers 0 … n − 1 in which each number is near one of an earlier wave: the middle first, then the middles of the rest.

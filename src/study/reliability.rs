@@ -218,7 +218,7 @@ fn nearest(
     start: &Evaluated,
     reach: f64,
 ) -> Result<std::result::Result<Vec<f64>, String>> {
-    let problem = Search::new(limit_state, start, reach, Aim::Nearest);
+    let problem = DesignPointSearch::new(limit_state, start, reach, Aim::Nearest);
     Ok(match Sqp::default().solve(&problem, &start.u) {
         Ok(solution) if solution.status.was_successful() => Ok(solution.x),
         Ok(solution) => Err(solution.status.to_string()),
@@ -235,7 +235,7 @@ fn crossing(
     reach: f64,
 ) -> Result<Option<Option<Evaluated>>> {
     let sign = 1f64.copysign(at_origin);
-    let problem = Search::new(limit_state, start, reach, Aim::Least(sign));
+    let problem = DesignPointSearch::new(limit_state, start, reach, Aim::Least(sign));
     let least = Sqp::default().solve(&problem, &start.u)?;
     let corner = start.gradient.iter().map(|d| if *d == 0.0 { 0.0 } else { -reach * (sign * d).signum() }).collect();
     let ends = [Evaluated::at(limit_state, least.x)?, Evaluated::at(limit_state, corner)?];
@@ -291,7 +291,7 @@ enum Aim {
 }
 
 /// A search over standard normal variables.
-struct Search<'g, G> {
+struct DesignPointSearch<'g, G> {
     limit_state: &'g G,
     aim: Aim,
     scale: f64,
@@ -301,7 +301,7 @@ struct Search<'g, G> {
     last: Mutex<Evaluated>,
 }
 
-impl<'g, G: Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync> Search<'g, G> {
+impl<'g, G: Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync> DesignPointSearch<'g, G> {
     fn new(limit_state: &'g G, start: &Evaluated, reach: f64, aim: Aim) -> Self {
         let n = start.u.len();
         Self {
@@ -323,7 +323,7 @@ impl<'g, G: Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync> Search<'g, G> {
     }
 }
 
-impl<G: Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync> Program for Search<'_, G> {
+impl<G: Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync> Program for DesignPointSearch<'_, G> {
     fn variables(&self) -> usize {
         self.lower.len()
     }

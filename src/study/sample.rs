@@ -5,8 +5,8 @@ use super::error::StudyError;
 use super::figures;
 use super::file::RUNS;
 use super::file::{StudyFile, StudyKind};
-use super::model::{Evaluator, ModelSource, Quantity};
-use super::plan::{Column, Conclusion, Phase, Plan, RunResult};
+use super::model::{Evaluator, ModelSource, StudyQuantity};
+use super::plan::{Column, Conclusions, Phase, RunResult, StudyPlan};
 use super::rows::Rows;
 use super::sequence::PointSequence;
 use crate::report::table::{Cell, Table};
@@ -16,7 +16,7 @@ use crate::{Error, Result};
 pub struct Analyses {
     points: Points,
     pub(super) evaluator: Evaluator,
-    pub(super) wanted: Vec<Quantity>,
+    pub(super) wanted: Vec<StudyQuantity>,
     phases: Vec<Phase>,
 }
 
@@ -78,20 +78,20 @@ impl Analyses {
 }
 
 /// Columns of variables and quantities.
-pub fn columns(evaluator: &Evaluator, wanted: &[Quantity]) -> Vec<Column> {
+pub fn columns(evaluator: &Evaluator, wanted: &[StudyQuantity]) -> Vec<Column> {
     let inputs = evaluator.varied().iter().map(|number| Column::new(&number.name, &number.unit));
     inputs.chain(wanted.iter().map(|q| Column::new(&q.name, &q.unit))).collect()
 }
 
 /// The row of an analysis: variables, then quantities.
-pub fn analysed(evaluator: &Evaluator, x: Vec<f64>, wanted: &[Quantity]) -> Result<RunResult> {
+pub fn analysed(evaluator: &Evaluator, x: Vec<f64>, wanted: &[StudyQuantity]) -> Result<RunResult> {
     match evaluator.values(&x, wanted) {
         Ok(values) => Ok(RunResult::done([x, values].concat())),
         Err(error) => RunResult::failed(x, error),
     }
 }
 
-impl Plan for Analyses {
+impl StudyPlan for Analyses {
     fn phases(&self) -> &[Phase] {
         &self.phases
     }
@@ -100,7 +100,7 @@ impl Plan for Analyses {
         analysed(&self.evaluator, self.points.point(run), &self.wanted)
     }
 
-    fn conclude(&self, rows: &Rows) -> Result<Conclusion> {
+    fn conclude(&self, rows: &Rows) -> Result<Conclusions> {
         let phase = &self.phases[0];
         let inputs = phase.columns.len() - self.wanted.len();
         let summary = moments("Results over all runs", phase, rows, 0, inputs)?;
@@ -112,7 +112,7 @@ impl Plan for Analyses {
         let mut sentences = vec![format!("{done} of {} analyses have results.", phase.runs)];
         let varied = self.evaluator.varied().iter().enumerate();
         sentences.extend(varied.filter_map(|(k, number)| number.outside(rows.of(0).map(|row| row.value(k)))));
-        Ok(Conclusion {
+        Ok(Conclusions {
             sentences,
             tables: vec![("summary".to_owned(), summary)],
             figures: figure

@@ -7,13 +7,13 @@ use super::error::StudyError;
 use super::figures;
 use super::file::{RUNS, StudyFile, StudyKind, Vary};
 use super::model::{ModelSource, VariedNumber, constraint_name, names};
-use super::optimum::{Optimum, WORK, optimize, with_start};
-use super::plan::{Column, Conclusion, Phase, Plan, RunResult, bisection};
+use super::optimum::{OptimizationEnd, WORK, optimize, with_start};
+use super::plan::{Column, Conclusions, Phase, RunResult, StudyPlan, bisection};
 use super::rows::{Row, Rows};
 use super::sample::Points;
 use crate::model_file::{Diagnostic, Model, settings};
 use crate::problem::Problem;
-use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Panel, Stroke};
+use crate::report::figure::{Colour, Figure, Legend, Mark, MarkerShape, Panel, PlotAxis, Stroke};
 use crate::report::number::unit_of_derivative;
 use crate::report::outcome;
 use crate::report::table::{Cell, Table};
@@ -94,7 +94,7 @@ impl Sweep {
         let mut columns: Vec<Column> =
             settings.iter().map(|s| Column::new(format!("{suffix}{}", s.name), &s.unit)).collect();
         let swept: Vec<&str> = settings.iter().filter(|s| s.is_variable()).map(|s| s.name.as_str()).collect();
-        columns.extend(Optimum::columns(&model)?);
+        columns.extend(OptimizationEnd::columns(&model)?);
         let design = settings.len() + WORK..columns.len();
         columns[design].iter_mut().for_each(|column| column.is_repeated = swept.contains(&column.name.as_str()));
         let stated: Vec<usize> = outcome::stated_constraints(&problem).collect();
@@ -281,7 +281,7 @@ fn limit(
     Ok(SweptSetting { name, unit, values, keys: vec![key], form: SettingForm::Limit { constraint, sign } })
 }
 
-impl Plan for Sweep {
+impl StudyPlan for Sweep {
     fn phases(&self) -> &[Phase] {
         &self.phases
     }
@@ -294,14 +294,14 @@ impl Plan for Sweep {
         }
     }
 
-    fn conclude(&self, rows: &Rows) -> Result<Conclusion> {
+    fn conclude(&self, rows: &Rows) -> Result<Conclusions> {
         let phase = &self.phases[0];
         let optima: Vec<&Row> = rows.of(0).filter(|row| self.is_optimum(row)).collect();
         let mut sentences =
             vec![format!("{} of {} optimizations converged to a feasible design.", optima.len(), phase.runs)];
         sentences.extend(self.swept.iter().filter_map(|number| number.outside(rows.of(0).map(|row| row.value(0)))));
         if optima.is_empty() {
-            return Ok(Conclusion { sentences, ..Conclusion::default() });
+            return Ok(Conclusions { sentences, ..Conclusions::default() });
         }
         if self.is_front() {
             return self.front(&optima, sentences);
@@ -315,7 +315,7 @@ impl Plan for Sweep {
         let figure = shown.into_iter().fold(figure, Figure::with);
         sentences.push(format!("The optimum is given for {} values of {}.", optima.len(), self.settings[0].name));
         let table = phase.table("Optima", optima.into_iter())?;
-        Ok(Conclusion {
+        Ok(Conclusions {
             sentences,
             tables: vec![("optima".to_owned(), table)],
             figures: vec![("sweep".to_owned(), "Objective and design at the optimum.".to_owned(), figure)],
@@ -334,7 +334,7 @@ impl Sweep {
         std::iter::once(sign * row.value(self.objective())).chain(self.settings.iter().filter_map(of_limit)).collect()
     }
 
-    fn front(&self, optima: &[&Row], mut sentences: Vec<String>) -> Result<Conclusion> {
+    fn front(&self, optima: &[&Row], mut sentences: Vec<String>) -> Result<Conclusions> {
         let phase = &self.phases[0];
         let all: Vec<Vec<f64>> = optima.iter().map(|row| self.objectives(row)).collect();
         let is_front = undominated(&all);
@@ -361,7 +361,7 @@ impl Sweep {
             let mut points: Vec<[f64; 2]> =
                 front.iter().map(|row| [row.value(x), row.value(self.objective())]).collect();
             points.sort_by(|a, b| a[0].total_cmp(&b[0]));
-            let axes = [x, self.objective()].map(|k| Axis::of(&figures::label(&phase.columns[k])));
+            let axes = [x, self.objective()].map(|k| PlotAxis::of(&figures::label(&phase.columns[k])));
             let [x_axis, y_axis] = axes;
             let mut panel = Panel::new(x_axis, y_axis).legend(Legend::Below);
             let rest = optima.iter().zip(&is_front).filter(|(_, is_front)| !**is_front);
@@ -375,7 +375,7 @@ impl Sweep {
             panel.add(Mark::points(points, MarkerShape::Disc, Colour::BLUE, 3.0).named("Pareto front"));
             figure = figure.with(panel);
         }
-        Ok(Conclusion {
+        Ok(Conclusions {
             sentences,
             tables: vec![("front".to_owned(), table)],
             figures: vec![("front".to_owned(), "The objective over the other ones.".to_owned(), figure)],

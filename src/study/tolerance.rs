@@ -11,8 +11,8 @@ use super::distribution::{Distribution, normal_probability, normal_quantile};
 use super::error::StudyError;
 use super::figures::{bars, histogram, stacked};
 use super::file::StudyFile;
-use super::model::{Evaluator, ModelSource, Quantity, VariedNumber};
-use super::plan::{Column, Conclusion, Phase, Plan, RunResult, in_words};
+use super::model::{Evaluator, ModelSource, StudyQuantity, VariedNumber};
+use super::plan::{Column, Conclusions, Phase, RunResult, StudyPlan, in_words};
 use super::reliability::first_order_reliability;
 use super::rows::{Row, Rows};
 use super::sample::{analysed, columns, mean_and_deviation};
@@ -49,11 +49,11 @@ const SAMPLES: usize = 3;
 pub struct Tolerances {
     distributions: Vec<Distribution>,
     evaluator: Evaluator,
-    wanted: Vec<Quantity>,
-    margins: Vec<Quantity>,
+    wanted: Vec<StudyQuantity>,
+    margins: Vec<StudyQuantity>,
     /// Those of inequalities.
-    limits: Vec<Quantity>,
-    sampled: Vec<Quantity>,
+    limits: Vec<StudyQuantity>,
+    sampled: Vec<StudyQuantity>,
     points: PointSequence,
     phases: Vec<Phase>,
 }
@@ -66,20 +66,21 @@ impl Tolerances {
     pub fn new(file: &StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
         let evaluator = file.evaluator(source)?;
         let mut wanted = file.wanted(&evaluator)?;
-        wanted.retain(Quantity::is_differentiable);
+        wanted.retain(StudyQuantity::is_differentiable);
         let margins = evaluator.margins();
-        let inequalities: Vec<Quantity> = margins.iter().filter(|q| !q.is_of_equation()).cloned().collect();
+        let inequalities: Vec<StudyQuantity> = margins.iter().filter(|q| !q.is_of_equation()).cloned().collect();
         let distributions = file.distributions(&evaluator)?;
         let d = distributions.len();
-        let sampled: Vec<Quantity> =
+        let sampled: Vec<StudyQuantity> =
             wanted.iter().chain(margins.iter().filter(|m| !wanted.contains(m))).cloned().collect();
         let mut first = columns(&evaluator, &wanted);
-        let slope = |q: &Quantity, number: &VariedNumber| {
+        let slope = |q: &StudyQuantity, number: &VariedNumber| {
             Column::new(format!("d {}/d {}", q.name, number.name), unit_of_derivative(&q.unit, &number.unit))
         };
         let slopes = wanted.iter().flat_map(|q| evaluator.varied().iter().map(move |number| slope(q, number)));
         first.extend(slopes);
-        let words = |all: &[Quantity], name: &str| Column::of_words(name, all.iter().map(|q| q.name.clone()).collect());
+        let words =
+            |all: &[StudyQuantity], name: &str| Column::of_words(name, all.iter().map(|q| q.name.clone()).collect());
         let inputs = || columns(&evaluator, &[]);
         let worst = [
             vec![words(&wanted, "quantity"), Column::of_words("end", vec!["low".into(), "high".into()])],
@@ -255,7 +256,7 @@ fn second_order_moments(value: f64, g: &[f64], h: &DMatrix<f64>, distributions: 
     [mean, variance.sqrt()]
 }
 
-impl Plan for Tolerances {
+impl StudyPlan for Tolerances {
     fn phases(&self) -> &[Phase] {
         &self.phases
     }
@@ -273,7 +274,7 @@ impl Plan for Tolerances {
         }
     }
 
-    fn conclude(&self, rows: &Rows) -> Result<Conclusion> {
+    fn conclude(&self, rows: &Rows) -> Result<Conclusions> {
         let nominal = rows.get(DERIVATIVES, 0).filter(|row| !row.has_failed());
         let Some(nominal) = nominal else {
             let why = rows.get(DERIVATIVES, 0).map_or("", |row| row.failure.as_str());
@@ -339,7 +340,7 @@ impl Plan for Tolerances {
         if !self.margins.is_empty() {
             tables.push(("reliability".to_owned(), self.reliability(rows)?));
         }
-        Ok(Conclusion { sentences, tables, figures })
+        Ok(Conclusions { sentences, tables, figures })
     }
 }
 
@@ -390,7 +391,7 @@ impl Tolerances {
     }
 
     /// Margins of a constraint in the sample.
-    fn sampled(&self, rows: &Rows, margin: &Quantity) -> Vec<f64> {
+    fn sampled(&self, rows: &Rows, margin: &StudyQuantity) -> Vec<f64> {
         self.sampled.iter().position(|q| q == margin).map_or_else(Vec::new, |q| self.values(rows, q))
     }
 

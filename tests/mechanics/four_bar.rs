@@ -3,7 +3,7 @@
 use linkwright::Error;
 use linkwright::cases::FourBar;
 use linkwright::cases::four_bar::{
-    DerivativeMethod, Linearized, StressConstrained, method, published_optima, published_stiff_optimum,
+    DerivativeMethod, LinearizedResponses, StressConstrained, method, published_optima, published_stiff_optimum,
 };
 use linkwright::papers::etman_1998::four_bar::{PAPER_STEP, as_printed, check_rows, violation_rms};
 use linkwright::problem::{Problem, ResponseAt};
@@ -88,7 +88,11 @@ fn direct_sensitivities_are_exact_and_the_papers_differences_are_ten_percent_off
 #[test]
 fn the_choice_of_linearization_does_not_change_the_problem() {
     let d = [0.0419, 0.0256, 0.0256];
-    for linearized in [Linearized::MomentsInAreas, Linearized::MomentsInDiameters, Linearized::StressesInDiameters] {
+    for linearized in [
+        LinearizedResponses::MomentsInAreas,
+        LinearizedResponses::MomentsInDiameters,
+        LinearizedResponses::StressesInDiameters,
+    ] {
         let problem = StressConstrained { linearized, ..StressConstrained::as_published() }.problem().unwrap();
         assert!((violation(&problem, &d) + 4.628).abs() < 5e-3);
     }

@@ -9,7 +9,7 @@ use linkwright::mechanics::mechanism::{Formula, Mechanism, ParametricMechanism, 
 use linkwright::mechanics::motion::{ConstantSpeed, Motion};
 use linkwright::problem::{DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid};
 use linkwright::responses::mechanism::Transient;
-use linkwright::sao::{Method, State, Stop};
+use linkwright::sao::{Method, RunState, Stop};
 
 /// Kinds of failures for design variables above 0.5.
 #[derive(Clone, Copy, Debug)]
@@ -132,7 +132,7 @@ fn every_failure_is_a_rejected_trial_step_with_its_reason() {
     for (flaw, name, reason) in cases {
         let problem = problem(flaw);
         let method = Method { stop: Stop { max_cycles: 12, ..Stop::default() }, ..Method::slp() };
-        let state: State = method.solve(&problem, |_| ()).unwrap_or_else(|error| panic!("{flaw:?}: {error}"));
+        let state: RunState = method.solve(&problem, |_| ()).unwrap_or_else(|error| panic!("{flaw:?}: {error}"));
         let failed: Vec<_> = state.history.iter().filter(|cycle| cycle.failure.is_some()).collect();
         assert!(
             !failed.is_empty() && failed.iter().all(|cycle| !cycle.accepted && cycle.design[0] > 0.499),

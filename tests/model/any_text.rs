@@ -1,6 +1,6 @@
 //! Properties of reading any text: it is read, or rejected with a location. Used by random edits and by the fuzz targets.
 
-use linkwright::model_file::expression::{Inputs, Names, Scope, TextPlace, Tree};
+use linkwright::model_file::expression::{ExpressionTree, Inputs, Names, Scope, TextPlace};
 use linkwright::model_file::read;
 
 /// Reads a text as a model file and builds its problem. Returns `true` if that is possible.
@@ -19,7 +19,7 @@ pub fn expression(text: &str) -> bool {
     let mut names = Names::default();
     names.design("r");
     names.constant("h", 2.0);
-    let expression = Tree::parse(text, TextPlace::from(0)).and_then(|tree| {
+    let expression = ExpressionTree::parse(text, TextPlace::from(0)).and_then(|tree| {
         names.expressions(vec![("named".to_owned(), tree.clone())])?;
         names.compile(&tree, &Scope::MOTION)
     });

@@ -61,14 +61,14 @@ const COLUMNS: [Column; 4] = [
 ];
 
 /// A row: a part of the base mechanism, with the design variables that belong to it.
-struct Part {
+struct CombinedPart {
     name: String,
     text: String,
     outputs: Vec<String>,
 }
 
 /// The base mechanism with a part; its bodies are driven or held by springs where a column asks for that.
-fn model(part: &Part, added: Added, driven: &[&str], analysis: &str) -> String {
+fn model(part: &CombinedPart, added: Added, driven: &[&str], analysis: &str) -> String {
     let mut text = BASE.to_owned() + &part.text;
     match added {
         Added::Nothing => {}
@@ -297,7 +297,7 @@ impl Analysed {
 }
 
 /// The cell of a part and a column.
-fn cell(part: &Part, column: &Column) -> String {
+fn cell(part: &CombinedPart, column: &Column) -> String {
     let mut cells: Vec<String> = Vec::new();
     for analysis in column.analyses {
         let what = format!("{}, {}, {analysis}", part.name, column.name);
@@ -318,11 +318,11 @@ fn cell(part: &Part, column: &Column) -> String {
 }
 
 /// All elements that model files can name, in the order of the reference, and bodies and beams.
-fn parts() -> Vec<Part> {
+fn parts() -> Vec<CombinedPart> {
     let motion = ["one.x", "one.vy", "two.x + two.y", "two.theta"].map(str::to_owned).to_vec();
     let mut parts = vec![
-        Part { name: "rigid body".to_owned(), text: String::new(), outputs: motion.clone() },
-        Part {
+        CombinedPart { name: "rigid body".to_owned(), text: String::new(), outputs: motion.clone() },
+        CombinedPart {
             name: "beam".to_owned(),
             text: "[design.of_bending]\nstart = 20\n[[beam]]\nname = 'rod'\nkind = 'section'\nfrom = [0, 1]\nto = [1, 1]\n\
                    elements = 2\naxial = 1e5\ntransverse = 4e4\nbending = 'of_bending'\nmass = 0.5\ninertia = 1e-2\n\
@@ -330,7 +330,7 @@ fn parts() -> Vec<Part> {
                 .to_owned(),
             outputs: ["rod.last.y", "rod.2.theta"].map(str::to_owned).to_vec(),
         },
-        Part {
+        CombinedPart {
             name: "redundant constraints".to_owned(),
             text: [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0]]
                 .iter()
@@ -362,7 +362,7 @@ fn parts() -> Vec<Part> {
                         coulomb_force = 'of_friction'\n"
                         .to_owned();
             }
-            parts.push(Part { name, text, outputs });
+            parts.push(CombinedPart { name, text, outputs });
         }
     }
     parts
@@ -387,7 +387,7 @@ fn the_table_of_combinations_in_the_docs_is_what_the_analyses_offer() {
     COLUMNS.iter().for_each(|column| write!(found, " {} |", column.name).unwrap());
     found += &format!("\n|---|{}\n", "---|".repeat(COLUMNS.len()));
     let parts = parts();
-    let row = |part: &Part| {
+    let row = |part: &CombinedPart| {
         // Every cell that fails prints its reason, not the first one only.
         let outcome = |column| catch_unwind(AssertUnwindSafe(|| cell(part, column))).unwrap_or("FAILS".to_owned());
         let cells: Vec<String> = COLUMNS.iter().map(outcome).collect();

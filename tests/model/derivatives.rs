@@ -43,7 +43,7 @@ fn problem(text: &str) -> linkwright::Result<Problem> {
     read("m.toml", text).unwrap_or_else(|report| panic!("{report}")).problem()
 }
 
-fn slopes(text: &str) -> [f64; 2] {
+fn derivatives_by(text: &str) -> [f64; 2] {
     let problem = problem(text).unwrap();
     let b = problem.start();
     let row =
@@ -53,7 +53,7 @@ fn slopes(text: &str) -> [f64; 2] {
 
 #[test]
 fn every_choice_gives_the_same_derivatives() {
-    let exact = slopes(&text(DYNAMICS, "automatic"));
+    let exact = derivatives_by(&text(DYNAMICS, "automatic"));
     for (choice, tolerance) in [
         ("direct", 1e-12),
         ("adjoint", 1e-12),
@@ -63,14 +63,14 @@ fn every_choice_gives_the_same_derivatives() {
         ("richardson", 1e-9),
         ("noise-aware", 1e-9),
     ] {
-        let found = slopes(&text(DYNAMICS, choice));
+        let found = derivatives_by(&text(DYNAMICS, choice));
         let off = (0..2).map(|k| (found[k] / exact[k] - 1.0).abs()).fold(0.0, f64::max);
         assert!(off < tolerance, "{choice}: {off:.1e}");
     }
-    let exact = slopes(&text(EXPLICIT, "automatic"));
-    assert_eq!(exact, slopes(&text(EXPLICIT, "direct")));
+    let exact = derivatives_by(&text(EXPLICIT, "automatic"));
+    assert_eq!(exact, derivatives_by(&text(EXPLICIT, "direct")));
     // A given step: an error of first order.
-    let coarse = slopes(&(text(DYNAMICS, "forward") + "difference = 0.1\n"));
+    let coarse = derivatives_by(&(text(DYNAMICS, "forward") + "difference = 0.1\n"));
     assert!((coarse[0] / exact[0] - 1.0).abs() > 1e-3);
 }
 
@@ -84,7 +84,9 @@ fn kinematics_and_statics_have_a_choice_too() {
         "[[force]]\nname = \"pull\"\nkind = \"load\"\nb = \"cart\"\ngeneralized_force = \"c*time\"\n[[force]]",
     );
     for (model, kind) in [(driven, "kinematics"), (still, "statics")] {
-        let of = |choice: &str| slopes(&format!("{model}[analysis]\nkind = \"{kind}\"\nderivatives = \"{choice}\"\n"));
+        let of = |choice: &str| {
+            derivatives_by(&format!("{model}[analysis]\nkind = \"{kind}\"\nderivatives = \"{choice}\"\n"))
+        };
         let exact = of("direct");
         assert!(exact.iter().all(|slope| *slope != 0.0), "{exact:?}");
         for choice in ["automatic", "semi-analytical", "central", "richardson", "noise-aware"] {

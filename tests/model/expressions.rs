@@ -2,7 +2,7 @@
 
 use linkwright::autodiff::{Dual, PolynomialDegree, gradient, hessian};
 use linkwright::model_file::Diagnostic;
-use linkwright::model_file::expression::{CompiledExpression, Inputs, Names, Scope, TextPlace, Tree};
+use linkwright::model_file::expression::{CompiledExpression, ExpressionTree, Inputs, Names, Scope, TextPlace};
 use proptest::prelude::*;
 
 fn names() -> Names {
@@ -13,7 +13,7 @@ fn names() -> Names {
 }
 
 fn compile(text: &str) -> Result<CompiledExpression, Diagnostic> {
-    names().compile(&Tree::parse(text, TextPlace::from(0))?, &Scope::MOTION)
+    names().compile(&ExpressionTree::parse(text, TextPlace::from(0))?, &Scope::MOTION)
 }
 
 fn value(text: &str) -> f64 {
@@ -117,10 +117,10 @@ fn named_expressions_are_evaluated_once() {
     let mut names = names();
     let named = |k: usize| {
         let text = if k == 0 { "x".to_owned() } else { format!("e{0} + e{0}", k - 1) };
-        (format!("e{k}"), Tree::parse(&text, TextPlace::from(0)).unwrap())
+        (format!("e{k}"), ExpressionTree::parse(&text, TextPlace::from(0)).unwrap())
     };
     names.expressions((0..=60).map(named).collect()).unwrap();
-    let expression = names.compile(&Tree::parse("e60", TextPlace::from(0)).unwrap(), &Scope::DESIGN).unwrap();
+    let expression = names.compile(&ExpressionTree::parse("e60", TextPlace::from(0)).unwrap(), &Scope::DESIGN).unwrap();
     assert_eq!(expression.value(&Inputs::design(&[1.0, 0.0])), 2.0_f64.powi(60));
     assert_eq!(expression.value(&Inputs::design(&[Dual::from(1.0), Dual::from(0.0)])).re, 2.0_f64.powi(60));
 }
@@ -131,7 +131,7 @@ fn sizes_are_limited() {
     let signs = "-".repeat(3000) + "1";
     let powers = "x".to_owned() + &"^x".repeat(2000);
     for text in [deep, signs, powers, "1+".repeat(4000) + "1"] {
-        let error = Tree::parse(&text, TextPlace::from(0)).unwrap_err();
+        let error = ExpressionTree::parse(&text, TextPlace::from(0)).unwrap_err();
         assert!(error.message.contains("levels") || error.message.contains("too long"), "{error:?}");
     }
     assert_eq!(value(&("1".to_owned() + &"+1".repeat(2000))), 2001.0);

@@ -11,7 +11,7 @@ use linkwright::mechanics::initial_conditions::Assembly;
 use linkwright::model_file::{Model, read};
 use linkwright::problem::{Analysis, Problem, TimeGrid};
 use linkwright::responses::mechanism::{KinematicResponses, StaticResponses, Transient};
-use linkwright::sao::{Method, State, preset};
+use linkwright::sao::{Method, RunState, preset};
 
 fn model(name: &str) -> Model {
     let path = format!("{}/examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
@@ -20,7 +20,7 @@ fn model(name: &str) -> Model {
 }
 
 /// Runs both and compares every cycle: acceptance exactly, numbers to `tolerance`.
-fn assert_twins(name: &str, twin: Problem, method: Method, tolerance: f64) -> State {
+fn assert_twins(name: &str, twin: Problem, method: Method, tolerance: f64) -> RunState {
     let model = model(name);
     let ours = model.method().solve(&model.problem().unwrap(), |_| ()).unwrap();
     let theirs = method.solve(&twin, |_| ()).unwrap();

@@ -8,11 +8,11 @@ use linkwright::problem::{
     Analysis, ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem, ProblemBuilder, Quantity,
     ResponseAt, Responses, TimeGrid,
 };
-use linkwright::sao::{Method, Screening, State, Status, preset};
+use linkwright::sao::{Method, RunState, Screening, Status, preset};
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
 
-fn solve(problem: &Problem) -> State {
+fn solve(problem: &Problem) -> RunState {
     Method::automatic().solve(problem, |_| ()).unwrap()
 }
 
@@ -21,7 +21,7 @@ fn case(name: &str) -> Problem {
 }
 
 /// Numbers of analyses and sensitivity analyses.
-fn work(state: &State) -> [usize; 2] {
+fn work(state: &RunState) -> [usize; 2] {
     [state.counters.analyses, state.counters.sensitivity_analyses]
 }
 
@@ -313,7 +313,7 @@ fn runs_continue_with_the_same_bits_from_every_cycle() {
         let (method, mut files) = (Method::automatic(), vec![]);
         let whole = method.solve(&problem, |state| files.push(state.to_json())).unwrap().to_json();
         for file in &files {
-            let read = State::from_json(file, &problem).unwrap();
+            let read = RunState::from_json(file, &problem).unwrap();
             assert_eq!(&read.to_json(), file);
             assert_eq!(method.resume(&problem, read, |_| ()).unwrap().to_json(), whole);
         }
@@ -395,7 +395,7 @@ fn the_number_of_time_points_changes_neither_the_result_nor_the_work() {
     // The coarse grid misses the peak by 3e-4.
     let optimum = impact_absorber::continuous_peak_acceleration_optimum().objective;
     assert!((ends[1].evaluation.objective - optimum).abs() < 1e-6, "{}", ends[1].evaluation.objective);
-    let retained = |end: &State| end.history.last().unwrap().retained.len();
+    let retained = |end: &RunState| end.history.last().unwrap().retained.len();
     assert!(retained(&ends[1]) < 3 * retained(&ends[0]), "{} and {}", retained(&ends[0]), retained(&ends[1]));
 }
 

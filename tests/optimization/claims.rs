@@ -4,7 +4,7 @@ use linkwright::autodiff::Scalar;
 use linkwright::cases::suite::{self, Transformation, Verdict};
 use linkwright::cases::{find, impact_absorber};
 use linkwright::problem::{ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity};
-use linkwright::sao::{Method, Preset, State, Status, Stop, preset, presets};
+use linkwright::sao::{Method, Preset, RunState, Status, Stop, preset, presets};
 
 fn all_presets() -> Vec<&'static Preset> {
     presets().iter().collect()
@@ -168,7 +168,7 @@ fn a_mirror_image_has_the_same_designs() {
         let run = |is_mirrored| (preset.method)().solve(&cantilever(5.0, is_mirrored), |_| ()).unwrap();
         let (one, other) = (run(false), run(true));
         // A last design from the confirmation is one of the automatic method.
-        let designs = |state: &State| {
+        let designs = |state: &RunState| {
             let adopted = state.confirmation.as_ref().is_some_and(|c| c.is_adopted);
             let own = state.history.len() - usize::from(adopted);
             state.history[..own].iter().map(|c| c.design.clone()).collect::<Vec<_>>()
@@ -226,7 +226,7 @@ fn a_better_design_that_a_confirmation_finds_is_the_end_of_the_run() {
         assert!(confirmation.is_adopted, "{name}: {}", end.reason);
         assert_eq!(confirmation.objective, end.evaluation.objective, "{name}");
         assert_eq!(end.history.last().unwrap().design, end.design, "{name}");
-        let read = State::from_json(&end.to_json(), &changed).unwrap();
+        let read = RunState::from_json(&end.to_json(), &changed).unwrap();
         let again = method.resume(&changed, read, |_| ()).unwrap();
         assert_eq!(again.to_json(), end.to_json(), "{name}");
     }

@@ -5,11 +5,11 @@ use linkwright::problem::{
     Analysis, ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, ResponseAt, Responses,
     TimeGrid,
 };
-use linkwright::sao::{Method, State, Status, preset, presets};
+use linkwright::sao::{Method, RunState, Status, preset, presets};
 use linkwright::{Result, function};
 use nalgebra::DMatrix;
 
-fn solve(problem: &Problem) -> State {
+fn solve(problem: &Problem) -> RunState {
     Method::automatic().solve(problem, |_| ()).unwrap()
 }
 

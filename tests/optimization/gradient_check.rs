@@ -10,12 +10,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// r₀ = b₀² sin b₁, r₁ = |b₀ − 1| + b₁, r₂ = exp b₀; the derivatives are exact except for `fault`.
 #[derive(Default)]
 struct Faulty {
-    fault: Fault,
+    fault: WrongDerivative,
     calls: AtomicU64,
 }
 
 #[derive(Default, PartialEq)]
-enum Fault {
+enum WrongDerivative {
     #[default]
     Absent,
     WrongSign,
@@ -27,7 +27,7 @@ enum Fault {
 impl Analysis for Faulty {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
         let drift = match self.fault {
-            Fault::Unrepeatable => 1e-9 * self.calls.fetch_add(1, Ordering::Relaxed) as f64,
+            WrongDerivative::Unrepeatable => 1e-9 * self.calls.fetch_add(1, Ordering::Relaxed) as f64,
             _ => 0.0,
         };
         let r = [b[0].powi(2) * b[1].sin() + drift, (b[0] - 1.0).abs() + b[1], b[0].exp()];
@@ -38,16 +38,16 @@ impl Analysis for Faulty {
         let mut all =
             [[2.0 * b[0] * b[1].sin(), b[0].powi(2) * b[1].cos()], [(b[0] - 1.0).signum(), 1.0], [b[0].exp(), 0.0]];
         match self.fault {
-            Fault::WrongSign => all[0][1] *= -1.0,
-            Fault::SlightlyOff => all[0][1] *= 1.0 + 1e-5,
-            Fault::ForgottenTerm => all[2][0] = 0.0,
+            WrongDerivative::WrongSign => all[0][1] *= -1.0,
+            WrongDerivative::SlightlyOff => all[0][1] *= 1.0 + 1e-5,
+            WrongDerivative::ForgottenTerm => all[2][0] = 0.0,
             _ => {}
         }
         Ok(DMatrix::from_fn(wanted.len(), 2, |row, i| all[wanted[row].response][i]))
     }
 }
 
-fn examine(fault: Fault, b: [f64; 2]) -> GradientCheck {
+fn examine(fault: WrongDerivative, b: [f64; 2]) -> GradientCheck {
     let (sound, faulty) = (Faulty::default(), Faulty { fault, ..Faulty::default() });
     let wanted = [0, 1, 2].map(|response| ResponseAt { response, point: 0 });
     let methods = [GradientMethod::of("by hand", &faulty), GradientMethod::of("exact", &sound)];
@@ -67,7 +67,7 @@ fn status(checked: &GradientCheck, response: usize, variable: usize) -> (Gradien
 
 #[test]
 fn right_and_constant_derivatives_are_distinguished() {
-    let checked = examine(Fault::Absent, [1.5, 0.7]);
+    let checked = examine(WrongDerivative::Absent, [1.5, 0.7]);
     assert!(checked.is_right());
     checked.expect_right();
     assert_eq!(status(&checked, 2, 1), (GradientStatus::Constant, vec![]));
@@ -78,19 +78,19 @@ fn right_and_constant_derivatives_are_distinguished() {
 
 #[test]
 fn a_wrong_derivative_is_found_with_its_method() {
-    for fault in [Fault::WrongSign, Fault::SlightlyOff] {
+    for fault in [WrongDerivative::WrongSign, WrongDerivative::SlightlyOff] {
         let checked = examine(fault, [1.5, 0.7]);
         assert_eq!(status(&checked, 0, 1), (GradientStatus::Wrong, vec![0]));
         assert_eq!(words(&checked, 0, 1), "by hand is wrong: exact agrees with the differences");
         assert_eq!((checked.count(GradientStatus::Wrong), checked.is_right()), (1, false));
     }
-    let checked = examine(Fault::ForgottenTerm, [1.5, 0.7]);
+    let checked = examine(WrongDerivative::ForgottenTerm, [1.5, 0.7]);
     assert_eq!(status(&checked, 2, 0), (GradientStatus::Wrong, vec![0]));
 }
 
 #[test]
 fn a_kink_is_found() {
-    let checked = examine(Fault::Absent, [1.0, 0.7]);
+    let checked = examine(WrongDerivative::Absent, [1.0, 0.7]);
     assert_eq!(status(&checked, 1, 0), (GradientStatus::Kink, vec![]));
     assert_eq!(status(&checked, 1, 1).0, GradientStatus::Right);
     let jump = checked.derivatives.iter().find_map(|d| d.slope_discontinuity).unwrap();
@@ -100,7 +100,7 @@ fn a_kink_is_found() {
 
 #[test]
 fn an_analysis_that_does_not_repeat_is_found() {
-    let checked = examine(Fault::Unrepeatable, [1.5, 0.7]);
+    let checked = examine(WrongDerivative::Unrepeatable, [1.5, 0.7]);
     assert_eq!(status(&checked, 0, 0).0, GradientStatus::NotRepeatable);
     assert_eq!(status(&checked, 0, 1).0, GradientStatus::NotRepeatable);
     assert!(

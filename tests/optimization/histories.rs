@@ -4,7 +4,7 @@
 
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::problem::{Intermediates, Problem, Selection};
-use linkwright::sao::{Cycle, Method, RelativeLimits, Screening, State};
+use linkwright::sao::{Cycle, Method, RelativeLimits, RunState, Screening};
 use std::fmt::Write;
 
 fn percent(value: f64) -> String {
@@ -22,7 +22,7 @@ fn row(cycle: &Cycle) -> String {
     text
 }
 
-fn table(state: &State) -> String {
+fn table(state: &RunState) -> String {
     let work = state.counters;
     let mut text = format!(
         "{}: {:?} after {} cycles, {} analyses, {} sensitivity analyses\n",

@@ -8,7 +8,7 @@ use linkwright::problem::{
     Analysis, AnalyzedDesign, ClosedForm, Constraint, DesignVariable, Intermediate, Intermediates, Problem,
     ProblemBuilder, Quantity, ResponseAt, Responses, RowId, TimeGrid,
 };
-use linkwright::sao::{ErrorBased, Method, RelativeLimits, STATE_VERSION, Screening, State, Status, Stop};
+use linkwright::sao::{ErrorBased, Method, RelativeLimits, RunState, STATE_VERSION, Screening, Status, Stop};
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
 
@@ -250,7 +250,7 @@ fn a_problem_without_a_feasible_design_is_relaxed_reported_and_ends_as_infeasibl
     let problem = parts.build_analytic(Ramp).unwrap();
     let state = Method::slp().solve(&problem, |_| ()).unwrap();
     let last = state.history.last().unwrap();
-    assert_eq!(last.subproblem, Some(linkwright::nlp::Status::Relaxed));
+    assert_eq!(last.subproblem, Some(linkwright::nlp::ProgramStatus::Relaxed));
     assert!(last.relaxation > 0.1, "{last:?}");
     assert_eq!(state.status, Status::Infeasible, "{}", state.reason);
     assert!(state.reason.contains("no design within the move limits is feasible"), "{}", state.reason);
@@ -270,28 +270,28 @@ fn a_state_of_another_version_or_problem_is_refused() {
     let newer = text.replacen(&format!("\"version\": {STATE_VERSION}"), "\"version\": 99", 1);
     let reads = format!("reads version {STATE_VERSION}");
     let words = ["version 99", reads.as_str(), "continue it with the release that wrote it"];
-    assert_error(State::from_json(&newer, &problem), &words);
+    assert_error(RunState::from_json(&newer, &problem), &words);
     let other = impact_absorber::peak_acceleration().unwrap();
     let words = [
         "another problem, or an earlier version wrote it (`impact absorber, comfort criterion`",
         "here `impact absorber, peak acceleration`",
     ];
-    assert_error(State::from_json(&text, &other), &words);
+    assert_error(RunState::from_json(&text, &other), &words);
     assert_error(Method::slp().resume(&other, state, |_| ()), &words);
-    assert_error(State::from_json("{", &problem), &["not a state file", "give a file that a run wrote"]);
+    assert_error(RunState::from_json("{", &problem), &["not a state file", "give a file that a run wrote"]);
     let mut moved = impact_absorber::comfort().unwrap();
     moved.variables[0].upper = 2.0;
-    assert_error(State::from_json(&text, &moved), &["another problem", "bounds and limits"]);
+    assert_error(RunState::from_json(&text, &moved), &["another problem", "bounds and limits"]);
 }
 
 #[test]
 fn a_state_whose_parts_do_not_have_the_shape_of_the_problem_is_refused() {
     let problem = slider_crank::path_generation(slider_crank::STAND_IN_START).unwrap();
     let state = Method::slp().start(&problem).unwrap();
-    let refused = |change: fn(&mut State), words: &[&str]| {
+    let refused = |change: fn(&mut RunState), words: &[&str]| {
         let mut state = state.clone();
         change(&mut state);
-        assert_error(State::from_json(&state.to_json(), &problem), words);
+        assert_error(RunState::from_json(&state.to_json(), &problem), words);
     };
     refused(|s| _ = s.design.pop(), &["design of the state: expected length 8, got 7"]);
     refused(|s| _ = s.factors.pop(), &["factors of the state: expected length 8, got 7"]);
@@ -305,7 +305,7 @@ fn a_state_whose_parts_do_not_have_the_shape_of_the_problem_is_refused() {
     refused(|s| s.history.clear(), &["the history is empty"]);
     refused(|s| s.history[0].cycle = 3, &["line 0 of the history is cycle 3, expected cycle 0"]);
     refused(|s| _ = s.history[0].design.pop(), &["design of cycle 0: expected length 8, got 7"]);
-    let nowhere = |s: &mut State| s.history[0].retained.push(RowId { constraint: 9, point: 0 });
+    let nowhere = |s: &mut RunState| s.history[0].retained.push(RowId { constraint: 9, point: 0 });
     refused(nowhere, &["constraint 9 at time point 0 does not exist; there are 2 constraints"]);
     refused(|s| s.design[0] += 1.0, &["the design is not that of the last accepted cycle"]);
 }
@@ -323,11 +323,11 @@ fn stored_derivatives_that_do_not_fit_are_refused() {
         evaluation: state.evaluation.clone(),
     };
     state.data = Some(CycleData::first_order(&problem, &at, retained).unwrap());
-    State::from_json(&state.to_json(), &problem).unwrap();
+    RunState::from_json(&state.to_json(), &problem).unwrap();
     let refused = |change: fn(&mut CycleData), words: &[&str]| {
         let mut state = state.clone();
         change(state.data.as_mut().unwrap());
-        assert_error(State::from_json(&state.to_json(), &problem), words);
+        assert_error(RunState::from_json(&state.to_json(), &problem), words);
     };
     refused(|d| d.sensitivities.rows = DMatrix::zeros(0, 2), &["rows of the sensitivities of the state"]);
     refused(|d| _ = d.sensitivities.at.pop(), &["not those of the retained rows"]);
@@ -339,7 +339,7 @@ fn stored_derivatives_that_do_not_fit_are_refused() {
     let rows = text.find("\"rows\"").unwrap();
     let end = rows + text[rows..].find("]\n").unwrap();
     let huge = format!("{}\"rows\": [[], 8589934592, 2147483648{}", &text[..rows], &text[end..]);
-    assert!(State::from_json(&huge, &problem).is_err());
+    assert!(RunState::from_json(&huge, &problem).is_err());
 }
 
 #[test]

@@ -3,14 +3,14 @@
 use linkwright::cases::{Conclusion, Optimum, attempt_with, find, impact_absorber, slider_crank};
 use linkwright::nlp::{Sqp, SubproblemSolver};
 use linkwright::problem::{DirectCoupling, Problem};
-use linkwright::sao::{Method, State, Status, preset};
+use linkwright::sao::{Method, RunState, Status, preset};
 use std::f64::consts::TAU;
 
 /// Digits to which the objective agrees: the accuracy of the stop test.
 const ACCURACY: f64 = 1e-5;
 
 #[track_caller]
-fn assert_optimum(problem: &Problem, state: &State, optimum: &Optimum, tolerance: f64) {
+fn assert_optimum(problem: &Problem, state: &RunState, optimum: &Optimum, tolerance: f64) {
     assert_eq!(state.status, Status::Converged, "{}: {}", problem.name, state.reason);
     let error = (state.evaluation.objective / optimum.objective - 1.0).abs();
     assert!(

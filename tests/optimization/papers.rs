@@ -5,7 +5,7 @@ use linkwright::papers::etman_1998::{Etman1998, table1};
 use linkwright::papers::{Paper, ReproducedTable, papers};
 use linkwright::problem::Problem;
 use linkwright::report::table::TableComparison;
-use linkwright::sao::{Method, State};
+use linkwright::sao::{Method, RunState};
 
 fn table(name: &str) -> (ReproducedTable, TableComparison) {
     let table = Etman1998.regenerate(name, &mut |_, _| ()).unwrap().remove(0);
@@ -90,11 +90,11 @@ fn table_four_has_the_printed_features_from_the_substitute_start() {
 
 /// Largest difference between the designs of two runs that make the same cycles.
 fn largest_difference(one: &Problem, other: &Problem) -> f64 {
-    let run = |problem| -> State { Method::slp().solve(problem, |_| ()).unwrap() };
+    let run = |problem| -> RunState { Method::slp().solve(problem, |_| ()).unwrap() };
     let (one, other) = (run(one), run(other));
-    let work = |state: &State| (state.status, state.counters.analyses, state.counters.sensitivity_analyses);
+    let work = |state: &RunState| (state.status, state.counters.analyses, state.counters.sensitivity_analyses);
     assert_eq!(work(&one), work(&other));
-    let verdicts = |state: &State| -> Vec<_> {
+    let verdicts = |state: &RunState| -> Vec<_> {
         let row = |c: &linkwright::sao::Cycle| (c.cycle, c.accepted, c.active_limits, c.retained.clone());
         state.history.iter().map(row).collect()
     };

@@ -49,7 +49,7 @@ fn all_methods() -> Vec<(&'static str, Method)> {
 }
 
 /// Checks that the run converges to the published optimum to six digits, with a violation below 1e-6.
-fn assert_optimum(name: &str, problem: &Problem, method: &Method, objective: f64) -> State {
+fn assert_optimum(name: &str, problem: &Problem, method: &Method, objective: f64) -> RunState {
     let end = method.solve(problem, |_| ()).unwrap();
     let error = (end.evaluation.objective - objective).abs() / objective;
     let violation = end.evaluation.max_violation_pct() / 100.0;
@@ -193,7 +193,7 @@ fn a_moving_peak_needs_one_row_and_no_oscillation() {
     assert!(end.history.iter().all(|c| c.retained.len() <= 2));
     let fixed = Method { moving_peaks: false, ..Method::slp() }.solve(&problem, |_| ()).unwrap();
     assert!(fixed.cycles() > 3 * end.cycles(), "{}", fixed.cycles());
-    let json = State::from_json(&end.to_json(), &problem).unwrap();
+    let json = RunState::from_json(&end.to_json(), &problem).unwrap();
     assert_eq!(json.evaluation, end.evaluation);
 }
 

@@ -23,7 +23,7 @@ fn absorber(maximize: bool, constraints: impl FnOnce(usize, usize) -> Vec<Constr
     parts.build_analytic(ClosedFormMotion)
 }
 
-fn solve(problem: &Problem) -> State {
+fn solve(problem: &Problem) -> RunState {
     Method::slp().solve(problem, |_| ()).unwrap()
 }
 
@@ -147,7 +147,7 @@ fn names_in_a_state_file_stay() {
     for name in ["guard", "past", "knowledge", "kept", "instants", "sensitivities", "history", "last_step"] {
         assert!(json.contains(&format!("\"{name}\":")), "{name}");
     }
-    assert_eq!(State::from_json(&json, &problem).unwrap().to_json(), json);
+    assert_eq!(RunState::from_json(&json, &problem).unwrap().to_json(), json);
 }
 
 /// A lever whose length is in metres and whose thickness at the start is a millionth of what matters.

@@ -8,7 +8,7 @@ use linkwright::approximation::{
 use linkwright::autodiff::{Scalar, gradient};
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::function;
-use linkwright::nlp::{Automatic, KktResidual, QuadraticProgram, Sqp, Status, SubproblemSolver};
+use linkwright::nlp::{AutoSolver, KktResidual, ProgramStatus, QuadraticProgram, Sqp, SubproblemSolver};
 use linkwright::problem::{
     ClosedForm, Constraint, DesignVariable, Evaluation, Intermediate, IntermediateMap, Intermediates, Problem,
     ProblemBuilder, Quantity, Selection, TimeGrid,
@@ -113,10 +113,10 @@ proptest! {
             program = program.hessian(root.transpose() * root);
         }
         let start = vec![0.5; n];
-        for solver in [&Automatic::default() as &dyn SubproblemSolver, &Sqp::default()] {
+        for solver in [&AutoSolver::default() as &dyn SubproblemSolver, &Sqp::default()] {
             let solution = solver.solve(&program, &start).unwrap();
             let residual = KktResidual::of(&program, &start, &solution).unwrap();
-            prop_assert_eq!(solution.status, Status::Solved, "{}", solver.name());
+            prop_assert_eq!(solution.status, ProgramStatus::Solved, "{}", solver.name());
             prop_assert!(residual.largest() < OPTIMAL, "{}: {residual:?}", solver.name());
         }
     }
@@ -137,11 +137,11 @@ fn with_approximate_problem(problem: &Problem, b: &[f64], judge: impl FnOnce(&Ap
 
 fn assert_optimal(problem: &Problem, b: &[f64]) {
     with_approximate_problem(problem, b, |program| {
-        let solution = Automatic::default().solve(program, b).unwrap();
+        let solution = AutoSolver::default().solve(program, b).unwrap();
         let residual = KktResidual::of(program, b, &solution).unwrap();
         assert!(solution.status.is_usable(), "{} at {b:?}: {}", problem.name, solution.status);
         assert!(residual.largest() < OPTIMAL, "{} at {b:?}: {residual:?}", problem.name);
-        assert!((solution.status == Status::Relaxed) == (solution.relaxation.unwrap_or(0.0) > 0.0));
+        assert!((solution.status == ProgramStatus::Relaxed) == (solution.relaxation.unwrap_or(0.0) > 0.0));
     });
 }
 

@@ -3,7 +3,7 @@
 
 use linkwright::cases::{impact_absorber, slider_crank};
 use linkwright::problem::{Problem, Selection};
-use linkwright::sao::{Method, Screening, State, Status};
+use linkwright::sao::{Method, RunState, Screening, Status};
 
 fn assert_continues(problem: Problem) {
     let method = Method::slp();
@@ -12,7 +12,7 @@ fn assert_continues(problem: Problem) {
     assert!(files.len() > 2 && ended.status != Status::Running);
     let uninterrupted = ended.to_json();
     for (cycle, file) in files.iter().enumerate() {
-        let read = State::from_json(file, &problem).unwrap();
+        let read = RunState::from_json(file, &problem).unwrap();
         assert_eq!(
             &read.to_json(),
             file,
@@ -53,12 +53,12 @@ fn a_state_in_a_file_continues_with_the_same_bits_and_faults_name_the_file() {
     let path = std::env::temp_dir().join(format!("linkwright-state-{}.json", std::process::id()));
     let started = method.start(&problem).unwrap();
     method.step(&problem, started).unwrap().save(&path).unwrap();
-    let state = State::load(&path, &problem).unwrap();
+    let state = RunState::load(&path, &problem).unwrap();
     std::fs::remove_file(&path).unwrap();
     assert_eq!(method.resume(&problem, state, |_| ()).unwrap().to_json(), undisturbed.to_json());
 
     let name = path.display().to_string();
-    let missing = State::load(&path, &problem).unwrap_err().to_string();
+    let missing = RunState::load(&path, &problem).unwrap_err().to_string();
     assert!(missing.contains(&name) && missing.contains("cannot be read"), "{missing}");
     let nowhere = undisturbed.save(&path.join("state.json")).unwrap_err().to_string();
     assert!(nowhere.contains(&name) && nowhere.contains("cannot be written"), "{nowhere}");

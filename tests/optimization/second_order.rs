@@ -3,9 +3,9 @@
 use linkwright::autodiff::Scalar;
 use linkwright::function;
 use linkwright::problem::{ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity};
-use linkwright::sao::{Method, State, Status};
+use linkwright::sao::{Method, RunState, Status};
 
-fn solve(problem: &Problem) -> State {
+fn solve(problem: &Problem) -> RunState {
     Method::automatic().solve(problem, |_| ()).unwrap()
 }
 

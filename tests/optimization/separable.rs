@@ -8,7 +8,8 @@ use linkwright::approximation::{
 use linkwright::cases::{cantilever, ten_bar_truss, two_bar_truss};
 use linkwright::nlp::separable::{DiagonalQuadraticProgram, MovingAsymptotesProgram, ReciprocalProgram, Term};
 use linkwright::nlp::{
-    Automatic, Conic, Falk, InteriorPoint, KktResidual, QuadraticProgram, Solution, Sqp, Status, SubproblemSolver,
+    AutoSolver, Conic, Falk, InteriorPoint, KktResidual, ProgramStatus, QuadraticProgram, Solution, Sqp,
+    SubproblemSolver,
 };
 use linkwright::nlp::{Gradients, LowRank, Program, Separable, Values};
 use linkwright::problem::Intermediates;
@@ -84,7 +85,7 @@ fn compare(program: &dyn Program) -> Result<(), TestCaseError> {
     let dual = Falk::default().solve(program, &start).unwrap();
     let interior = InteriorPoint::default().solve(program, &start).unwrap();
     let sqp = Sqp::default().solve(program, &start).unwrap();
-    prop_assert_eq!(dual.status, Status::Solved, "{:?}", dual.kkt);
+    prop_assert_eq!(dual.status, ProgramStatus::Solved, "{:?}", dual.kkt);
     assert_same(&dual, &interior, "dual and interior point")?;
     assert_same(&dual, &sqp, "dual and SQP")?;
     prop_assert!(difference(&dual.multipliers, &interior.multipliers) < 1e-6);
@@ -130,7 +131,7 @@ fn contradictory_rows_are_relaxed_alike() {
         DiagonalQuadraticProgram::new(vec![0.0, 1.5, 1.5], start.clone(), g, h, (vec![-1.0; 6], vec![1.0; 6])).unwrap();
     for solver in [&Falk::default() as &dyn SubproblemSolver, &InteriorPoint::default(), &Sqp::default()] {
         let s = solver.solve(&program, &start).unwrap();
-        assert_eq!(s.status, Status::Relaxed, "{}", solver.name());
+        assert_eq!(s.status, ProgramStatus::Relaxed, "{}", solver.name());
         assert!((s.relaxation.unwrap() - 1.5).abs() < 1e-8, "{}: {:?}", solver.name(), s.relaxation);
         assert!(s.kkt.largest() < 1e-7, "{}: {:?}", solver.name(), s.kkt);
     }
@@ -142,7 +143,7 @@ fn many_rows_and_few_variables() {
     let program = asymptotes(3, 500, &mut Numbers(&numbers, 0));
     let interior = InteriorPoint::default().solve(&program, &[1.0; 3]).unwrap();
     let sqp = Sqp::default().solve(&program, &[1.0; 3]).unwrap();
-    assert_eq!((interior.status, sqp.status), (Status::Solved, Status::Solved));
+    assert_eq!((interior.status, sqp.status), (ProgramStatus::Solved, ProgramStatus::Solved));
     assert!(difference(&interior.x, &sqp.x) < 1e-8);
 }
 
@@ -173,7 +174,7 @@ fn solvers_agree_on_the_subproblems_of_structures() {
             for other in [&interior, &sqp] {
                 let what =
                     format!("{} {approximation:?} {:?} {:?} {:?}", problem.name, dual.kkt, interior.kkt, sqp.kkt);
-                assert_eq!([dual.status, other.status], [Status::Solved; 2], "{what}");
+                assert_eq!([dual.status, other.status], [ProgramStatus::Solved; 2], "{what}");
                 let scale = start.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
                 let apart = difference(&dual.x, &other.x) / scale;
                 let objectives = (dual.objective / other.objective - 1.0).abs();
@@ -196,7 +197,7 @@ fn same_bits_for_any_number_of_threads() {
         pool.install(|| Falk::default().solve(&program, &vec![1.0; 5000]).unwrap())
     };
     let (one, four) = (run(1), run(4));
-    assert_eq!(one.status, Status::Solved, "{:?}", one.kkt);
+    assert_eq!(one.status, ProgramStatus::Solved, "{:?}", one.kkt);
     assert_eq!(one, four);
 }
 
@@ -206,7 +207,7 @@ fn many_variables_take_few_passes_and_many_rows_few_rounds() {
     let program = asymptotes(40_000, 4, &mut Numbers(&numbers, 0));
     let start = vec![1.0; 40_000];
     let s = Falk::default().solve(&program, &start).unwrap();
-    assert_eq!(s.status, Status::Solved, "{:?}", s.kkt);
+    assert_eq!(s.status, ProgramStatus::Solved, "{:?}", s.kkt);
     assert!(s.evaluations.values <= 5, "{:?}", s.evaluations);
     assert_eq!(
         s.kkt,
@@ -217,7 +218,7 @@ fn many_variables_take_few_passes_and_many_rows_few_rounds() {
     // Contradictory rows.
     let program = asymptotes(3, 10_000, &mut Numbers(&numbers, 0));
     let s = InteriorPoint::default().solve(&program, &[1.0; 3]).unwrap();
-    assert!(s.status == Status::Relaxed && s.kkt.largest() < 1e-8, "{:?} {:?}", s.status, s.kkt);
+    assert!(s.status == ProgramStatus::Relaxed && s.kkt.largest() < 1e-8, "{:?} {:?}", s.status, s.kkt);
 
     // Rows that decrease with every variable can be satisfied.
     let mut v = Numbers(&numbers, 0);
@@ -231,7 +232,7 @@ fn many_variables_take_few_passes_and_many_rows_few_rounds() {
     let program = MovingAsymptotesProgram::new(constants, p, q, (vec![-0.5; 3], vec![2.5; 3]), box_).unwrap();
     let s = InteriorPoint::default().solve(&program, &[1.0; 3]).unwrap();
     let sqp = Sqp::default().solve(&program, &[1.0; 3]).unwrap();
-    assert_eq!([s.status, sqp.status], [Status::Solved; 2], "{:?} {:?}", s.kkt, sqp.kkt);
+    assert_eq!([s.status, sqp.status], [ProgramStatus::Solved; 2], "{:?} {:?}", s.kkt, sqp.kkt);
     assert!(difference(&s.x, &sqp.x) < 1e-8);
 }
 
@@ -247,7 +248,7 @@ fn zero_gradients_and_rows_of_zeros_are_accepted() {
     .unwrap();
     for solver in [&Falk::default() as &dyn SubproblemSolver, &InteriorPoint::default(), &Sqp::default()] {
         let s = solver.solve(&program, &[0.2; 3]).unwrap();
-        assert_eq!((s.status, s.objective), (Status::Solved, 1.0), "{}", solver.name());
+        assert_eq!((s.status, s.objective), (ProgramStatus::Solved, 1.0), "{}", solver.name());
     }
 }
 
@@ -325,7 +326,7 @@ fn a_coupling_of_low_rank_gives_the_solution_of_the_dense_quadratic_program() {
     (bounds[0][4], bounds[1][4]) = (0.1, 0.1);
     let program = Coupled { low_rank, bounds };
     let found = InteriorPoint::default().solve(&program, &vec![0.0; n]).unwrap();
-    assert_eq!(found.status, Status::Solved);
+    assert_eq!(found.status, ProgramStatus::Solved);
     let here = program.gradients(&vec![0.0; n]).unwrap();
     let whole = QuadraticProgram::new(here.objective)
         .hessian(program.low_rank.dense() + DMatrix::identity(n, n))
@@ -334,5 +335,5 @@ fn a_coupling_of_low_rank_gives_the_solution_of_the_dense_quadratic_program() {
     let exact = Conic::default().solve(&whole, &vec![0.0; n]).unwrap();
     assert!(found.x.iter().zip(&exact.x).all(|(a, b)| (a - b).abs() < 1e-8), "{:?} {:?}", found.x, exact.x);
     assert!((found.multipliers[0] - exact.multipliers[0]).abs() < 1e-7);
-    assert_eq!(Automatic::default().solve(&program, &vec![0.0; n]).unwrap().x, found.x);
+    assert_eq!(AutoSolver::default().solve(&program, &vec![0.0; n]).unwrap().x, found.x);
 }

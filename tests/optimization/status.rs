@@ -1,7 +1,7 @@
 //! Status of random programs whose answer is known by construction, in units of 1e-8 to 1e8.
 
 use linkwright::Result;
-use linkwright::nlp::{Automatic, KktResidual, QuadraticProgram, Solution, Status, SubproblemSolver};
+use linkwright::nlp::{AutoSolver, KktResidual, ProgramStatus, QuadraticProgram, Solution, SubproblemSolver};
 use linkwright::nlp::{Gradients, Program, Values};
 use nalgebra::{DMatrix, DVector};
 
@@ -186,8 +186,9 @@ fn linear_and_quadratic_programs() {
         let units = Units::new(&mut r, n, plan.a.len());
         let program = plan.program(&units);
         let start = vec![0.0; n];
-        let s = Automatic::default().solve(&program, &start).unwrap();
-        let expected = [Status::Solved, Status::Relaxed, Status::Unbounded, Status::Solved][kind];
+        let s = AutoSolver::default().solve(&program, &start).unwrap();
+        let expected =
+            [ProgramStatus::Solved, ProgramStatus::Relaxed, ProgramStatus::Unbounded, ProgramStatus::Solved][kind];
         let mut good = s.status == expected;
         if s.status.is_usable() {
             good &= judge(&program, &start, &s) < 1e-6 && judge(&program, &start, &s) == s.kkt.largest();
@@ -323,8 +324,8 @@ fn nonlinear_programs() {
         }
         let program = if kind == 2 { p } else { p.in_a_box() };
         let start: Vec<f64> = (0..n).map(|j| program.units.unit[j] * r.within(-1.0, 1.0)).collect();
-        let s = Automatic::default().solve(&program, &start).unwrap();
-        let expected = [Status::Solved, Status::Relaxed, Status::Unbounded][kind];
+        let s = AutoSolver::default().solve(&program, &start).unwrap();
+        let expected = [ProgramStatus::Solved, ProgramStatus::Relaxed, ProgramStatus::Unbounded][kind];
         let mut good = s.status == expected;
         if s.status.is_usable() {
             good &= judge(&program, &start, &s) < 1e-6;

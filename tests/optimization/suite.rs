@@ -3,7 +3,7 @@
 
 use super::documented::assert_table;
 use linkwright::cases::suite::{Claim, Suite, Transformation, Verdict, judge, problems, run};
-use linkwright::cases::{AnalysisCounts, CatalogueEntry, Solution, find};
+use linkwright::cases::{AnalysisCounts, CatalogueEntry, KnownSolution, find};
 use linkwright::nlp::{Program, Sqp, SubproblemSolver};
 use linkwright::problem::DirectCoupling;
 use linkwright::sao::{Status, preset};
@@ -32,8 +32,11 @@ fn the_suites_have_the_promised_numbers_of_problems() {
     assert!(count(Suite::HockSchittkowski) >= 60, "{}", count(Suite::HockSchittkowski));
     assert!(count(Suite::Adversarial) >= 17, "{}", count(Suite::Adversarial));
     assert!(count(Suite::Time) >= 10, "{}", count(Suite::Time));
-    let without = |kind: fn(&Solution) -> bool| small_problems().filter(|entry| kind(&entry.solution)).count();
-    assert!(without(|s| matches!(s, Solution::Infeasible)) >= 2 && without(|s| matches!(s, Solution::Unbounded)) >= 1);
+    let without = |kind: fn(&KnownSolution) -> bool| small_problems().filter(|entry| kind(&entry.solution)).count();
+    assert!(
+        without(|s| matches!(s, KnownSolution::Infeasible)) >= 2
+            && without(|s| matches!(s, KnownSolution::Unbounded)) >= 1
+    );
 }
 
 /// From starts 1 % away from each optimum, where the gradients have the sizes by which the residual is divided.

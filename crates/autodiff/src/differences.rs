@@ -26,13 +26,13 @@ pub struct StepValues {
 
 /// An entry of the tableau of extrapolations: a linear combination Σ w_j D(h_j) of central differences.
 #[derive(Clone, Copy)]
-struct Entry {
+struct TableauEntry {
     value: f64,
     /// Bound of its noise for values with noise 1: Σ |w_j| / h_j.
     noise: f64,
 }
 
-impl Entry {
+impl TableauEntry {
     /// Eliminates the next power of the expansion from two entries; `ratio` is that power of the ratio of their largest steps.
     fn extrapolated(self, above: Self, ratio: f64) -> Self {
         let value = self.value + (self.value - above.value) / (ratio - 1.0);
@@ -83,7 +83,8 @@ const SMOOTH: f64 = 32.0;
 /// Ridders, *Adv. Eng. Softw.* 4 (1982) 75–76, for the tableau.
 pub fn ridders(here: f64, steps: &[StepValues]) -> Option<DifferenceEstimate> {
     let [odd, even] = noise(here, steps);
-    let central = steps.iter().map(|s| (s.h, Entry { value: (s.ahead - s.behind) / (2.0 * s.h), noise: 1.0 / s.h }));
+    let central =
+        steps.iter().map(|s| (s.h, TableauEntry { value: (s.ahead - s.behind) / (2.0 * s.h), noise: 1.0 / s.h }));
     extrapolated(&central.collect::<Vec<_>>(), 2, odd.max(even))
 }
 
@@ -105,8 +106,8 @@ pub fn ridders(here: f64, steps: &[StepValues]) -> Option<DifferenceEstimate> {
 /// ```
 pub fn one_sided(here: f64, steps: &[StepValues]) -> [Option<DifferenceEstimate>; 2] {
     let side = |sign: f64, of: fn(&StepValues) -> f64| {
-        let difference = |s: &StepValues| (s.h, Entry { value: sign * (of(s) - here) / s.h, noise: 2.0 / s.h });
-        let differences: Vec<(f64, Entry)> = steps.iter().map(difference).collect();
+        let difference = |s: &StepValues| (s.h, TableauEntry { value: sign * (of(s) - here) / s.h, noise: 2.0 / s.h });
+        let differences: Vec<(f64, TableauEntry)> = steps.iter().map(difference).collect();
         let size = steps.iter().fold(here.abs(), |size, s| size.max(of(s).abs()));
         let smallest = differences.windows(3).rev().take(SMALLEST);
         let scatter = smallest.map(|s| scatter([0, 1, 2].map(|k| s[k].1.value), [0, 1, 2].map(|k| s[k].0), 1) * s[2].0);
@@ -116,9 +117,9 @@ pub fn one_sided(here: f64, steps: &[StepValues]) -> [Option<DifferenceEstimate>
 }
 
 /// Extrapolates differences with falling steps h, whose expansion has multiples of the power `order` of h, to h = 0.
-fn extrapolated(differences: &[(f64, Entry)], order: i32, noise: f64) -> Option<DifferenceEstimate> {
+fn extrapolated(differences: &[(f64, TableauEntry)], order: i32, noise: f64) -> Option<DifferenceEstimate> {
     let mut rows: Vec<DifferenceEstimate> = Vec::new();
-    let mut above: Vec<Entry> = Vec::new();
+    let mut above: Vec<TableauEntry> = Vec::new();
     for (row, &(h, first)) in differences.iter().enumerate() {
         let mut current = vec![first];
         let mut best = DifferenceEstimate { value: first.value, error: f64::INFINITY, noise };

@@ -138,7 +138,7 @@ struct LoadPath<'s, 'm> {
 
 /// A direction in the space of unknowns and load fraction.
 #[derive(Clone)]
-struct Direction {
+struct PathDirection {
     unknowns: Vec<f64>,
     load: f64,
 }
@@ -169,7 +169,7 @@ impl<'s, 'm> LoadPath<'s, 'm> {
     /// Follows the path. Returns `None` at the load, or else the largest load fraction that was reached.
     fn follow(mut self, state: &mut State<f64>) -> Result<Option<f64>> {
         let (mut load, mut reached, mut step) = (0.0, 0.0f64, FIRST_STEP);
-        let mut before: Option<Direction> = None;
+        let mut before: Option<PathDirection> = None;
         for _ in 0..MOST_PATH_STEPS {
             self.factorize(state)?;
             let tangent = self.tangent(before.as_ref());
@@ -225,12 +225,12 @@ impl<'s, 'm> LoadPath<'s, 'm> {
     }
 
     /// The unit tangent of the path, which continues the direction `before`.
-    fn tangent(&mut self, before: Option<&Direction>) -> Direction {
+    fn tangent(&mut self, before: Option<&PathDirection>) -> PathDirection {
         let rate = self.rate();
         let length = (self.product(&rate, &rate) + 1.0).sqrt();
         let turn = before.map_or(1.0, |before| self.product(&before.unknowns, &rate) + before.load);
         let scale = turn.signum() / length;
-        Direction { unknowns: rate.iter().map(|x| x * scale).collect(), load: scale }
+        PathDirection { unknowns: rate.iter().map(|x| x * scale).collect(), load: scale }
     }
 
     /// Mean product of the coordinates of two directions.
@@ -259,7 +259,7 @@ impl<'s, 'm> LoadPath<'s, 'm> {
         &mut self,
         state: &mut State<f64>,
         load: f64,
-        tangent: Option<&Direction>,
+        tangent: Option<&PathDirection>,
         length: f64,
     ) -> Result<(f64, usize)> {
         let (mut at, mut previous) = (load, f64::INFINITY);

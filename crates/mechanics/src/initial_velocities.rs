@@ -141,7 +141,7 @@ impl VelocityMatrix {
     }
 
     /// Writes the change of the velocities by the impulses that stop the held coordinates, whose `rates` are given: `rows` by equation.
-    pub fn stop<const L: usize>(&self, rates: &[[f64; L]], rows: &mut [[f64; L]]) {
+    pub fn stopping_change<const L: usize>(&self, rates: &[[f64; L]], rows: &mut [[f64; L]]) {
         let mut impulses = vec![[0.0; L]; rates.len()];
         self.impulses(rates, &mut impulses);
         rows.fill([0.0; L]);

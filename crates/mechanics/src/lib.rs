@@ -61,7 +61,7 @@ pub(crate) mod tree;
 
 pub use analyses::dynamics::{History, simulate, simulate_explicitly};
 pub use analyses::kinematics::kinematics;
-pub use analyses::modal::{Modes, modes};
+pub use analyses::modal::{VibrationModes, modes};
 pub use analyses::statics::equilibria;
 pub use error::{Error, Result};
 pub use initial_conditions::{Assembly, Statics};
@@ -80,8 +80,8 @@ pub mod prelude {
     pub use crate::motion::{ConstantSpeed, Motion};
     pub use crate::{
         Assembly, Body, Body3, Coordinate, Dynamics, ElementIndex, Error, EulerSequence, Explicit, GeneralizedAlpha,
-        History, InitialAcceleration, InitialConfiguration, Marker, Marker3, Mechanism, Modes, Newton,
-        ParametricMechanism, Pose, Pose3, Result, Rotation, Statics, StepSize, Work, equilibria, kinematics, modes,
+        History, InitialAcceleration, InitialConfiguration, Marker, Marker3, Mechanism, Newton, ParametricMechanism,
+        Pose, Pose3, Result, Rotation, Statics, StepSize, VibrationModes, Work, equilibria, kinematics, modes,
         simulate, simulate_explicitly,
     };
     pub use autodiff::Scalar;

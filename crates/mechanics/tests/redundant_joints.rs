@@ -10,7 +10,7 @@ use linkwright_mechanics::{
 
 /// The second joint of a door: on the line of the hinge, or one that allows the same rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Second {
+enum SecondJoint {
     None,
     Hinge,
     Ball,
@@ -18,13 +18,13 @@ enum Second {
     Cylinder,
 }
 
-const SECOND: [Second; 4] = [Second::Hinge, Second::Ball, Second::Plane, Second::Cylinder];
+const SECOND: [SecondJoint; 4] = [SecondJoint::Hinge, SecondJoint::Ball, SecondJoint::Plane, SecondJoint::Cylinder];
 
 const AXES: [[f64; 3]; 6] =
     [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 1.0], [0.2, 1.0, 0.0], [0.6, 0.8, 0.0], [1.0, -2.0, 0.5]];
 
 /// A door on a hinge about `axis`, turned by `angle`, with a torsional spring of `stiffness`.
-fn door(axis: [f64; 3], angle: f64, second: Second, stiffness: f64) -> Mechanism<f64> {
+fn door(axis: [f64; 3], angle: f64, second: SecondJoint, stiffness: f64) -> Mechanism<f64> {
     let mut m = Mechanism::<f64>::with_gravity3([0.0, 0.0, -9.81]);
     let ground = m.ground3();
     let properties = MassProperties3::principal(2.0, [0.1, 0.12, 0.09]).with_centre([0.3, 0.1, -0.2]);
@@ -35,11 +35,11 @@ fn door(axis: [f64; 3], angle: f64, second: Second, stiffness: f64) -> Mechanism
     m.revolute3("hinge", a, b);
     let (c, d) = (ground.at(above).with_z(axis), body.at(above).with_z(axis));
     match second {
-        Second::None => None,
-        Second::Hinge => Some(m.revolute3("second", c, d)),
-        Second::Ball => Some(m.spherical("second", c, d)),
-        Second::Plane => Some(m.planar_joint("second", c, d)),
-        Second::Cylinder => Some(m.cylindrical("second", c, d)),
+        SecondJoint::None => None,
+        SecondJoint::Hinge => Some(m.revolute3("second", c, d)),
+        SecondJoint::Ball => Some(m.spherical("second", c, d)),
+        SecondJoint::Plane => Some(m.planar_joint("second", c, d)),
+        SecondJoint::Cylinder => Some(m.cylindrical("second", c, d)),
     };
     let turned = m.joint_angle("turned", a, b);
     let still = m.ground().theta;
@@ -57,7 +57,7 @@ fn is_without_effect(tolerance: f64, result: impl Fn(&Mechanism<f64>) -> linkwri
         for angle in [0.3, 0.9, 1.7, -0.5] {
             for stiffness in [0.0, 3.0] {
                 // A search for an equilibrium far away may fail for the hinge alone.
-                let Ok(expected) = result(&door(axis, angle, Second::None, stiffness)) else { continue };
+                let Ok(expected) = result(&door(axis, angle, SecondJoint::None, stiffness)) else { continue };
                 compared += 1;
                 for second in SECOND {
                     let found = result(&door(axis, angle, second, stiffness));

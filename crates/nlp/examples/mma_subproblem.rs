@@ -4,7 +4,7 @@
 //! both can solve, they agree.
 
 use linkwright_nlp::separable::MovingAsymptotesProgram;
-use linkwright_nlp::{ConcurrentSolver, Falk, InteriorPoint, Result, Status};
+use linkwright_nlp::{ConcurrentSolver, Falk, InteriorPoint, ProgramStatus, Result};
 
 /// Minimizes Σ p₀ⱼ / (2.5 − xⱼ), which increases, with `m` rows Σ qᵢⱼ / (xⱼ + 0.5) ≤ rᵢ that decrease, 0 ≤ xⱼ ≤ 2.
 fn subproblem(n: usize, m: usize) -> Result<MovingAsymptotesProgram> {
@@ -36,7 +36,7 @@ fn main() -> Result<()> {
             solution.iterations,
             solution.kkt.largest()
         );
-        assert_eq!(solution.status, Status::Solved);
+        assert_eq!(solution.status, ProgramStatus::Solved);
         assert!(solution.kkt.largest() < 1e-8);
     }
     println!(

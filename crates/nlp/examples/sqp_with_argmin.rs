@@ -4,7 +4,7 @@
 
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{Error, Executor, KV, State, TerminationReason};
-use linkwright_nlp::{Gradients, Program, Result, Sqp, SqpState, Status, Values};
+use linkwright_nlp::{Gradients, Program, ProgramStatus, Result, Sqp, SqpState, Values};
 use nalgebra::DMatrix;
 use std::time::Duration;
 
@@ -72,7 +72,7 @@ fn main() -> std::result::Result<(), Error> {
         .add_observer(IterationLog, ObserverMode::Always)
         .run()?;
     assert_eq!(stopped.state.get_termination_reason(), Some(&TerminationReason::MaxItersReached));
-    assert_eq!(stopped.state.solution(&program).status, Status::IterationLimit);
+    assert_eq!(stopped.state.solution(&program).status, ProgramStatus::IterationLimit);
 
     // Continue, with at most 50 iterations and one minute.
     let result = Executor::new(&program as &dyn Program, Sqp::default())
@@ -85,7 +85,7 @@ fn main() -> std::result::Result<(), Error> {
     let solution = result.state.solution(&program);
     let time = result.state.get_time().expect("a time limit switches the timer on");
     println!("f = {:.7} after {} iterations in {time:.1?}", solution.objective, solution.iterations);
-    assert_eq!(solution.status, Status::Solved);
+    assert_eq!(solution.status, ProgramStatus::Solved);
     // The optimum that Hock & Schittkowski print.
     assert!((solution.objective - 17.014_017_3).abs() < 5e-8);
     assert!(solution.kkt.largest() < 1e-9);

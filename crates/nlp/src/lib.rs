@@ -1,11 +1,11 @@
 //! Mathematical programs, solvers for them, and an independent check of the optimality conditions.
 //!
 //! A [`Program`] has a smooth objective, rows gᵢ(x) ≤ 0 or = 0, and bounds. A [`SubproblemSolver`] returns a [`Solution`]:
-//! point, multipliers, [`Status`] and a [`KktResidual`] that is computed independently of the solver.
+//! point, multipliers, [`ProgramStatus`] and a [`KktResidual`] that is computed independently of the solver.
 //!
 //! | solver | programs | when to use |
 //! |---|---|---|
-//! | [`Automatic`] | all | by default: it selects one of the solvers below by the structure of the program |
+//! | [`AutoSolver`] | all | by default: it selects one of the solvers below by the structure of the program |
 //! | [`Conic`] | linear, convex quadratic | solutions to rounding, through Clarabel |
 //! | [`SecondOrder`] | convex quadratic rows with known factors | through Clarabel, finished by SQP |
 //! | [`Falk`] | separable, strictly convex, bounded | few rows, up to millions of variables: MMA and CONLIN subproblems |
@@ -21,7 +21,7 @@
 //! implementation of [`Program`]:
 //!
 //! ```
-//! use linkwright_nlp::{Automatic, Gradients, Program, Result, Status, SubproblemSolver, Values};
+//! use linkwright_nlp::{AutoSolver, Gradients, Program, Result, ProgramStatus, SubproblemSolver, Values};
 //! use nalgebra::DMatrix;
 //!
 //! /// The point of the unit disk with the largest x + y.
@@ -41,8 +41,8 @@
 //!     }
 //! }
 //!
-//! let solution = Automatic::default().solve(&Disk, &[0.5, 0.0])?;
-//! assert_eq!(solution.status, Status::Solved);
+//! let solution = AutoSolver::default().solve(&Disk, &[0.5, 0.0])?;
+//! assert_eq!(solution.status, ProgramStatus::Solved);
 //! assert!((solution.objective + 2f64.sqrt()).abs() < 1e-9 && solution.kkt.largest() < 1e-7);
 //! # Ok::<(), linkwright_nlp::Error>(())
 //! ```
@@ -60,10 +60,10 @@ pub use kkt::{KktResidual, variable_scale};
 pub use low_rank::LowRank;
 pub use program::{Gradients, Program, Separable, Structure, Values};
 pub use quadratic_program::QuadraticProgram;
-pub use solution::{ActiveSet, Evaluations, Solution, Status, SubproblemSolver};
+pub use solution::{ActiveSet, Evaluations, ProgramStatus, Solution, SubproblemSolver};
 pub use solvers::{
-    Automatic, ConcurrentSolver, Conic, Curvature, Falk, FalkState, InteriorPoint, MultiStart, SecondOrder,
-    SolverComparison, Sqp, SqpState, balance,
+    AutoSolver, ConcurrentSolver, Conic, Curvature, Falk, FalkState, InteriorPoint, MultiStart, SecondOrder,
+    SolverComparison, Sqp, SqpState, least_squares_multipliers,
 };
 
 #[cfg(doctest)]

@@ -9,7 +9,7 @@ use std::fmt;
 /// Conclusion of a solver about a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
-pub enum Status {
+pub enum ProgramStatus {
     /// A point that satisfies the optimality conditions.
     Solved,
     /// No point satisfies all rows. The point has the smallest violation and, for that violation, the smallest objective.
@@ -22,7 +22,7 @@ pub enum Status {
     Stalled,
 }
 
-impl Status {
+impl ProgramStatus {
     /// True if the point solves the program itself, without relaxation.
     pub fn was_successful(self) -> bool {
         self == Self::Solved
@@ -34,7 +34,7 @@ impl Status {
     }
 }
 
-impl fmt::Display for Status {
+impl fmt::Display for ProgramStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Solved => "solved",
@@ -92,7 +92,7 @@ pub struct Solution {
     /// Evaluations of the program.
     pub evaluations: Evaluations,
     /// Conclusion of the solver.
-    pub status: Status,
+    pub status: ProgramStatus,
     /// The largest amount by which a row is relaxed; `None` unless relaxed.
     pub relaxation: Option<f64>,
     /// Amounts tᵢ ≥ 0 by which the rows are relaxed: gᵢ ≤ tᵢ, and |gᵢ| ≤ tᵢ in equality rows. Empty unless relaxed.
@@ -118,7 +118,7 @@ impl Solution {
     /// This solution with the status `Stalled` in place of `Solved` or `Relaxed` if the KKT residual exceeds `tolerance`.
     pub(crate) fn checked(self, tolerance: f64) -> Self {
         let holds = self.kkt.largest() <= tolerance;
-        let status = if self.status.is_usable() && !holds { Status::Stalled } else { self.status };
+        let status = if self.status.is_usable() && !holds { ProgramStatus::Stalled } else { self.status };
         Self { status, ..self }
     }
 }
@@ -187,7 +187,7 @@ pub trait SubproblemSolver: Send + Sync {
     /// * [`Error::NotFinite`](crate::Error::NotFinite) if the program is not finite at the start.
     /// * The program's own error if it cannot be evaluated at the start.
     ///
-    /// A program without a solution is reported by [`Status`], not by an error.
+    /// A program without a solution is reported by [`ProgramStatus`], not by an error.
     fn solve(&self, program: &dyn Program, start: &[f64]) -> Result<Solution>;
 }
 
@@ -199,7 +199,7 @@ pub(crate) struct Candidate {
     pub lower: Vec<f64>,
     pub upper: Vec<f64>,
     pub iterations: usize,
-    pub status: Status,
+    pub status: ProgramStatus,
     /// Amounts by which the rows are relaxed.
     pub relaxation: Option<Vec<f64>>,
 }

@@ -58,7 +58,7 @@ pub mod prelude {
     pub use crate::problem::{
         Analysis, ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, TimeGrid,
     };
-    pub use crate::sao::{Method, Screening, State, Status, Stop};
+    pub use crate::sao::{Method, RunState, Screening, Status, Stop};
     pub use autodiff::Scalar;
 }
 

@@ -3,13 +3,13 @@
 mod shown;
 mod suite;
 
-use self::shown::Shown;
+use self::shown::OutputForm;
 use self::suite::{Comparison, SuiteName};
 use super::budget::Budget;
-use super::folder::OutputFolder;
-use super::model::{Settings, is_file, located};
+use super::model::{ModelSettings, is_file, located};
 use super::output::{Digits, results, say};
-use super::progress::{Show, Work, working};
+use super::output_folder::OutputFolder;
+use super::progress::{Show, Task, working};
 use clap::Args;
 use linkwright::cases::suite::Suite;
 use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, attempt, catalogue, find, kkt_residual};
@@ -18,7 +18,7 @@ use linkwright::problem::Problem;
 use linkwright::report::benchmark::{distances, profile, summary, table};
 use linkwright::report::outcome;
 use linkwright::report::table::{Cell, Table};
-use linkwright::sao::{Method, Preset, State, preset, presets};
+use linkwright::sao::{Method, Preset, RunState, preset, presets};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -82,7 +82,7 @@ pub struct Compare {
     #[arg(long)]
     list: bool,
     #[command(flatten)]
-    settings: Settings,
+    settings: ModelSettings,
     #[command(flatten)]
     digits: Digits,
     #[command(flatten)]
@@ -150,11 +150,11 @@ impl Compare {
         Show::of(self.json, self.quiet)
     }
 
-    fn shown(&self) -> Shown {
+    fn shown(&self) -> OutputForm {
         match (self.json, self.quiet) {
-            (true, _) => Shown::Json,
-            (_, true) => Shown::Nothing,
-            _ => Shown::Text(self.digits.count()),
+            (true, _) => OutputForm::Json,
+            (_, true) => OutputForm::Nothing,
+            _ => OutputForm::Text(self.digits.count()),
         }
     }
 
@@ -164,7 +164,7 @@ impl Compare {
 
     /// Prints the reasons why methods did not run.
     fn notes<'a>(&self, rejected: impl Iterator<Item = (&'a str, &'a str)>) -> anyhow::Result<()> {
-        let mut rejected = rejected.filter(|_| matches!(self.shown(), Shown::Text(_)));
+        let mut rejected = rejected.filter(|_| matches!(self.shown(), OutputForm::Text(_)));
         rejected.try_for_each(|(method, why)| say(&format!("Note: {method} refused: {why}")))
     }
 
@@ -225,7 +225,7 @@ struct FileRun {
 }
 
 struct FinalState {
-    state: State,
+    state: RunState,
     /// Largest residual of the optimality conditions, computed independently of the method.
     kkt: f64,
 }
@@ -234,7 +234,7 @@ struct FinalState {
 const OWN: &str = "(the file's)";
 
 /// Runs the method of the file and the given ones on its problem, in parallel. All use the stop test of the file.
-fn file_runs(model: &Model, problem: &Problem, presets: &[&'static Preset], work: &Work) -> Vec<FileRun> {
+fn file_runs(model: &Model, problem: &Problem, presets: &[&'static Preset], work: &Task) -> Vec<FileRun> {
     let stop = model.method().stop;
     let counted = |name, method: &Method| {
         let run = file_run(name, method, problem);
@@ -289,7 +289,7 @@ fn file_table(model: &Model, problem: &Problem, rows: &[FileRun]) -> linkwright:
         "violation_pct",
         "kkt_residual",
     ];
-    let stated = |state: &State| outcome::objective(problem, &state.design, &state.evaluation);
+    let stated = |state: &RunState| outcome::objective(problem, &state.design, &state.evaluation);
     let sign = problem.objective.signed().sign;
     let solutions = rows.iter().filter_map(|row| row.end.as_ref().ok()).filter(|end| end.state.status.is_success());
     let best = sign * solutions.map(|end| sign * stated(&end.state)).fold(f64::INFINITY, f64::min);

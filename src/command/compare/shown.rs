@@ -5,14 +5,14 @@ use linkwright::report::table::Table;
 
 /// Form of the output.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Shown {
+pub enum OutputForm {
     /// Text with this number of significant digits.
     Text(usize),
     Json,
     Nothing,
 }
 
-impl Shown {
+impl OutputForm {
     /// Prints a table, as text or as a line of JSON for each row.
     pub fn table(self, table: &Table) -> anyhow::Result<()> {
         match self {

@@ -1,7 +1,7 @@
 //! `linkwright compare --suite SUITE`.
 
-use super::shown::Shown;
-use crate::command::folder::OutputFolder;
+use super::shown::OutputForm;
+use crate::command::output_folder::OutputFolder;
 use crate::command::progress::{Show, working};
 use anyhow::{Context, anyhow, bail};
 use linkwright::cases::suite::{Claim, Suite, SuiteRun, Transformation, Verdict, problems, run};
@@ -46,7 +46,7 @@ pub struct Comparison<'a> {
     pub transformations: &'a [String],
     pub methods: &'a [&'static Preset],
     pub peers: Option<&'a Path>,
-    pub show: Shown,
+    pub show: OutputForm,
 }
 
 impl Comparison<'_> {
@@ -57,7 +57,7 @@ impl Comparison<'_> {
         let entries = self.suite.entries();
         let transformations = self.transformations()?;
         let theirs = self.peers.map_or(Ok(vec![]), peers)?;
-        let show = if matches!(self.show, Shown::Text(_)) { Show::Table } else { Show::Nothing };
+        let show = if matches!(self.show, OutputForm::Text(_)) { Show::Table } else { Show::Nothing };
         let count = entries.len() * transformations.len() * self.methods.len();
         let work = working(&format!("doing {count} runs"), show, None);
         let mut all = run(&entries, &transformations, self.methods)?;
@@ -79,7 +79,7 @@ impl Comparison<'_> {
         if transformations.len() > 1 {
             let table = by_transformation(&title, &all)?;
             folder.write("transformations.csv", table.csv().as_bytes())?;
-            if matches!(self.show, Shown::Text(_)) {
+            if matches!(self.show, OutputForm::Text(_)) {
                 self.show.table(&table)?;
             }
         }
@@ -93,7 +93,7 @@ impl Comparison<'_> {
 
     /// Prints all runs as JSON, or the runs that are not solved (all runs of a single method) and the summary as text.
     fn show_runs(&self, ours: &[SuiteRun], table: &Table, totals: &Table) -> anyhow::Result<()> {
-        if !matches!(self.show, Shown::Text(_)) {
+        if !matches!(self.show, OutputForm::Text(_)) {
             return self.show.table(table);
         }
         let is_shown = |r: &&SuiteRun| {

@@ -14,7 +14,7 @@ mod analyses;
 mod records;
 
 pub use analyses::WarmStart;
-pub use records::{Taken, entries, take};
+pub use records::{ImportCounts, entries, take};
 
 use anyhow::{Context, anyhow, bail};
 use rusqlite::{Connection, ErrorCode, OpenFlags, Transaction, TransactionBehavior};

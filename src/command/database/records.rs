@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// Numbers of new records found in folders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Taken {
+pub struct ImportCounts {
     /// Runs and studies.
     pub entries: usize,
     /// Rows of studies.
@@ -23,7 +23,7 @@ pub struct Taken {
 }
 
 /// Takes a run or a study from its folder, unless the database has it as it is. A damaged one is left out.
-pub fn take(database: &mut Database, entry: &RunEntry, taken: &mut Taken) -> anyhow::Result<()> {
+pub fn take(database: &mut Database, entry: &RunEntry, taken: &mut ImportCounts) -> anyhow::Result<()> {
     if entry.begun.is_empty() || entry.status == "Damaged" {
         return Ok(());
     }
@@ -45,7 +45,7 @@ pub fn take(database: &mut Database, entry: &RunEntry, taken: &mut Taken) -> any
     let new = database.change(|change| {
         let row = params![key.0, key.1, line, stored.text];
         change.execute("INSERT OR REPLACE INTO runs (folder, begun, entry, text) VALUES (?, ?, ?, ?)", row)?;
-        let mut new = Taken { entries: 1, rows: 0, analyses: 0 };
+        let mut new = ImportCounts { entries: 1, rows: 0, analyses: 0 };
         let mut insert = change.prepare("INSERT OR IGNORE INTO study_rows VALUES (?, ?, ?, ?, ?, ?, ?)")?;
         for (phase, run, status, failure, numbers) in &rows {
             new.rows += insert.execute(params![key.0, key.1, phase, run, status, failure, numbers])?;

@@ -29,7 +29,7 @@ pub struct AnalysedModel {
 
 /// An analysed design. Designs are those of the model's variables, without the one that bounds a peak.
 #[derive(Serialize)]
-pub struct AnalysisRecord {
+pub struct DesignAnalysis {
     design: Vec<f64>,
     /// Time of the analysis in s.
     seconds: f64,
@@ -39,7 +39,7 @@ pub struct AnalysisRecord {
     objective: Option<f64>,
     constraints: Vec<ConstraintRecord>,
     /// `None` without a mechanism.
-    motion: Option<Motion>,
+    motion: Option<MotionFrames>,
     warnings: Vec<String>,
     derivatives: Option<Derivatives>,
 }
@@ -59,15 +59,15 @@ struct ConstraintRecord {
 
 /// The mechanism in motion: the same parts in all frames, and their numbers frame by frame.
 #[derive(Serialize)]
-struct Motion {
-    parts: Parts,
+struct MotionFrames {
+    parts: PartCounts,
     /// Coordinates in m and, for sliders, angles in rad, in the order of the parts.
     frames: Vec<Vec<f32>>,
 }
 
 /// Numbers of parts; of plates and bars the numbers of their points.
 #[derive(Clone, PartialEq, Serialize)]
-struct Parts {
+struct PartCounts {
     guides: usize,
     plates: Vec<usize>,
     bars: Vec<usize>,
@@ -84,19 +84,19 @@ struct Parts {
 /// Derivatives with respect to the variables of the model.
 #[derive(Serialize)]
 struct Derivatives {
-    outputs: Vec<Gradients>,
+    outputs: Vec<HistoryGradients>,
     /// `None` without an objective, and for a peak.
     objective: Option<Vec<f64>>,
     /// Rows |f| of the peak that is the objective; empty for other objectives.
-    peak: Vec<Gradients>,
-    constraints: Vec<Gradients>,
+    peak: Vec<HistoryGradients>,
+    constraints: Vec<HistoryGradients>,
     /// Derivatives of each frame of the motion: `motion[k][frame]` with respect to variable k.
     motion: Option<Vec<Vec<Vec<f32>>>>,
 }
 
 /// Gradients of a history at some of its time points.
 #[derive(Serialize)]
-struct Gradients {
+struct HistoryGradients {
     /// Indices of the time points.
     points: Vec<usize>,
     values: Vec<f64>,
@@ -113,7 +113,7 @@ impl AnalysedModel {
     }
 
     /// Analyses a design, and differentiates it if `derivatives`. The design that was analysed last is not analysed again.
-    pub fn analyse(&mut self, design: &[f64], derivatives: bool) -> anyhow::Result<AnalysisRecord> {
+    pub fn analyse(&mut self, design: &[f64], derivatives: bool) -> anyhow::Result<DesignAnalysis> {
         let begin = Instant::now();
         self.model.variables().iter().zip(design).try_for_each(|(variable, value)| {
             let inside = (variable.lower..=variable.upper).contains(value);
@@ -137,7 +137,7 @@ impl AnalysedModel {
         let analysed = || known.map_or_else(|| problem.analyze_design(&full), Ok);
         let (analysed, motion) = rayon::join(analysed, motion);
         let (analysed, motion) = (located(&*model, analysed)?, located(&*model, motion)?);
-        let mut record = AnalysisRecord {
+        let mut record = DesignAnalysis {
             design: design.to_vec(),
             seconds: begin.elapsed().as_secs_f64(),
             outputs: analysed.responses.values.clone(),
@@ -148,7 +148,7 @@ impl AnalysedModel {
             derivatives: None,
         };
         if derivatives {
-            let found = Differentiated::new(problem, &analysed).and_then(|found| {
+            let found = DesignDerivatives::new(problem, &analysed).and_then(|found| {
                 let motion = record.motion.as_ref().map(|at| motion_derivatives(model, design, at));
                 found.record(motion.transpose()?.flatten())
             });
@@ -159,8 +159,8 @@ impl AnalysedModel {
     }
 }
 
-fn simulated(design: &[f64], responses: Responses, motion: Option<Motion>, begin: Instant) -> AnalysisRecord {
-    AnalysisRecord {
+fn simulated(design: &[f64], responses: Responses, motion: Option<MotionFrames>, begin: Instant) -> DesignAnalysis {
+    DesignAnalysis {
         design: design.to_vec(),
         seconds: begin.elapsed().as_secs_f64(),
         outputs: responses.values,
@@ -194,7 +194,7 @@ fn constraints(problem: &Problem, analysed: &AnalyzedDesign) -> Vec<ConstraintRe
 }
 
 /// An analysed design with the derivatives of its responses.
-struct Differentiated<'p> {
+struct DesignDerivatives<'p> {
     problem: &'p Problem,
     analysed: &'p AnalyzedDesign,
     /// The variable that bounds a peak.
@@ -204,7 +204,7 @@ struct Differentiated<'p> {
     sensitivities: Sensitivities,
 }
 
-impl<'p> Differentiated<'p> {
+impl<'p> DesignDerivatives<'p> {
     /// Differentiates all responses at some of their time points, or at all of them if a quantity integrates over time.
     fn new(problem: &'p Problem, analysed: &'p AnalyzedDesign) -> Result<Self> {
         let whole = |quantity: &Quantity| quantity.grid().is_some() && !quantity.is_transient();
@@ -235,7 +235,7 @@ impl<'p> Differentiated<'p> {
                 self.without_bound(gradient.unwrap_or_else(|| vec![0.0; problem.n()]))
             };
             let gradients = points.iter().map(|&p| gradient(p)).collect();
-            Gradients::new(points.iter().map(|&p| values[p]).collect(), points, gradients)
+            HistoryGradients::new(points.iter().map(|&p| values[p]).collect(), points, gradients)
         });
         let of = |j: usize, sign: f64| {
             let constraint = &problem.constraints[j];
@@ -254,13 +254,13 @@ impl<'p> Differentiated<'p> {
     }
 
     /// The gradients of sign · g of a constraint at the time points at which it holds.
-    fn rows(&self, constraint: &Constraint, values: &[Option<f64>], sign: f64) -> Gradients {
+    fn rows(&self, constraint: &Constraint, values: &[Option<f64>], sign: f64) -> HistoryGradients {
         let quantity = &constraint.quantity;
         let points = self.points_of(quantity.grid().filter(|_| quantity.is_transient()));
         let held: Vec<(usize, f64)> = points.into_iter().filter_map(|p| Some((p, sign * values[p]?))).collect();
         let quantity = SignedQuantity { quantity: &constraint.quantity, sign, bound: None };
         let gradients = held.iter().map(|(p, _)| self.without_bound(self.total(quantity, *p))).collect();
-        Gradients::new(held.iter().map(|h| h.1).collect(), held.iter().map(|h| h.0).collect(), gradients)
+        HistoryGradients::new(held.iter().map(|h| h.1).collect(), held.iter().map(|h| h.0).collect(), gradients)
     }
 
     fn total(&self, quantity: SignedQuantity<'_>, point: usize) -> Vec<f64> {
@@ -276,7 +276,7 @@ impl<'p> Differentiated<'p> {
     }
 }
 
-impl Gradients {
+impl HistoryGradients {
     fn new(values: Vec<f64>, points: Vec<usize>, gradients: Vec<Vec<f64>>) -> Self {
         let n = gradients.first().map_or(0, Vec::len);
         let by = (0..n).map(|k| gradients.iter().map(|g| g[k] as f32).collect()).collect();
@@ -322,12 +322,12 @@ fn frames(model: &Model, design: &[f64]) -> Result<Option<Vec<Linkage>>> {
     Ok(model.drawings(&[design], &times)?.and_then(|mut all| all.pop()))
 }
 
-fn motion(model: &Model, design: &[f64]) -> Result<Option<Motion>> {
-    Ok(frames(model, design)?.and_then(|frames| Motion::new(&frames)))
+fn motion(model: &Model, design: &[f64]) -> Result<Option<MotionFrames>> {
+    Ok(frames(model, design)?.and_then(|frames| MotionFrames::new(&frames)))
 }
 
 /// Derivatives of a motion by differences towards the inside of the bounds; `None` if the parts change.
-fn motion_derivatives(model: &Model, design: &[f64], at: &Motion) -> Result<Option<Vec<Vec<Vec<f32>>>>> {
+fn motion_derivatives(model: &Model, design: &[f64], at: &MotionFrames) -> Result<Option<Vec<Vec<Vec<f32>>>>> {
     let step = |k: usize| {
         let variable = &model.variables()[k];
         let range = variable.upper - variable.lower;
@@ -350,17 +350,17 @@ fn motion_derivatives(model: &Model, design: &[f64], at: &Motion) -> Result<Opti
     (0..design.len()).into_par_iter().map(one).collect::<Result<Option<Vec<_>>>>()
 }
 
-impl Motion {
+impl MotionFrames {
     /// `None` without frames, or if the frames have different parts.
     fn new(frames: &[Linkage]) -> Option<Self> {
-        let parts = Parts::of(frames.first()?);
-        let is_same = frames.iter().all(|frame| Parts::of(frame) == parts);
+        let parts = PartCounts::of(frames.first()?);
+        let is_same = frames.iter().all(|frame| PartCounts::of(frame) == parts);
         let frames = frames.iter().map(|frame| numbers(frame).into_iter().map(|v| v as f32).collect()).collect();
         is_same.then_some(Self { parts, frames })
     }
 }
 
-impl Parts {
+impl PartCounts {
     fn of(linkage: &Linkage) -> Self {
         Self {
             guides: linkage.guides.len(),
@@ -377,7 +377,7 @@ impl Parts {
     }
 }
 
-/// The numbers of a frame in the order of [`Parts`].
+/// The numbers of a frame in the order of [`PartCounts`].
 fn numbers(linkage: &Linkage) -> Vec<f64> {
     let Linkage { guides, plates, bars, springs, lines, masses, sliders, ground_joints, joints, .. } = linkage;
     let beams = linkage.stressed.iter().map(|(outline, _)| outline);

@@ -2,7 +2,7 @@
 
 use linkwright::problem::Problem;
 use linkwright::report::outcome;
-use linkwright::sao::{Cycle, State};
+use linkwright::sao::{Cycle, RunState};
 use serde_json::{Value, json};
 
 /// The values of the variables that the model states: all but the bound of a peak.
@@ -12,7 +12,7 @@ pub fn own(problem: &Problem, values: &[f64]) -> Vec<f64> {
 }
 
 /// The trial steps of a run as pages show them.
-pub fn cycles(problem: &Problem, state: &State) -> Vec<Value> {
+pub fn cycles(problem: &Problem, state: &RunState) -> Vec<Value> {
     let one = |(k, cycle): (usize, &Cycle)| {
         json!({
             "cycle": cycle.cycle, "accepted": cycle.accepted, "design": own(problem, &cycle.design),

@@ -31,14 +31,14 @@ const HEADERS: [(&str, &str); 7] = [
 ];
 
 /// The secret of a server, and the address at which it answers.
-pub struct Guard {
+pub struct AccessControl {
     token: String,
     /// A code that is exchanged for the token once. The command line of the browser, which other users can read, contains only this.
     launch: Mutex<Option<String>>,
     host: String,
 }
 
-impl Guard {
+impl AccessControl {
     /// A guard with a new token for a server at this address.
     pub fn new(address: SocketAddr) -> anyhow::Result<Self> {
         Ok(Self { token: random()?, launch: Mutex::new(Some(random()?)), host: address.to_string() })
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn only_requests_of_the_own_page_are_admitted() {
-        let guard = Guard::new("127.0.0.1:4000".parse().unwrap()).unwrap();
+        let guard = AccessControl::new("127.0.0.1:4000".parse().unwrap()).unwrap();
         let path = format!("/{}/model", guard.token);
         let own = [("host", "127.0.0.1:4000"), ("content-type", "application/json")];
         let admit = |method: Method, path: &str, more: &[(&'static str, &str)]| {
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn the_launch_code_leads_to_the_page_once() {
-        let guard = Guard::new("127.0.0.1:4000".parse().unwrap()).unwrap();
+        let guard = AccessControl::new("127.0.0.1:4000".parse().unwrap()).unwrap();
         let (own, code) = (headers(&[("host", "127.0.0.1:4000")]), guard.launch_address());
         let code = code.strip_prefix("http://127.0.0.1:4000").unwrap();
         assert_eq!(guard.exchange("/", &own), None);

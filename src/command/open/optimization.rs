@@ -7,14 +7,14 @@
 use super::super::budget::Budget;
 use super::super::model::{located, with_program};
 use super::super::optimize;
-use super::super::run_directory::{Change, RunDirectory};
+use super::super::run_directory::{RunDirectory, SettingChange};
 use super::cycles::{cycles, own};
 use super::guard::message;
 use super::stored;
 use anyhow::{Context, bail, ensure};
 use linkwright::model_file::{Model, read, read_of_run, with_setting};
 use linkwright::problem::Problem;
-use linkwright::sao::{State, Status, presets};
+use linkwright::sao::{RunState, Status, presets};
 use linkwright::storage::Directory;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -29,7 +29,7 @@ const MEMORY: usize = 200;
 /// A request of a page about a run.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "action", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Action {
+pub enum RunRequest {
     /// Analyses the design, and stores it as the start of a new run.
     Start {
         design: Vec<f64>,
@@ -60,7 +60,7 @@ pub enum Action {
     Close,
 }
 
-impl Action {
+impl RunRequest {
     /// True for an action after which there is no run, or another one.
     pub fn ends_run(&self) -> bool {
         match self {
@@ -79,7 +79,7 @@ fn is_of_limit(key: &str) -> bool {
 /// A run of a session: none, or a thread with the run.
 pub struct Optimization {
     published: Arc<Mutex<Published>>,
-    thread: Mutex<Option<Sender<Action>>>,
+    thread: Mutex<Option<Sender<RunRequest>>>,
     news: watch::Sender<u64>,
     budget: Budget,
 }
@@ -126,9 +126,9 @@ impl Optimization {
     }
 
     /// Passes an action to the run; `file` and `text` are those of the model in force.
-    pub fn act(&self, action: Action, file: &Path, text: &str) {
+    pub fn act(&self, action: RunRequest, file: &Path, text: &str) {
         let mut thread = lock(&self.thread);
-        let is_new = matches!(action, Action::Start { .. } | Action::Resume { .. });
+        let is_new = matches!(action, RunRequest::Start { .. } | RunRequest::Resume { .. });
         if is_new {
             let own = self.next_run();
             let (sender, receiver) = channel();
@@ -152,7 +152,7 @@ impl Optimization {
                     Err(error) => publish(json!({ "status": "Failed", "fault": message(&error) }), ""),
                 }
             });
-        } else if matches!(action, Action::Close) {
+        } else if matches!(action, RunRequest::Close) {
             *thread = None;
             self.next_run();
             self.news.send_modify(|number| *number += 1);
@@ -174,9 +174,9 @@ struct SteeredRun {
     model: Model,
     problem: Problem,
     text: String,
-    state: State,
+    state: RunState,
     /// States before the last trial steps, the newest last.
-    earlier: Vec<State>,
+    earlier: Vec<RunState>,
     is_running: bool,
     /// Error of the last action.
     fault: Option<String>,
@@ -185,10 +185,10 @@ struct SteeredRun {
 
 impl SteeredRun {
     /// A new run from a design, or a stored one.
-    fn begin(action: Action, file: &Path, text: &str, budget: Budget) -> anyhow::Result<Self> {
+    fn begin(action: RunRequest, file: &Path, text: &str, budget: Budget) -> anyhow::Result<Self> {
         match action {
-            Action::Start { design, method } => Self::start(design, method.as_deref(), file, text, budget),
-            Action::Resume { folder } => Self::resume(&folder, budget),
+            RunRequest::Start { design, method } => Self::start(design, method.as_deref(), file, text, budget),
+            RunRequest::Resume { folder } => Self::resume(&folder, budget),
             _ => bail!("there is no run"),
         }
     }
@@ -245,7 +245,7 @@ impl SteeredRun {
     }
 
     /// Acts until the page closes the run or begins another one.
-    fn serve(mut self, actions: &Receiver<Action>, publish: &dyn Fn(Value, &str)) {
+    fn serve(mut self, actions: &Receiver<RunRequest>, publish: &dyn Fn(Value, &str)) {
         loop {
             if !self.is_running {
                 self.folder.release();
@@ -254,23 +254,23 @@ impl SteeredRun {
             let action = match actions.try_recv() {
                 Ok(action) => action,
                 Err(TryRecvError::Disconnected) => return,
-                Err(TryRecvError::Empty) if self.is_running => Action::Step,
+                Err(TryRecvError::Empty) if self.is_running => RunRequest::Step,
                 Err(TryRecvError::Empty) => match actions.recv() {
                     Ok(action) => action,
                     Err(_) => return,
                 },
             };
-            let (is_step, was_running) = (matches!(action, Action::Step), self.is_running);
+            let (is_step, was_running) = (matches!(action, RunRequest::Step), self.is_running);
             self.fault = None;
             // A step may take minutes: pages show that it is under way, and send no further request for a step.
-            if !was_running && !matches!(action, Action::Run | Action::Pause) {
+            if !was_running && !matches!(action, RunRequest::Run | RunRequest::Pause) {
                 let mut record = self.record();
                 record["status"] = "Working".into();
                 publish(record, &self.text);
             }
             let done = match (self.claimed(), action) {
                 (Err(error), _) => Err(error),
-                (Ok(()), Action::Set { key, value }) => match self.changed(&key, &value) {
+                (Ok(()), RunRequest::Set { key, value }) => match self.changed(&key, &value) {
                     Ok(Ok(changed)) => {
                         self = changed;
                         Ok(())
@@ -301,15 +301,15 @@ impl SteeredRun {
         Ok(())
     }
 
-    fn act(&mut self, action: Action) -> anyhow::Result<()> {
+    fn act(&mut self, action: RunRequest) -> anyhow::Result<()> {
         match action {
-            Action::Run => self.is_running = self.state.status == Status::Running,
-            Action::Pause => self.is_running = false,
-            Action::Step => self.step()?,
-            Action::Back => self.back()?,
-            Action::Accept => self.accept()?,
-            Action::Refuse => self.refuse()?,
-            Action::Start { .. } | Action::Resume { .. } | Action::Set { .. } | Action::Close => {}
+            RunRequest::Run => self.is_running = self.state.status == Status::Running,
+            RunRequest::Pause => self.is_running = false,
+            RunRequest::Step => self.step()?,
+            RunRequest::Back => self.back()?,
+            RunRequest::Accept => self.accept()?,
+            RunRequest::Refuse => self.refuse()?,
+            RunRequest::Start { .. } | RunRequest::Resume { .. } | RunRequest::Set { .. } | RunRequest::Close => {}
         }
         Ok(())
     }
@@ -350,12 +350,13 @@ impl SteeredRun {
     }
 
     /// Makes `state` that of the run. Its history continues that of `base`, a state of this run before its last trial step.
-    fn replace(&mut self, mut base: State, mut state: State, decision: &str) -> anyhow::Result<()> {
+    fn replace(&mut self, mut base: RunState, mut state: RunState, decision: &str) -> anyhow::Result<()> {
         self.problem.check_design(&state.design).context("the bounds exclude the earlier design")?;
         (base.fingerprint, state.fingerprint) = (self.problem.fingerprint(), self.problem.fingerprint());
         let state = self.model.method().restart(&self.problem, state)?;
         let number = self.state.history.len() - 1;
-        let change = Change { key: decision.to_owned(), before: Some(format!("trial step {number}")), after: None };
+        let change =
+            SettingChange { key: decision.to_owned(), before: Some(format!("trial step {number}")), after: None };
         self.folder.rewind(&mut base, change)?;
         self.state = state;
         self.store()

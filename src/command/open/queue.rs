@@ -10,7 +10,7 @@ use tokio::time::timeout;
 
 /// Time after which a running analysis is stopped for a newer request of the same page. A shorter one is awaited: its result is
 /// newer than what the page shows.
-const PATIENCE: Duration = Duration::from_millis(100);
+const SUPERSEDE_AFTER: Duration = Duration::from_millis(100);
 /// Largest number of waiting pages.
 const PAGES: usize = 16;
 
@@ -38,7 +38,7 @@ struct Waiting {
     /// Number of the model.
     number: u64,
     jobs: Vec<Job>,
-    running: Option<Running>,
+    running: Option<RunningJob>,
     is_closed: bool,
 }
 
@@ -48,15 +48,15 @@ struct Job {
     reply: oneshot::Sender<Reply>,
 }
 
-struct Running {
+struct RunningJob {
     page: String,
     since: Instant,
     worker: Arc<Mutex<Child>>,
     is_stopped: bool,
 }
 
-impl Running {
-    fn stop(&mut self) {
+impl RunningJob {
+    fn cancel(&mut self) {
         self.is_stopped = true;
         drop(lock(&self.worker).kill());
     }
@@ -87,7 +87,7 @@ impl Queue {
         waiting.number += 1;
         waiting.jobs.clear();
         if let Some(running) = &mut waiting.running {
-            running.stop();
+            running.cancel();
         }
     }
 
@@ -105,7 +105,7 @@ impl Queue {
             self.shared.1.notify_one();
         }
         loop {
-            match timeout(PATIENCE, &mut answer).await {
+            match timeout(SUPERSEDE_AFTER, &mut answer).await {
                 Ok(answer) => return answer.unwrap_or(Reply::Outdated),
                 Err(_) => self.stop_for_newer(page),
             }
@@ -117,9 +117,9 @@ impl Queue {
         let mut waiting = self.waiting();
         let is_waiting = waiting.jobs.iter().any(|job| job.page == page);
         if let Some(running) =
-            waiting.running.as_mut().filter(|r| is_waiting && r.page == page && r.since.elapsed() >= PATIENCE)
+            waiting.running.as_mut().filter(|r| is_waiting && r.page == page && r.since.elapsed() >= SUPERSEDE_AFTER)
         {
-            running.stop();
+            running.cancel();
         }
     }
 
@@ -128,7 +128,7 @@ impl Queue {
         let mut waiting = self.waiting();
         waiting.jobs.retain(|job| job.page != page);
         if let Some(running) = waiting.running.as_mut().filter(|running| running.page == page) {
-            running.stop();
+            running.cancel();
         }
     }
 }
@@ -138,7 +138,7 @@ impl Drop for Queue {
         let mut waiting = self.waiting();
         waiting.is_closed = true;
         if let Some(running) = &mut waiting.running {
-            running.stop();
+            running.cancel();
         }
         self.shared.1.notify_one();
     }
@@ -208,8 +208,12 @@ fn serve((waiting, news): &(Mutex<Waiting>, Condvar), program: &Path, arguments:
                 }
             },
         };
-        lock(waiting).running =
-            Some(Running { page: job.page, since: Instant::now(), worker: ready.process.clone(), is_stopped: false });
+        lock(waiting).running = Some(RunningJob {
+            page: job.page,
+            since: Instant::now(),
+            worker: ready.process.clone(),
+            is_stopped: false,
+        });
         let answer = ready.answer(&job.request);
         let is_stopped = lock(waiting).running.take().is_some_and(|running| running.is_stopped);
         drop(job.reply.send(match answer {

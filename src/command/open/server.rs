@@ -1,6 +1,6 @@
 //! The server: connections, routes and their limits.
 
-use super::guard::{self, Guard};
+use super::guard::{self, AccessControl};
 use super::queue::Reply;
 use super::session::{self, Saved, Session};
 use super::stored;
@@ -74,7 +74,7 @@ pub struct Server {
 }
 
 struct Shared {
-    guard: Guard,
+    guard: AccessControl,
     session: Session,
 }
 
@@ -82,7 +82,7 @@ impl Server {
     /// Opens a port that the system chooses.
     pub async fn bind(session: Session) -> anyhow::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.context("cannot open a port for the page")?;
-        let guard = Guard::new(listener.local_addr()?)?;
+        let guard = AccessControl::new(listener.local_addr()?)?;
         Ok(Self { listener, shared: Arc::new(Shared { guard, session }) })
     }
 
@@ -209,7 +209,7 @@ async fn blocking(
 /// A request for an analysis. Numbers and order of the design are those of the variables of the model.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Analyze {
+struct AnalysisRequest {
     /// Random name of the page, by which newer requests replace older ones.
     page: String,
     /// Revision of the model for which the design is meant.
@@ -228,21 +228,21 @@ struct Cancel {
 /// A rival of the run, with this preset.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Race {
+struct RivalRequest {
     method: String,
 }
 
 /// A stored run or study.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Stored {
+struct StoredFolder {
     folder: String,
 }
 
 /// Two stored runs.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Pair {
+struct RunPair {
     folders: [String; 2],
 }
 
@@ -257,7 +257,7 @@ struct Note {
 /// A place in a text of the model, in UTF-16 units as browsers count.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Place {
+struct TextPosition {
     text: String,
     at: usize,
 }
@@ -265,7 +265,7 @@ struct Place {
 /// Edited text of the model, and the hashes of the text that was edited and of the text on disk from which the edits began.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Edit {
+struct TextEdit {
     text: String,
     edited: String,
     base: String,
@@ -295,7 +295,7 @@ async fn post(shared: &Arc<Shared>, route: &str, body: &str) -> Result<Response,
     let session = &shared.session;
     Ok(match route {
         "analyze" => {
-            let wanted: Analyze = parsed(body)?;
+            let wanted: AnalysisRequest = parsed(body)?;
             if wanted.page.len() > PAGE_NAME {
                 return Err(StatusCode::BAD_REQUEST);
             }
@@ -315,21 +315,21 @@ async fn post(shared: &Arc<Shared>, route: &str, body: &str) -> Result<Response,
             session.optimize(parsed(body)?);
             done(Ok(()))
         }
-        "race" => done(session.race(parsed::<Race>(body)?.method)),
+        "race" => done(session.race(parsed::<RivalRequest>(body)?.method)),
         "rival" => {
             session.steer_rival(parsed(body)?);
             done(Ok(()))
         }
         "stored-run" => {
-            let Stored { folder } = parsed(body)?;
+            let StoredFolder { folder } = parsed(body)?;
             blocking(shared, move |_| stored::run(&folder)).await
         }
         "study" => {
-            let Stored { folder } = parsed(body)?;
+            let StoredFolder { folder } = parsed(body)?;
             blocking(shared, move |session| session.study(&folder)).await
         }
         "differences" => {
-            let Pair { folders: [a, b] } = parsed(body)?;
+            let RunPair { folders: [a, b] } = parsed(body)?;
             blocking(shared, move |_| stored::differences(&a, &b)).await
         }
         "note" => {
@@ -337,11 +337,11 @@ async fn post(shared: &Arc<Shared>, route: &str, body: &str) -> Result<Response,
             blocking(shared, move |_| stored::write_note(&folder, &text).map(|()| json!({}))).await
         }
         "complete" => {
-            let Place { text, at } = parsed(body)?;
+            let TextPosition { text, at } = parsed(body)?;
             json_text(session::completions(&text, at).to_string())
         }
         "edit" => {
-            let Edit { text, edited, base } = parsed(body)?;
+            let TextEdit { text, edited, base } = parsed(body)?;
             match session.edit(text, &edited, base) {
                 Ok(Some(edited)) => json_text(json!({ "edited": edited }).to_string()),
                 Ok(None) => StatusCode::CONFLICT.into_response(),

@@ -7,7 +7,7 @@ use super::super::budget::Budget;
 use super::super::model::{programs_are_allowed, reject_study, with_program};
 use super::super::run_directory::fingerprint;
 use super::guard::message;
-use super::optimization::{Action, Optimization};
+use super::optimization::{Optimization, RunRequest};
 use super::queue::{Queue, Reply};
 use super::stored;
 use super::worker::ModelLine;
@@ -289,9 +289,9 @@ impl Session {
     }
 
     /// Passes an action to the optimization of the model in force. A rival ends with the run against which it began.
-    pub fn optimize(&self, action: Action) {
+    pub fn optimize(&self, action: RunRequest) {
         if action.ends_run() {
-            self.rival.act(Action::Close, &self.path, "");
+            self.rival.act(RunRequest::Close, &self.path, "");
         }
         let text = self.project().text.clone();
         self.optimization.act(action, &self.path, &text);
@@ -300,12 +300,12 @@ impl Session {
     /// Begins a rival of the optimization: a run of another method with the same model and start.
     pub fn race(&self, method: String) -> anyhow::Result<()> {
         let (text, design) = self.optimization.begin().context("begin a run first; the rival has its start")?;
-        self.rival.act(Action::Start { design, method: Some(method) }, &self.path, &text);
+        self.rival.act(RunRequest::Start { design, method: Some(method) }, &self.path, &text);
         Ok(())
     }
 
     /// Passes an action to the rival.
-    pub fn steer_rival(&self, action: Action) {
+    pub fn steer_rival(&self, action: RunRequest) {
         self.rival.act(action, &self.path, "");
     }
 

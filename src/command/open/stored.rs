@@ -1,7 +1,7 @@
 //! Stored runs and studies of the model of a session, as pages show them.
 
 use super::super::output::results;
-use super::super::run_directory::{Change, RunDirectory, changes};
+use super::super::run_directory::{RunDirectory, SettingChange, changes};
 use super::super::run_entry::{self, RunEntry};
 use super::super::runs::RunComparison;
 use super::super::study::stored_study;
@@ -108,6 +108,6 @@ pub fn other_settings(before: &str, after: &str) -> Vec<String> {
 }
 
 /// True for settings in which two runs of one problem can differ.
-fn is_free(change: &Change) -> bool {
+fn is_free(change: &SettingChange) -> bool {
     change.may_be_edited() || (change.key.starts_with("design.") && change.key.ends_with(".start"))
 }

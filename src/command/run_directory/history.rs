@@ -10,10 +10,10 @@
 //! A line is flushed to disk before the state that refers to it. The state names the part of the file up to its last cycle: length
 //! and hash. When a run continues, lines of cycles after that part are removed; these cycles are computed again, with the same bits.
 
-use super::records::{Edit, Prefix, RunRecord, Summary, Versions, cycle_line};
+use super::records::{ModelEdit, Prefix, RunRecord, Summary, Versions, cycle_line};
 use crate::command::output::argument;
 use anyhow::{Context, bail};
-use linkwright::sao::{Cycle, State};
+use linkwright::sao::{Cycle, RunState};
 use linkwright::storage::{Appender, Directory, Fnv1a};
 use serde::Serialize;
 use std::io::{BufRead, BufReader};
@@ -26,7 +26,7 @@ const LINE: usize = 1 << 30;
 
 /// A history that was read.
 #[derive(Default)]
-pub struct History {
+pub struct RunHistory {
     /// Its cycles.
     pub cycles: Vec<Cycle>,
     /// The part up to the last of them.
@@ -51,10 +51,10 @@ struct BeginLine<'r> {
 struct EditLine<'e> {
     event: &'static str,
     #[serde(flatten)]
-    edit: &'e Edit,
+    edit: &'e ModelEdit,
 }
 
-impl History {
+impl RunHistory {
     /// Reads the history of a folder: the part of a state with the lines after it that are no cycles, or all of it.
     pub fn read(directory: &Directory, wanted: Option<&Prefix>) -> anyhow::Result<Self> {
         let place = directory.path().join(HISTORY);
@@ -147,12 +147,12 @@ fn complete_line(reader: &mut impl BufRead, place: &Path) -> anyhow::Result<Opti
 pub struct HistoryFile {
     place: PathBuf,
     file: Appender,
-    read: History,
+    read: RunHistory,
 }
 
 impl HistoryFile {
     /// Opens the file of a history that was read; removes all bytes that are not a part of it.
-    pub fn open(directory: &Directory, mut read: History) -> anyhow::Result<Self> {
+    pub fn open(directory: &Directory, mut read: RunHistory) -> anyhow::Result<Self> {
         let place = directory.path().join(HISTORY);
         let open = || {
             let file = directory.appender(HISTORY)?;
@@ -173,7 +173,7 @@ impl HistoryFile {
     }
 
     /// Appends the cycles and edits that are not in the file yet, and flushes them. Returns the part up to the last cycle.
-    pub fn update(&mut self, run: &RunRecord, state: &State) -> anyhow::Result<&Prefix> {
+    pub fn update(&mut self, run: &RunRecord, state: &RunState) -> anyhow::Result<&Prefix> {
         let mut lines = vec![];
         if self.read.length == 0 {
             let RunRecord { versions, fingerprint, input, .. } = run;

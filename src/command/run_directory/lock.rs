@@ -22,14 +22,14 @@ impl fmt::Display for Occupied {
 impl std::error::Error for Occupied {}
 
 /// The lock of a folder. The system releases it when the process ends, also by a kill.
-pub struct Claim {
+pub struct FolderLock {
     /// `None` if the file system has no locks.
     _file: Option<File>,
     /// True if the file of the lock did not exist before.
     is_new: bool,
 }
 
-impl Claim {
+impl FolderLock {
     /// Locks a folder in which no other process runs.
     pub fn of(directory: &Directory) -> anyhow::Result<Self> {
         let place = directory.path().join(LOCK);

@@ -15,21 +15,23 @@ mod lock;
 mod records;
 mod state_file;
 
-pub use lock::{Claim, LOCK, Occupied};
-pub use records::{Change, Edit, NamedValue, Nearest, RunRecord, SUMMARY, Summary, changes, fingerprint, shown_cycle};
+pub use lock::{FolderLock, LOCK, Occupied};
+pub use records::{
+    ModelEdit, NamedValue, Nearest, RunRecord, SUMMARY, SettingChange, Summary, changes, fingerprint, shown_cycle,
+};
 
 use super::budget::Sizes;
-use super::folder::{MANIFEST, OutputFolder, RUN, STUDY};
 use super::model::{located, parsed, with_program};
 use super::output::{argument, complain};
+use super::output_folder::{MANIFEST, OutputFolder, RUN, STUDY};
 use super::tables;
 use anyhow::{Context, bail};
-use history::{HISTORY, History, HistoryFile, explained};
+use history::{HISTORY, HistoryFile, RunHistory, explained};
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 #[cfg(feature = "database")]
 use linkwright::problem::Responses;
-use linkwright::sao::State;
+use linkwright::sao::RunState;
 use linkwright::storage::{Appender, Directory};
 use state_file::{PREVIOUS, STATE, StoredState};
 use std::path::Path;
@@ -80,7 +82,7 @@ pub struct RunDirectory {
 
 struct Active {
     /// `None` while other processes may run in the folder.
-    claim: Option<Claim>,
+    claim: Option<FolderLock>,
     history: Option<HistoryFile>,
     cycles: Option<CycleTable>,
     /// Number of trial steps in the stored state.
@@ -97,8 +99,8 @@ struct CycleTable {
 
 /// The state of a run, with the history that was read for it.
 pub struct LastState {
-    pub state: State,
-    history: History,
+    pub state: RunState,
+    history: RunHistory,
     is_old: bool,
 }
 
@@ -106,7 +108,7 @@ impl RunDirectory {
     /// Claims a folder for a new run. The claim comes first, then the look: a folder in which a process runs, one with a run, and one
     /// with other people's files are rejected. With `force`, an earlier run is replaced when the new one begins, and other files stay.
     pub fn reserve(directory: Directory, force: bool) -> anyhow::Result<Reserved> {
-        let claim = Claim::of(&directory)?;
+        let claim = FolderLock::of(&directory)?;
         match look(&directory, force) {
             Ok(folder) => Ok(Reserved { folder, claim }),
             Err(error) => {
@@ -124,13 +126,13 @@ impl RunDirectory {
 
     /// Opens the folder of an existing run to read it, with its model and the text of the model.
     pub fn open(path: &Path) -> anyhow::Result<(Self, Model, String)> {
-        Self::read(super::folder::opened(path)?)
+        Self::read(super::output_folder::opened(path)?)
     }
 
     /// Locks the folder of an existing run against other processes, then opens it.
     pub fn claim(directory: Directory) -> anyhow::Result<(Self, Model, String)> {
         RunRecord::read(&directory)?;
-        let claim = Claim::of(&directory)?;
+        let claim = FolderLock::of(&directory)?;
         remove_temporary(&directory)?;
         let (mut opened, model, text) = Self::read(directory)?;
         opened.folder.check_free(&FILES)?;
@@ -151,7 +153,7 @@ impl RunDirectory {
         if fingerprint(&model) != record.fingerprint {
             let file = folder.place(MODEL);
             let all = changes(&record.model, &text)?;
-            let forbidden: Vec<&Change> = all.iter().filter(|change| !change.may_be_edited()).collect();
+            let forbidden: Vec<&SettingChange> = all.iter().filter(|change| !change.may_be_edited()).collect();
             let shown = if forbidden.is_empty() { all.iter().collect() } else { forbidden };
             let different: Vec<String> = shown.iter().map(ToString::to_string).collect();
             bail!(
@@ -182,7 +184,7 @@ impl RunDirectory {
         problem: &Problem,
         text: &str,
         previous: bool,
-    ) -> anyhow::Result<Option<State>> {
+    ) -> anyhow::Result<Option<RunState>> {
         let last = if previous {
             let offered = self.stored(PREVIOUS, model, problem)?;
             Some(offered.with_context(|| format!("there is no {}", self.folder.place(PREVIOUS).display()))?)
@@ -195,7 +197,7 @@ impl RunDirectory {
                 anyhow::ensure!(is_inside, "the bounds exclude the start of `{}`, {} {}", v.name, v.start, v.unit);
             }
             // The start design is analysed again, and its line written again.
-            self.open_history(History::read(self.folder.directory(), Some(&records::Prefix::default()))?)?;
+            self.open_history(RunHistory::read(self.folder.directory(), Some(&records::Prefix::default()))?)?;
             return Ok(None);
         };
         problem.check_design(&state.design).context("the bounds exclude the last accepted design")?;
@@ -237,7 +239,7 @@ impl RunDirectory {
 
     /// Rejects a history without a state. That of the start design may have been killed before its state was written.
     fn no_state(&self) -> anyhow::Result<()> {
-        let history = History::read(self.folder.directory(), None)?;
+        let history = RunHistory::read(self.folder.directory(), None)?;
         anyhow::ensure!(
             history.cycles.len() <= 1,
             "{} is missing, but {} has {} cycles; restore it, or start anew with `linkwright optimize FILE --force --out {}`",
@@ -254,37 +256,38 @@ impl RunDirectory {
         let place = self.folder.place(name);
         let directory = self.folder.directory();
         let limit = Sizes::of(problem, model.method()).state_limit();
-        let fits = |result: linkwright::Result<State>| result.with_context(|| format!("{}", place.display()));
+        let fits = |result: linkwright::Result<RunState>| result.with_context(|| format!("{}", place.display()));
         match state_file::read(directory, name, &self.record.fingerprint, limit)? {
             None => Ok(None),
             Some(StoredState::Bound(state, prefix)) => {
-                let mut history = History::read(directory, Some(&prefix))?;
+                let mut history = RunHistory::read(directory, Some(&prefix))?;
                 let state = fits(state.complete(Some(std::mem::take(&mut history.cycles)), problem))?;
                 Ok(Some(LastState { state, history, is_old: false }))
             }
             Some(StoredState::Old(state)) => {
                 let state = fits(state.complete(None, problem))?;
-                let history = History::read(directory, None)?;
+                let history = RunHistory::read(directory, None)?;
                 check_old(&place, problem, &state, &history)?;
                 Ok(Some(LastState { state, history, is_old: true }))
             }
         }
     }
 
-    fn record_edit(&mut self, state: &State, text: &str) -> anyhow::Result<()> {
+    fn record_edit(&mut self, state: &RunState, text: &str) -> anyhow::Result<()> {
         let before = &self.record.model;
         if before == text {
             return Ok(());
         }
         let new = text.lines().filter(|line| !before.lines().any(|old| old == *line)).map(str::to_owned);
-        let edit = Edit { after_tries: state.history.len() - 1, lines: new.collect(), changes: changes(before, text)? };
+        let edit =
+            ModelEdit { after_tries: state.history.len() - 1, lines: new.collect(), changes: changes(before, text)? };
         self.record.edits.push(edit);
         self.record.model = text.to_owned();
         self.write_record()
     }
 
     /// Settings of the model with other values than before.
-    pub fn changes(&self, text: &str) -> anyhow::Result<Vec<Change>> {
+    pub fn changes(&self, text: &str) -> anyhow::Result<Vec<SettingChange>> {
         changes(&self.record.model, text)
     }
 
@@ -311,7 +314,7 @@ impl RunDirectory {
     }
 
     /// Appends the cycles that are not in the files yet, and writes the state and the summary. Returns the summary.
-    pub fn save(&mut self, model: &Model, problem: &Problem, state: &mut State) -> anyhow::Result<Summary> {
+    pub fn save(&mut self, model: &Model, problem: &Problem, state: &mut RunState) -> anyhow::Result<Summary> {
         self.save_state(state)?;
         let summary = Summary::new(model, problem, state, &self.record.edits);
         self.save_cycles(problem, state)?;
@@ -320,7 +323,7 @@ impl RunDirectory {
     }
 
     /// History first, then the state that refers to it. The former state becomes the previous one.
-    fn save_state(&mut self, state: &mut State) -> anyhow::Result<()> {
+    fn save_state(&mut self, state: &mut RunState) -> anyhow::Result<()> {
         let Some(active) = &mut self.active else { return Ok(()) };
         let Some(history) = &mut active.history else { return Ok(()) };
         let prefix = history.update(&self.record, state)?;
@@ -342,12 +345,12 @@ impl RunDirectory {
     /// Makes an earlier state that of the run, and records why. The state is written before the later cycles are removed from the
     /// history, so that a kill leaves a state with its history.
     #[cfg(feature = "app")]
-    pub fn rewind(&mut self, state: &mut State, reason: Change) -> anyhow::Result<()> {
+    pub fn rewind(&mut self, state: &mut RunState, reason: SettingChange) -> anyhow::Result<()> {
         let after_tries = state.history.len() - 1;
-        self.record.edits.push(Edit { after_tries, lines: vec![], changes: vec![reason] });
+        self.record.edits.push(ModelEdit { after_tries, lines: vec![], changes: vec![reason] });
         self.write_record()?;
         let directory = self.folder.directory();
-        let history = History::first(directory, state.history.len())?;
+        let history = RunHistory::first(directory, state.history.len())?;
         let text = state_file::sealed(state, &self.record.fingerprint, &history.prefix)?;
         explained(&self.folder.place(STATE), directory.replace(STATE, text.as_bytes(), true))?;
         explained(&self.folder.place(PREVIOUS), directory.remove(PREVIOUS))?;
@@ -381,7 +384,7 @@ impl RunDirectory {
     pub fn reclaim(&mut self) -> anyhow::Result<bool> {
         let directory = self.folder.directory();
         let Some(active) = self.active.as_mut().filter(|active| active.claim.is_none()) else { return Ok(true) };
-        let claim = Claim::of(directory)?;
+        let claim = FolderLock::of(directory)?;
         let limit = active.text.len() as u64 + 1;
         let is_same = directory.read(STATE, limit).is_ok_and(|text| text.as_deref() == Some(active.text.as_bytes()))
             && active.history.as_ref().is_some_and(HistoryFile::is_whole);
@@ -390,7 +393,7 @@ impl RunDirectory {
     }
 
     /// Appends rows to the table of cycles. The first time, the table is written as a whole.
-    fn save_cycles(&mut self, problem: &Problem, state: &State) -> anyhow::Result<()> {
+    fn save_cycles(&mut self, problem: &Problem, state: &RunState) -> anyhow::Result<()> {
         let place = self.folder.place(CYCLES);
         let Some(active) = &mut self.active else { return Ok(()) };
         match &mut active.cycles {
@@ -410,7 +413,7 @@ impl RunDirectory {
     }
 
     /// Writes the results of a run that has ended.
-    pub fn finish(&mut self, problem: &Problem, state: &State, summary: &Summary) -> anyhow::Result<()> {
+    pub fn finish(&mut self, problem: &Problem, state: &RunState, summary: &Summary) -> anyhow::Result<()> {
         let responses = tables::responses(problem, &state.responses)?;
         let constraints = tables::constraints(problem, &state.design, &state.evaluation)?;
         self.folder.own(&[RESPONSES, CONSTRAINTS])?;
@@ -429,7 +432,7 @@ impl RunDirectory {
         history.map_or(Ok(()), |history| history.end(summary))
     }
 
-    fn open_history(&mut self, history: History) -> anyhow::Result<()> {
+    fn open_history(&mut self, history: RunHistory) -> anyhow::Result<()> {
         let file = HistoryFile::open(self.folder.directory(), history)?;
         if let Some(active) = &mut self.active {
             active.history = Some(file);
@@ -455,7 +458,7 @@ impl RunDirectory {
 /// A claimed folder in which a run is to begin. Nothing in it has been changed yet.
 pub struct Reserved {
     folder: OutputFolder,
-    claim: Claim,
+    claim: FolderLock,
 }
 
 impl Reserved {
@@ -479,7 +482,7 @@ impl Reserved {
         let mut created = RunDirectory { folder: self.folder, record, active: Some(Active::new(self.claim)) };
         created.replace(MODEL, text.as_bytes())?;
         created.write_record()?;
-        created.open_history(History::default())?;
+        created.open_history(RunHistory::default())?;
         Ok(created)
     }
 
@@ -490,7 +493,7 @@ impl Reserved {
 }
 
 impl Active {
-    fn new(claim: Claim) -> Self {
+    fn new(claim: FolderLock) -> Self {
         Self { claim: Some(claim), history: None, cycles: None, stored: None, text: String::new() }
     }
 }
@@ -554,7 +557,7 @@ fn look(directory: &Directory, force: bool) -> anyhow::Result<OutputFolder> {
 }
 
 /// Checks a state of an earlier version, which has no checksum: its responses are computed again, its history is compared.
-fn check_old(place: &Path, problem: &Problem, state: &State, history: &History) -> anyhow::Result<()> {
+fn check_old(place: &Path, problem: &Problem, state: &RunState, history: &RunHistory) -> anyhow::Result<()> {
     let shown = place.display();
     let again = problem.analyze(&state.design).with_context(|| format!("{shown}: its design cannot be analysed"))?;
     let near = |(one, other): (&Vec<f64>, &Vec<f64>)| {

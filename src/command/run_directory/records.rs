@@ -1,14 +1,14 @@
 //! Records of the JSON files: `run.json`, `summary.json` and the lines of `history.jsonl`.
 
-use crate::command::folder::{OutputFolder, RUN, STUDY};
 use crate::command::output::{argument, now};
+use crate::command::output_folder::{OutputFolder, RUN, STUDY};
 use anyhow::{Context, bail};
 use linkwright::model_file::{Model, settings};
 use linkwright::problem::{DesignVariable, Problem};
 use linkwright::report::number::{counted, readable, with_unit};
 use linkwright::report::outcome::{self, ConstraintValue};
 use linkwright::report::table::one_line;
-use linkwright::sao::{Cycle, State, Status};
+use linkwright::sao::{Cycle, RunState, Status};
 use linkwright::storage::{Directory, fnv1a};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -65,30 +65,30 @@ pub struct RunRecord {
     pub fingerprint: String,
     /// Text of the model that was used last.
     pub model: String,
-    pub edits: Vec<Edit>,
+    pub edits: Vec<ModelEdit>,
 }
 
 /// An edit of the model between two parts of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Edit {
+pub struct ModelEdit {
     /// Number of trial steps before the edit.
     pub after_tries: usize,
     /// Lines of the edited model that the former one does not have.
     pub lines: Vec<String>,
     /// Settings with other values than before.
     #[serde(default)]
-    pub changes: Vec<Change>,
+    pub changes: Vec<SettingChange>,
 }
 
 /// A setting with different values in two models; `None` where a model lacks the key.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Change {
+pub struct SettingChange {
     pub key: String,
     pub before: Option<String>,
     pub after: Option<String>,
 }
 
-impl Change {
+impl SettingChange {
     /// Returns `true` for title, method, and bounds of a design variable: a run goes on with other values of these.
     pub fn may_be_edited(&self) -> bool {
         let is_bound = |key: &str| matches!(key.rsplit_once('.'), Some((_, "lower" | "upper")));
@@ -99,7 +99,7 @@ impl Change {
     }
 }
 
-impl std::fmt::Display for Change {
+impl std::fmt::Display for SettingChange {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match (&self.before, &self.after) {
             (Some(before), Some(after)) => write!(f, "{}: {before} → {after}", self.key),
@@ -157,17 +157,17 @@ pub fn fingerprint(model: &Model) -> String {
 }
 
 /// Settings with different values in two models.
-pub fn changes(before: &str, after: &str) -> anyhow::Result<Vec<Change>> {
+pub fn changes(before: &str, after: &str) -> anyhow::Result<Vec<SettingChange>> {
     let [old, new] = [settings("the model before", before)?, settings("the model after", after)?];
     let keys: std::collections::BTreeSet<&String> = old.keys().chain(new.keys()).collect();
     let different = keys.into_iter().filter(|key| old.get(*key) != new.get(*key));
     let change =
-        |key: &String| Change { key: key.clone(), before: old.get(key).cloned(), after: new.get(key).cloned() };
+        |key: &String| SettingChange { key: key.clone(), before: old.get(key).cloned(), after: new.get(key).cloned() };
     Ok(different.map(change).collect())
 }
 
 /// The last cycle of a state as a line of `--json`: that of `history.jsonl` with the objective as stated.
-pub fn shown_cycle(problem: &Problem, state: &State, k: usize) -> anyhow::Result<String> {
+pub fn shown_cycle(problem: &Problem, state: &RunState, k: usize) -> anyhow::Result<String> {
     let mut line: serde_json::Value = serde_json::from_str(&cycle_line(&state.history[k])?)?;
     if state.history[k].failure.is_some() {
         for name in ["objective", "objective_error_pct", "constraint_error_pct", "violation_pct"] {
@@ -234,7 +234,7 @@ pub struct Summary {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// Edits of the model during the run.
-    pub edits: Vec<Edit>,
+    pub edits: Vec<ModelEdit>,
 }
 
 /// The best design of a run.
@@ -299,7 +299,7 @@ impl Nearest {
 
 impl Summary {
     /// The summary of a state.
-    pub fn new(model: &Model, problem: &Problem, state: &State, edits: &[Edit]) -> Self {
+    pub fn new(model: &Model, problem: &Problem, state: &RunState, edits: &[ModelEdit]) -> Self {
         let named =
             |(v, b): (&DesignVariable, &f64)| NamedValue { name: v.name.clone(), unit: v.unit.clone(), value: *b };
         let objective = NamedValue {

@@ -6,7 +6,7 @@
 
 use super::records::{Prefix, STATE_FILE_VERSION};
 use anyhow::{Context, bail};
-use linkwright::sao::{STATE_VERSION, State};
+use linkwright::sao::{RunState, STATE_VERSION};
 use linkwright::storage::{Directory, fnv1a};
 use serde::{Deserialize, Serialize};
 
@@ -29,13 +29,13 @@ struct StateFile<S> {
 /// A state that was read.
 pub enum StoredState {
     /// A state without its history, and the part of the history that belongs to it.
-    Bound(State, Prefix),
+    Bound(RunState, Prefix),
     /// A state with its history, of an earlier version: it has no checksum.
-    Old(State),
+    Old(RunState),
 }
 
 /// The content of the file.
-pub fn sealed(state: &mut State, model: &str, history: &Prefix) -> anyhow::Result<String> {
+pub fn sealed(state: &mut RunState, model: &str, history: &Prefix) -> anyhow::Result<String> {
     let checksum = format!("{HASH}{}", "0".repeat(DIGITS));
     let text = state.without_history(|state| {
         let (model, history) = (model.to_owned(), history.clone());
@@ -59,7 +59,7 @@ fn is_sealed(text: &str) -> bool {
 /// Reads a state file of at most `limit` bytes for a model; `None` if it does not exist.
 pub fn read(directory: &Directory, name: &str, model: &str, limit: u64) -> anyhow::Result<Option<StoredState>> {
     #[derive(Deserialize)]
-    struct Head {
+    struct StateHead {
         version: u32,
     }
     let place = directory.path().join(name);
@@ -67,7 +67,7 @@ pub fn read(directory: &Directory, name: &str, model: &str, limit: u64) -> anyho
     let bytes = directory.read(name, limit).with_context(|| format!("cannot read {}", place.display()))?;
     let Some(bytes) = bytes else { return Ok(None) };
     let text = String::from_utf8(bytes).with_context(unreadable)?;
-    let Head { version } = serde_json::from_str(&text).with_context(unreadable)?;
+    let StateHead { version } = serde_json::from_str(&text).with_context(unreadable)?;
     let shown = place.display();
     match version {
         STATE_VERSION => Ok(Some(StoredState::Old(serde_json::from_str(&text).with_context(unreadable)?))),
@@ -75,7 +75,7 @@ pub fn read(directory: &Directory, name: &str, model: &str, limit: u64) -> anyho
             if !is_sealed(&text) {
                 bail!("{shown} was changed or damaged: its checksum is not that of its content");
             }
-            let file: StateFile<State> = serde_json::from_str(&text).with_context(unreadable)?;
+            let file: StateFile<RunState> = serde_json::from_str(&text).with_context(unreadable)?;
             if file.model != model {
                 let other = file.model;
                 bail!("{shown} is the state of another model (fingerprint {other}, expected {model})");

@@ -1,6 +1,6 @@
 //! Comparison of two runs.
 
-use crate::command::run_directory::{Change, NamedValue, Nearest, Summary, changes};
+use crate::command::run_directory::{NamedValue, Nearest, SettingChange, Summary, changes};
 use crate::command::run_entry::RunEntry;
 use anyhow::bail;
 use linkwright::report::table::{Cell, Table};
@@ -14,7 +14,7 @@ pub struct RunComparison {
     /// `true` if both solve the same problem: their models differ at most in starts, bounds, method and title.
     one_problem: bool,
     /// Settings in which the models differ.
-    settings: Vec<Change>,
+    settings: Vec<SettingChange>,
     /// Work, objective, violation, design variables and constraints.
     quantities: Vec<ComparedNumber>,
     runs: [RunEntry; 2],
@@ -43,8 +43,9 @@ impl RunComparison {
         let settings = changes(&runs[0].text, &runs[1].text)?;
         // A start is where a run begins, and no part of the problem.
         let is_start = |key: &str| matches!(key.rsplit_once('.'), Some((_, "start")));
-        let is_problem =
-            |change: &Change| !change.may_be_edited() && !change.key.strip_prefix("design.").is_some_and(is_start);
+        let is_problem = |change: &SettingChange| {
+            !change.may_be_edited() && !change.key.strip_prefix("design.").is_some_and(is_start)
+        };
         Ok(Self {
             version: 1,
             one_problem: runs[0].fingerprint == runs[1].fingerprint || !settings.iter().any(is_problem),

@@ -7,8 +7,8 @@ mod comparison;
 #[cfg(feature = "database")]
 mod filter;
 
-use super::folder::{OutputFolder, stored};
 use super::output::{Digits, results, say};
+use super::output_folder::{OutputFolder, stored};
 use super::run_directory::Summary;
 use super::run_entry::{RunEntry, below};
 use anyhow::bail;
@@ -106,12 +106,12 @@ impl Runs {
     /// Takes the runs of a folder into a database, and lists those that are in it. The default folder may be missing.
     #[cfg(feature = "database")]
     fn in_database(&self, file: &Path, folder: &Path, is_named: bool) -> anyhow::Result<Vec<RunEntry>> {
-        use super::database::{Database, Taken, entries, take};
+        use super::database::{Database, ImportCounts, entries, take};
         let found = if is_named || folder.is_dir() { checked(folder)? } else { vec![] };
         let mut database = Database::open(file)?;
-        let mut taken = Taken::default();
+        let mut taken = ImportCounts::default();
         found.iter().try_for_each(|entry| take(&mut database, entry, &mut taken))?;
-        let Taken { entries: new, rows, analyses } = taken;
+        let ImportCounts { entries: new, rows, analyses } = taken;
         if new > 0 && !self.quiet && !self.json {
             let shown = file.display();
             say(&format!(

@@ -1,20 +1,19 @@
 //! `linkwright study FILE` and `linkwright study merge DIR…`.
 
-mod folder;
 mod page;
+mod study_folder;
 
-pub use folder::{StudyProgress, StudyRecord};
+pub use study_folder::{StudyProgress, StudyRecord};
 
 use super::budget::Budget;
-use super::folder::{create, in_results};
 use super::interruption::{INTERRUPTED, at_interruption};
-use super::model::{Settings, is_model, located, model_file, program_folder};
+use super::model::{ModelSettings, is_model, located, model_file, program_folder};
 use super::output::{ClosedOutput, Digits, argument, brief, complain, results, say};
+use super::output_folder::{create, in_results};
 use super::progress::Show;
 use super::run_directory::Occupied;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Subcommand};
-use folder::{PAGE, SUMMARY, StudyFolder, copies, read_rows};
 use linkwright::report::table::one_line;
 use linkwright::storage::{Directory, read_file};
 use linkwright::study::{self as studies, Column, ModelSource, Part, Phase, Row, Rows, StudyFile};
@@ -25,6 +24,7 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use study_folder::{PAGE, SUMMARY, StudyFolder, copies, read_rows};
 
 /// Largest size of a study file in bytes.
 const LIMIT: u64 = 2 << 20;
@@ -59,11 +59,11 @@ pub struct Study {
     #[arg(long, value_name = "N/PARTS", value_parser = part)]
     part: Option<Part>,
     #[command(flatten)]
-    settings: Settings,
+    settings: ModelSettings,
     #[command(flatten)]
     budget: Budget,
     #[command(flatten)]
-    shown: Shown,
+    shown: StudyOutput,
     #[command(subcommand)]
     command: Option<StudyCommand>,
 }
@@ -83,11 +83,11 @@ struct Merge {
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    shown: Shown,
+    shown: StudyOutput,
 }
 
 #[derive(Args)]
-struct Shown {
+struct StudyOutput {
     /// Number of threads; RAYON_NUM_THREADS or one for each processor by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -133,7 +133,7 @@ impl Study {
 }
 
 /// Reads a study file and its model.
-fn read_study(file: &Path, settings: &Settings, budget: &Budget) -> anyhow::Result<studies::Study> {
+fn read_study(file: &Path, settings: &ModelSettings, budget: &Budget) -> anyhow::Result<studies::Study> {
     let bytes = read_file(file, LIMIT).with_context(|| format!("cannot read the study {}", file.display()))?;
     let text = String::from_utf8(bytes).with_context(|| format!("the study {} is not UTF-8", file.display()))?;
     if is_model(&text) {
@@ -195,7 +195,7 @@ fn opened(
     part: Part,
     file: &str,
     force: bool,
-    shown: &Shown,
+    shown: &StudyOutput,
 ) -> anyhow::Result<(StudyFolder, Rows)> {
     if let Some(out) = out {
         return StudyFolder::open(create(out)?, study, part, file, force);
@@ -220,7 +220,7 @@ fn opened(
 
 impl Merge {
     fn run(&self) -> anyhow::Result<ExitCode> {
-        let open = |path: &PathBuf| super::folder::opened(&super::folder::stored(path));
+        let open = |path: &PathBuf| super::output_folder::opened(&super::output_folder::stored(path));
         let parts = self.parts.iter().map(open).collect::<anyhow::Result<Vec<_>>>()?;
         let first = parts.first().context("give the folders of the parts")?;
         let (record, study) = of_folder(first)?;
@@ -240,7 +240,7 @@ impl Merge {
     }
 }
 
-impl Shown {
+impl StudyOutput {
     fn show(&self) -> Show {
         Show::of(self.json, self.quiet)
     }
@@ -259,7 +259,7 @@ impl Shown {
             }
             is_second
         });
-        let progress = Mutex::new((folder, Progress::new(self.show(), missing), None));
+        let progress = Mutex::new((folder, RunCount::new(self.show(), missing), None));
         let observe = |row: &Row| {
             let mut guard = progress.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             let (folder, progress, failure) = &mut *guard;
@@ -396,7 +396,7 @@ fn columns(phase: &Phase) -> (String, serde_json::Value) {
 }
 
 /// The count of runs on the terminal.
-struct Progress {
+struct RunCount {
     show: Show,
     is_terminal: bool,
     begun: Instant,
@@ -406,7 +406,7 @@ struct Progress {
     missing: usize,
 }
 
-impl Progress {
+impl RunCount {
     fn new(show: Show, missing: usize) -> Self {
         let is_terminal = show == Show::Table && std::io::stdout().is_terminal();
         Self { show, is_terminal, begun: Instant::now(), drawn: None, done: 0, failed: 0, missing }

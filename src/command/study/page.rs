@@ -1,11 +1,11 @@
 //! The page of a study with the files of its folder.
 
-use super::folder::{ROWS, SUMMARY, runnable};
+use super::study_folder::{ROWS, SUMMARY, runnable};
 use linkwright::report::page::{Page, PageSection};
-use linkwright::study::{Conclusion, Rows, Study};
+use linkwright::study::{Conclusions, Rows, Study};
 
 /// The page: what the study answers, tables, failures, and the files.
-pub fn page(study: &Study, rows: &Rows, conclusion: &Conclusion) -> Page {
+pub fn page(study: &Study, rows: &Rows, conclusion: &Conclusions) -> Page {
     let tables = study.phases().iter().map(|phase| (format!("{}.csv", phase.name), "rows as a table".to_owned()));
     let files = tables.chain([
         (ROWS.to_owned(), "rows as they are stored".to_owned()),

@@ -1,17 +1,17 @@
 //! The quantity over which histories are: the time, or that of a sweep.
 
-use super::known::Known;
+use super::known::KnownDimension;
 use crate::model_file::unit::Unit;
 
 /// The time under the name `time`, or another quantity, such as a travel, with a name of the file.
 #[derive(Clone, Debug, Default)]
 pub struct Axis {
-    sweep: Option<(String, Option<Known>)>,
+    sweep: Option<(String, Option<KnownDimension>)>,
 }
 
 impl Axis {
     /// The quantity of a sweep, with its dimension if that is known.
-    pub fn of_sweep(name: String, known: Option<Known>) -> Self {
+    pub fn of_sweep(name: String, known: Option<KnownDimension>) -> Self {
         Self { sweep: Some((name, known)) }
     }
 
@@ -26,10 +26,10 @@ impl Axis {
     }
 
     /// Its dimension, if it is known.
-    pub fn known(&self) -> Option<Known> {
+    pub fn known(&self) -> Option<KnownDimension> {
         match &self.sweep {
             Some((_, known)) => *known,
-            None => Unit::parse("s").and_then(|unit| Known::loose(unit.dimension)),
+            None => Unit::parse("s").and_then(|unit| KnownDimension::loose(unit.dimension)),
         }
     }
 

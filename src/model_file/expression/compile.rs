@@ -1,12 +1,12 @@
 //! Compilation of parsed expressions to operations on a stack.
 
-use super::compiled::{CompiledExpression, Operation};
+use super::compiled::{CompiledExpression, StackOperation};
 use super::function::FUNCTIONS;
-use super::known::Known;
+use super::known::KnownDimension;
 use super::names::{Meaning, Order};
 use super::reduction::REDUCTIONS;
-use super::table::Table;
-use super::tree::{Node, Operator, Tree};
+use super::table::TableFunction;
+use super::tree::{ExpressionTree, Node, Operator};
 use super::{MathFunction, Names};
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
@@ -38,7 +38,7 @@ pub struct Scope<'a> {
 #[derive(Clone, Debug)]
 pub struct OtherUnit {
     /// Its dimension in expressions.
-    pub known: Known,
+    pub known: KnownDimension,
     /// The unit of its values, if it is not the SI unit.
     pub shown: Option<Unit>,
 }
@@ -66,7 +66,7 @@ impl Names {
     ///
     /// # Errors
     /// If a name is unknown or may not be used here, a constant part is not finite, or the operations are too many.
-    pub fn compile(&self, tree: &Tree, scope: &Scope) -> Result<CompiledExpression, Diagnostic> {
+    pub fn compile(&self, tree: &ExpressionTree, scope: &Scope) -> Result<CompiledExpression, Diagnostic> {
         let mut order = Order::default();
         for k in self.used(tree) {
             self.visit(k, &mut vec![], &mut order)?;
@@ -86,7 +86,7 @@ impl Names {
             code.known.insert(k, named);
         }
         if let Some(value) = code.tree(tree)? {
-            code.push(Operation::Constant(value), &tree.span)?;
+            code.push(StackOperation::Constant(value), &tree.span)?;
         }
         let all = self.compiled.get() + code.operations.len();
         self.compiled.set(all);
@@ -98,13 +98,13 @@ impl Names {
     }
 
     /// Evaluates an expression of constants with one of these units; any unit if they are empty. `key` is its place in messages.
-    pub(crate) fn evaluate(&self, tree: &Tree, key: &str, units: &str) -> Result<f64, Diagnostic> {
+    pub(crate) fn evaluate(&self, tree: &ExpressionTree, key: &str, units: &str) -> Result<f64, Diagnostic> {
         let expression = self.compile(tree, &Scope { place: &format!("`{key}`"), units, ..Scope::NUMBER })?;
         Ok(expression.as_constant().expect("an expression of constants is folded"))
     }
 
     /// Evaluates an expression of constants as a number of a unit, whose dimension it must have.
-    pub(crate) fn evaluate_in(&self, tree: &Tree, key: &str, unit: &Unit) -> Result<f64, Diagnostic> {
+    pub(crate) fn evaluate_in(&self, tree: &ExpressionTree, key: &str, unit: &Unit) -> Result<f64, Diagnostic> {
         Ok(tree.number_of(unit, self.evaluate(tree, key, &unit.text)?))
     }
 }
@@ -123,22 +123,22 @@ struct Code<'a> {
     names: &'a Names,
     scope: &'a Scope<'a>,
     known: HashMap<usize, Definition>,
-    operations: Vec<Operation>,
-    tables: Vec<Arc<Table>>,
+    operations: Vec<StackOperation>,
+    tables: Vec<Arc<TableFunction>>,
     top: usize,
     height: usize,
 }
 
 impl Code<'_> {
     /// Emits operations that leave the value on the stack. A constant is returned, without operations.
-    fn tree(&mut self, tree: &Tree) -> Result<Option<f64>, Diagnostic> {
+    fn tree(&mut self, tree: &ExpressionTree) -> Result<Option<f64>, Diagnostic> {
         let constant = match &tree.node {
             Node::Number(value) => Some(*value),
             Node::Quantity(number, unit) => Some(self.quantity(*number, unit, &tree.span)?),
             Node::Name(name) => self.name(name, &tree.span)?,
             Node::Negative(inner) => match self.tree(inner)? {
                 Some(value) => Some(-value),
-                None => self.apply(Operation::Negate, &tree.span)?,
+                None => self.apply(StackOperation::Negate, &tree.span)?,
             },
             Node::Binary(..) => return self.chain(tree),
             Node::Call(MathFunction::Pow, both) => {
@@ -149,7 +149,7 @@ impl Code<'_> {
             Node::If(with_equal, parts) => self.choice(*with_equal, parts, &tree.span)?,
             Node::Table(name, argument) => self.table(name, argument, &tree.span)?,
             Node::Reduced(number) => match (self.scope.reduced)(*number) {
-                Some(index) => self.push(Operation::Other(index), &tree.span)?,
+                Some(index) => self.push(StackOperation::Other(index), &tree.span)?,
                 None => return Err(misplaced(&tree.span)),
             },
             Node::Reduce(..) => return Err(misplaced(&tree.span)),
@@ -158,7 +158,7 @@ impl Code<'_> {
     }
 
     /// Operands with operators between them, from left to right, without recursion: a sum may have a thousand terms.
-    fn chain(&mut self, tree: &Tree) -> Result<Option<f64>, Diagnostic> {
+    fn chain(&mut self, tree: &ExpressionTree) -> Result<Option<f64>, Diagnostic> {
         let (mut links, mut first) = (vec![], tree);
         while let Node::Binary(operator, both) = &first.node {
             links.push((*operator, &both[1], &first.span));
@@ -179,7 +179,7 @@ impl Code<'_> {
         };
         let axis = &self.names.axis;
         if name == axis.name() {
-            return if *time { self.push(Operation::Time, span) } else { cannot("") };
+            return if *time { self.push(StackOperation::Time, span) } else { cannot("") };
         }
         if let ("time", Some(sweep)) = (name, axis.sweep()) {
             let message = format!("`time` has no meaning in this file, whose [sweep] is over `{sweep}`");
@@ -189,16 +189,16 @@ impl Code<'_> {
             Some(Meaning::Constant(value)) => Ok(Some(*value)),
             Some(Meaning::Design(_)) if !design => cannot("the design variable "),
             Some(Meaning::Design(i)) => {
-                self.push(Operation::Design(*i), span)?;
+                self.push(StackOperation::Design(*i), span)?;
                 self.convert(self.names.unit_of(name), span)
             }
             Some(Meaning::Expression(k)) => match self.known[k] {
                 Definition::Constant(value) => Ok(Some(value)),
-                Definition::Stack(place) => self.push(Operation::Copy(place), span),
+                Definition::Stack(place) => self.push(StackOperation::Copy(place), span),
             },
             None => match others(name) {
                 Some(i) => {
-                    self.push(Operation::Other(i), span)?;
+                    self.push(StackOperation::Other(i), span)?;
                     self.convert((self.scope.other_units)(name).and_then(|other| other.shown).as_ref(), span)
                 }
                 None => Err(self.unknown(name, span)),
@@ -224,10 +224,10 @@ impl Code<'_> {
     fn convert(&mut self, unit: Option<&Unit>, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
         let Some([above, below]) = unit.map(Unit::factors) else { return Ok(None) };
         if above != 1.0 {
-            self.apply(Operation::Scale(above), span)?;
+            self.apply(StackOperation::Scale(above), span)?;
         }
         if below != 1.0 {
-            self.apply(Operation::DivideBy(below), span)?;
+            self.apply(StackOperation::DivideBy(below), span)?;
         }
         Ok(None)
     }
@@ -257,39 +257,41 @@ impl Code<'_> {
         &mut self,
         operator: Operator,
         left: Option<f64>,
-        right: &Tree,
+        right: &ExpressionTree,
         span: &Range<usize>,
     ) -> Result<Option<f64>, Diagnostic> {
         let right = self.tree(right)?;
         let operation = match (operator, left, right) {
             (_, Some(a), Some(b)) => return Ok(Some(fold(operator, a, b))),
-            (Operator::Add, Some(c), None) | (Operator::Add, None, Some(c)) => Operation::AddConstant(c),
-            (Operator::Multiply, Some(c), None) | (Operator::Multiply, None, Some(c)) => Operation::Scale(c),
-            (Operator::Subtract, None, Some(c)) => Operation::AddConstant(-c),
-            (Operator::Divide, None, Some(c)) => Operation::DivideBy(c),
-            (Operator::Power, None, Some(c)) if c.fract() == 0.0 && c.abs() <= 64.0 => Operation::WholePower(c as i32),
-            (Operator::Power, None, Some(c)) => Operation::Power(c),
+            (Operator::Add, Some(c), None) | (Operator::Add, None, Some(c)) => StackOperation::AddConstant(c),
+            (Operator::Multiply, Some(c), None) | (Operator::Multiply, None, Some(c)) => StackOperation::Scale(c),
+            (Operator::Subtract, None, Some(c)) => StackOperation::AddConstant(-c),
+            (Operator::Divide, None, Some(c)) => StackOperation::DivideBy(c),
+            (Operator::Power, None, Some(c)) if c.fract() == 0.0 && c.abs() <= 64.0 => {
+                StackOperation::WholePower(c as i32)
+            }
+            (Operator::Power, None, Some(c)) => StackOperation::Power(c),
             (Operator::Subtract, Some(c), None) => {
-                self.apply(Operation::Negate, span)?;
-                Operation::AddConstant(c)
+                self.apply(StackOperation::Negate, span)?;
+                StackOperation::AddConstant(c)
             }
             (Operator::Divide, Some(c), None) => {
-                self.apply(Operation::Reciprocal, span)?;
-                Operation::Scale(c)
+                self.apply(StackOperation::Reciprocal, span)?;
+                StackOperation::Scale(c)
             }
             (Operator::Power, Some(c), None) if c <= 0.0 => {
                 let message = format!("powers of {c} are not defined for most exponents");
                 return Err(Diagnostic::new(span.clone(), message).help("the base must be positive"));
             }
             (Operator::Power, Some(c), None) => {
-                self.apply(Operation::Scale(c.ln()), span)?;
-                Operation::Of(MathFunction::Exp)
+                self.apply(StackOperation::Scale(c.ln()), span)?;
+                StackOperation::Of(MathFunction::Exp)
             }
-            (Operator::Add, None, None) => Operation::Add,
-            (Operator::Subtract, None, None) => Operation::Subtract,
-            (Operator::Multiply, None, None) => Operation::Multiply,
-            (Operator::Divide, None, None) => Operation::Divide,
-            (Operator::Power, None, None) => Operation::OfTwo(MathFunction::Pow),
+            (Operator::Add, None, None) => StackOperation::Add,
+            (Operator::Subtract, None, None) => StackOperation::Subtract,
+            (Operator::Multiply, None, None) => StackOperation::Multiply,
+            (Operator::Divide, None, None) => StackOperation::Divide,
+            (Operator::Power, None, None) => StackOperation::OfTwo(MathFunction::Pow),
         };
         self.apply(operation, span)
     }
@@ -297,7 +299,7 @@ impl Code<'_> {
     fn call(
         &mut self,
         function: MathFunction,
-        arguments: &[Tree],
+        arguments: &[ExpressionTree],
         span: &Range<usize>,
     ) -> Result<Option<f64>, Diagnostic> {
         let [first, rest @ ..] = arguments else { return Ok(None) };
@@ -305,13 +307,13 @@ impl Code<'_> {
         let Some(second) = rest.first() else {
             return match x {
                 Some(x) => Ok(Some(function.of(x))),
-                None => self.apply(Operation::Of(function), span),
+                None => self.apply(StackOperation::Of(function), span),
             };
         };
         // A constant first operand must be below the second.
         let before = self.operations.len();
         if let Some(x) = x {
-            self.push(Operation::Constant(x), span)?;
+            self.push(StackOperation::Constant(x), span)?;
         }
         match (x, self.tree(second)?) {
             (Some(x), Some(y)) => {
@@ -320,10 +322,10 @@ impl Code<'_> {
                 Ok(Some(function.of_two(x, y)))
             }
             (None, Some(y)) => {
-                self.push(Operation::Constant(y), span)?;
-                self.apply(Operation::OfTwo(function), span)
+                self.push(StackOperation::Constant(y), span)?;
+                self.apply(StackOperation::OfTwo(function), span)
             }
-            _ => self.apply(Operation::OfTwo(function), span),
+            _ => self.apply(StackOperation::OfTwo(function), span),
         }
     }
 
@@ -331,7 +333,7 @@ impl Code<'_> {
     fn choice(
         &mut self,
         with_equal: bool,
-        [test, yes, no]: &[Tree; 3],
+        [test, yes, no]: &[ExpressionTree; 3],
         span: &Range<usize>,
     ) -> Result<Option<f64>, Diagnostic> {
         if let Some(test) = self.tree(test)? {
@@ -340,14 +342,14 @@ impl Code<'_> {
         }
         for part in [yes, no] {
             if let Some(value) = self.tree(part)? {
-                self.push(Operation::Constant(value), span)?;
+                self.push(StackOperation::Constant(value), span)?;
             }
         }
         self.top -= 2;
-        self.emit(Operation::Choose(with_equal), span)
+        self.emit(StackOperation::Choose(with_equal), span)
     }
 
-    fn table(&mut self, name: &str, argument: &Tree, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
+    fn table(&mut self, name: &str, argument: &ExpressionTree, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
         let Some(table) = self.names.tables.get(name) else {
             let place = span.start..span.start + name.len();
             let known = FUNCTIONS.iter().map(|f| f.0).chain(REDUCTIONS.iter().map(|r| r.0)).chain(["if"]);
@@ -364,22 +366,22 @@ impl Code<'_> {
             self.tables.push(table.clone());
             self.tables.len() - 1
         });
-        self.apply(Operation::Table(k), span)
+        self.apply(StackOperation::Table(k), span)
     }
 
-    fn push(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
+    fn push(&mut self, operation: StackOperation, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
         self.top += 1;
         self.height = self.height.max(self.top);
         self.emit(operation, span)
     }
 
-    fn apply(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
-        use Operation::{Add, Divide, Multiply, OfTwo, Subtract};
+    fn apply(&mut self, operation: StackOperation, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
+        use StackOperation::{Add, Divide, Multiply, OfTwo, Subtract};
         self.top -= usize::from(matches!(operation, Add | Subtract | Multiply | Divide | OfTwo(_)));
         self.emit(operation, span)
     }
 
-    fn emit(&mut self, operation: Operation, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
+    fn emit(&mut self, operation: StackOperation, span: &Range<usize>) -> Result<Option<f64>, Diagnostic> {
         if self.operations.len() >= limits::OPERATIONS {
             let message = format!("this expression takes more than {} operations", limits::OPERATIONS);
             return Err(Diagnostic::new(span.clone(), message));

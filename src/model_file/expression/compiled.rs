@@ -1,7 +1,7 @@
 //! Compiled expressions: operations on a stack, over any scalar.
 
 use super::function::{MathFunction, kinked, power};
-use super::table::Table as TableFunction;
+use super::table::TableFunction;
 use crate::Readable;
 use autodiff::Scalar;
 use std::sync::Arc;
@@ -31,7 +31,7 @@ impl<'a, S: Scalar> Inputs<'a, S> {
 
 /// An operation on the stack: it replaces the operands at the top by its result.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Operation {
+pub(super) enum StackOperation {
     Constant(f64),
     Design(usize),
     Time,
@@ -57,7 +57,7 @@ pub(super) enum Operation {
     Choose(bool),
 }
 
-use Operation::*;
+use StackOperation::*;
 
 /// How a value changes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -84,14 +84,14 @@ impl Dependence {
 /// A compiled expression. Derivatives are those of the scalar with which it is evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompiledExpression {
-    pub(super) operations: Vec<Operation>,
+    pub(super) operations: Vec<StackOperation>,
     pub(super) tables: Vec<Arc<TableFunction>>,
     pub(super) height: usize,
 }
 
 /// Dependence of a value on the design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Change {
+pub enum DesignDependence {
     /// Not at all.
     Constant,
     /// In steps: the derivative is zero where there is one.
@@ -141,7 +141,7 @@ impl CompiledExpression {
         &self,
         inputs: &Inputs<S>,
         stack: &mut [S],
-        mut observe: impl FnMut(Operation, &[S]),
+        mut observe: impl FnMut(StackOperation, &[S]),
     ) -> S {
         let mut top = 0;
         for operation in &self.operations {
@@ -222,28 +222,30 @@ impl CompiledExpression {
     }
 
     /// Dependence of the value on the design, from that of the other names.
-    pub fn change(&self, other: impl Fn(usize) -> Change) -> Change {
-        let mut stack: Vec<Change> = vec![];
+    pub fn change(&self, other: impl Fn(usize) -> DesignDependence) -> DesignDependence {
+        let mut stack: Vec<DesignDependence> = vec![];
         for operation in &self.operations {
             let pushed = match *operation {
-                Constant(_) | Time => Change::Constant,
-                Design(_) => Change::Slopes,
+                Constant(_) | Time => DesignDependence::Constant,
+                Design(_) => DesignDependence::Slopes,
                 Other(i) => other(i),
                 Copy(place) => stack[place],
-                Of(MathFunction::Sign) => stack.pop().unwrap_or(Change::Constant).min(Change::Steps),
+                Of(MathFunction::Sign) => {
+                    stack.pop().unwrap_or(DesignDependence::Constant).min(DesignDependence::Steps)
+                }
                 Choose(_) => {
                     let [test, yes, no] = [0, 1, 2].map(|k| stack[stack.len() - 3 + k]);
                     stack.truncate(stack.len() - 3);
-                    yes.max(no).max(test.min(Change::Steps))
+                    yes.max(no).max(test.min(DesignDependence::Steps))
                 }
                 other => {
                     let operands = stack.split_off(stack.len() - 1 - other.pops());
-                    operands.into_iter().max().unwrap_or(Change::Constant)
+                    operands.into_iter().max().unwrap_or(DesignDependence::Constant)
                 }
             };
             stack.push(pushed);
         }
-        stack.pop().unwrap_or(Change::Constant)
+        stack.pop().unwrap_or(DesignDependence::Constant)
     }
 
     /// Returns `true` if the value surely jumps during a motion, at a place that depends on the design or on other names: by `sign`, or by a
@@ -305,7 +307,7 @@ impl CompiledExpression {
         self.indices(|operation| if let Other(i) = operation { Some(*i) } else { None })
     }
 
-    fn indices(&self, index: impl Fn(&Operation) -> Option<usize>) -> Vec<usize> {
+    fn indices(&self, index: impl Fn(&StackOperation) -> Option<usize>) -> Vec<usize> {
         let mut found: Vec<usize> = self.operations.iter().filter_map(index).collect();
         found.sort_unstable();
         found.dedup();
@@ -335,7 +337,7 @@ impl CompiledExpression {
     }
 }
 
-impl Operation {
+impl StackOperation {
     /// Number of operands that are removed from the stack beyond the one that the result replaces.
     fn pops(self) -> usize {
         match self {
@@ -381,7 +383,7 @@ impl Operation {
     }
 }
 
-fn one<S: Scalar>(operation: Operation, x: S) -> S {
+fn one<S: Scalar>(operation: StackOperation, x: S) -> S {
     match operation {
         Negate => -x,
         Reciprocal => x.recip(),
@@ -395,7 +397,7 @@ fn one<S: Scalar>(operation: Operation, x: S) -> S {
     }
 }
 
-fn two<S: Scalar>(operation: Operation, x: S, y: S) -> S {
+fn two<S: Scalar>(operation: StackOperation, x: S, y: S) -> S {
     match operation {
         Add => x + y,
         Subtract => x - y,

@@ -3,28 +3,28 @@
 //! A plain number may stand for a value of any unit, so nothing is known about it, and about products with it. What is known is firm where a
 //! unit is written in the file, and loose where it follows from a measure or the time: loose ones never contradict each other.
 
-use super::known::Known;
+use super::known::KnownDimension;
 use super::names::Meaning;
-use super::tree::{Node, Operator, Tree};
+use super::tree::{ExpressionTree, Node, Operator};
 use super::{MathFunction, Names, Scope};
 use crate::model_file::Diagnostic;
 use crate::model_file::unit::{Dimension, Unit, alternatives};
 use std::collections::HashMap;
 
 /// The dimension of an expression, if it is known.
-pub type Inferred = Result<Option<Known>, Diagnostic>;
+pub type Inferred = Result<Option<KnownDimension>, Diagnostic>;
 
 impl Names {
     /// The dimension of an expression whose other names have the units of `scope`.
     ///
     /// # Errors
     /// If quantities of different dimensions are added or compared, or a function takes a number and gets another one.
-    pub fn dimension(&self, tree: &Tree, scope: &Scope<'_>) -> Inferred {
+    pub fn dimension(&self, tree: &ExpressionTree, scope: &Scope<'_>) -> Inferred {
         Inference { names: self, scope, known: HashMap::new() }.of(tree)
     }
 
     /// Checks that the expression of a key has one of its units, such as "N/m or N·m/rad"; no check if these are empty.
-    pub(super) fn check_units(&self, tree: &Tree, scope: &Scope<'_>) -> Result<(), Diagnostic> {
+    pub(super) fn check_units(&self, tree: &ExpressionTree, scope: &Scope<'_>) -> Result<(), Diagnostic> {
         let found = self.dimension(tree, scope)?;
         let units = alternatives(scope.units);
         let (Some(found), false) = (found.filter(|found| found.is_firm), units.is_empty()) else { return Ok(()) };
@@ -64,7 +64,7 @@ pub const CYCLES: &str = "1 Hz is 2*pi rad/s: write 60 rpm or 2*pi rad/s for one
                           velocity";
 
 /// Returns whether an expression uses the time.
-fn uses_time(tree: &Tree) -> bool {
+fn uses_time(tree: &ExpressionTree) -> bool {
     let mut is_used = false;
     tree.names(&mut |name, _| is_used |= name == "time");
     is_used
@@ -82,14 +82,14 @@ struct Inference<'a> {
     names: &'a Names,
     scope: &'a Scope<'a>,
     /// Dimensions of named expressions.
-    known: HashMap<usize, Option<Known>>,
+    known: HashMap<usize, Option<KnownDimension>>,
 }
 
 impl Inference<'_> {
-    fn of(&mut self, tree: &Tree) -> Inferred {
+    fn of(&mut self, tree: &ExpressionTree) -> Inferred {
         match &tree.node {
             Node::Number(_) | Node::Reduced(_) => Ok(None),
-            Node::Quantity(_, unit) => Ok(Known::firm(unit.dimension)),
+            Node::Quantity(_, unit) => Ok(KnownDimension::firm(unit.dimension)),
             Node::Name(name) => self.of_name(name),
             Node::Negative(inner) => self.of(inner),
             Node::Binary(..) => self.of_chain(tree),
@@ -116,7 +116,7 @@ impl Inference<'_> {
         };
         match meaning {
             Meaning::Constant(_) => Ok(self.names.dimensions.get(name).copied()),
-            Meaning::Design(_) => Ok(self.names.units.get(name).and_then(|unit| Known::firm(unit.dimension))),
+            Meaning::Design(_) => Ok(self.names.units.get(name).and_then(|unit| KnownDimension::firm(unit.dimension))),
             Meaning::Expression(k) => {
                 if let Some(known) = self.known.get(k) {
                     return Ok(*known);
@@ -131,7 +131,7 @@ impl Inference<'_> {
     }
 
     /// Operands with operators between them, without recursion: a sum may have a thousand terms.
-    fn of_chain(&mut self, tree: &Tree) -> Inferred {
+    fn of_chain(&mut self, tree: &ExpressionTree) -> Inferred {
         let (mut links, mut first) = (vec![], tree);
         while let Node::Binary(operator, both) = &first.node {
             links.push((*operator, &both[1]));
@@ -155,26 +155,26 @@ impl Inference<'_> {
         Ok(left)
     }
 
-    fn of_call(&mut self, function: MathFunction, arguments: &[Tree]) -> Inferred {
+    fn of_call(&mut self, function: MathFunction, arguments: &[ExpressionTree]) -> Inferred {
         use MathFunction::{Abs, Atan2, Cos, Deg, Hypot, Max, Min, Pow, Sin, Sqrt, Tan};
         let found = arguments.iter().map(|argument| self.of(argument)).collect::<Result<Vec<_>, _>>()?;
-        let number = Known::loose(Dimension::NUMBER);
+        let number = KnownDimension::loose(Dimension::NUMBER);
         match (function, &found[..]) {
             (Abs, [x]) => Ok(*x),
             (Sqrt, [x]) => Ok(x.and_then(|x| root(x, 0.5))),
             (Pow, [x, _]) => Ok(power(*x, &arguments[1])),
             (Atan2, [x, y]) => same(*x, *y, &arguments[1]).map(|_| number),
             (Min | Max | Hypot, [x, y]) => same(*x, *y, &arguments[1]),
-            (Sin | Cos | Tan, [Some(Known { dimension, is_firm: true })]) if dimension.counts_cycles() => {
+            (Sin | Cos | Tan, [Some(KnownDimension { dimension, is_firm: true })]) if dimension.counts_cycles() => {
                 let message = format!("`{}` takes an angle, and this is {dimension}", function.name());
                 Err(Diagnostic::new(arguments[0].span.clone(), message).help("multiply it by 2*pi"))
             }
-            (Deg, [Some(Known { dimension, is_firm: true })]) if dimension.is_angle() => {
+            (Deg, [Some(KnownDimension { dimension, is_firm: true })]) if dimension.is_angle() => {
                 let message = "`deg` takes a number of degrees, and this is an angle already";
                 Err(Diagnostic::new(arguments[0].span.clone(), message).help("leave `deg` out"))
             }
             _ => {
-                let wrong = |(_, found): &(&Tree, &Option<Known>)| {
+                let wrong = |(_, found): &(&ExpressionTree, &Option<KnownDimension>)| {
                     found.is_some_and(|known| known.is_firm && !known.dimension.is_number())
                 };
                 let Some((argument, Some(known))) = arguments.iter().zip(&found).find(wrong) else { return Ok(number) };
@@ -187,7 +187,7 @@ impl Inference<'_> {
 }
 
 /// That of a sum, a difference, or the larger of two.
-fn same(left: Option<Known>, right: Option<Known>, at: &Tree) -> Inferred {
+fn same(left: Option<KnownDimension>, right: Option<KnownDimension>, at: &ExpressionTree) -> Inferred {
     match (left, right) {
         (Some(left), Some(right)) if left.contradicts(right) => {
             let message = format!("{} and {} cannot be added or compared", left.dimension, right.dimension);
@@ -199,17 +199,17 @@ fn same(left: Option<Known>, right: Option<Known>, at: &Tree) -> Inferred {
     }
 }
 
-fn product(left: Option<Known>, right: Option<Known>, power: f64) -> Option<Known> {
+fn product(left: Option<KnownDimension>, right: Option<KnownDimension>, power: f64) -> Option<KnownDimension> {
     let (left, right) = (left?, right?);
     let dimension = left.dimension.times(right.dimension, power)?;
-    Some(Known { dimension, is_firm: left.is_firm || right.is_firm })
+    Some(KnownDimension { dimension, is_firm: left.is_firm || right.is_firm })
 }
 
-fn root(known: Known, power: f64) -> Option<Known> {
+fn root(known: KnownDimension, power: f64) -> Option<KnownDimension> {
     let dimension = Dimension::NUMBER.times(known.dimension, power)?;
-    Some(Known { dimension, ..known })
+    Some(KnownDimension { dimension, ..known })
 }
 
-fn power(base: Option<Known>, exponent: &Tree) -> Option<Known> {
+fn power(base: Option<KnownDimension>, exponent: &ExpressionTree) -> Option<KnownDimension> {
     root(base?, exponent.as_number()?)
 }

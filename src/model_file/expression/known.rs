@@ -4,14 +4,14 @@ use crate::model_file::unit::Dimension;
 
 /// A dimension that is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Known {
+pub struct KnownDimension {
     /// Exponents of the base units.
     pub dimension: Dimension,
     /// `true` if a unit in the file says so.
     pub is_firm: bool,
 }
 
-impl Known {
+impl KnownDimension {
     /// That of a unit in the file.
     pub fn firm(dimension: Dimension) -> Option<Self> {
         Some(Self { dimension, is_firm: true })

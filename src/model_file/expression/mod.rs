@@ -14,11 +14,11 @@
 //! | `compile` | from a tree to operations: constants are folded, named expressions are evaluated once |
 //!
 //! ```
-//! use linkwright::model_file::expression::{Inputs, Names, Scope, TextPlace, Tree};
+//! use linkwright::model_file::expression::{Inputs, Names, Scope, TextPlace, ExpressionTree};
 //! let mut names = Names::default();
 //! names.design("r");
 //! names.constant("h", 2.0);
-//! let tree = Tree::parse("pi*r^2*h", TextPlace::from(0))?;
+//! let tree = ExpressionTree::parse("pi*r^2*h", TextPlace::from(0))?;
 //! let volume = names.compile(&tree, &Scope::DESIGN)?;
 //! assert_eq!(volume.value(&Inputs::design(&[3.0])), std::f64::consts::PI * 9.0 * 2.0);
 //! # Ok::<(), linkwright::model_file::Diagnostic>(())
@@ -38,13 +38,13 @@ mod tree;
 
 pub use axis::Axis;
 pub use compile::{OtherUnit, Scope};
-pub use compiled::{Change, CompiledExpression, Inputs};
+pub use compiled::{CompiledExpression, DesignDependence, Inputs};
 pub use dimension::CYCLES;
 pub use function::MathFunction;
-pub use known::Known;
+pub use known::KnownDimension;
 pub use names::Names;
 pub(crate) use names::check_name;
 pub use parse::TextPlace;
 pub use reduction::{REDUCTIONS, Reduction};
-pub use table::Table;
-pub use tree::{Node, Operator, Tree};
+pub use table::TableFunction;
+pub use tree::{ExpressionTree, Node, Operator};

@@ -1,10 +1,10 @@
 //! Names in expressions: design variables, constants and named expressions.
 
-use super::Tree;
+use super::ExpressionTree;
 use super::axis::Axis;
 use super::function::FUNCTIONS;
-use super::known::Known;
-use super::table::Table;
+use super::known::KnownDimension;
+use super::table::TableFunction;
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use std::cell::Cell;
@@ -27,14 +27,14 @@ pub struct Names {
     pub(super) meanings: HashMap<String, Meaning>,
     /// Names in the order of their definition.
     pub(super) order: Vec<String>,
-    pub(super) expressions: Vec<Tree>,
+    pub(super) expressions: Vec<ExpressionTree>,
     designs: usize,
     /// Units of the values of design variables; SI without one.
     pub(super) units: HashMap<String, Unit>,
     /// Functions through given points.
-    pub(super) tables: HashMap<String, Arc<Table>>,
+    pub(super) tables: HashMap<String, Arc<TableFunction>>,
     /// Dimensions of constants.
-    pub(super) dimensions: HashMap<String, Known>,
+    pub(super) dimensions: HashMap<String, KnownDimension>,
     /// The quantity over which histories are.
     pub(super) axis: Axis,
     /// Operations of all expressions compiled so far.
@@ -91,7 +91,7 @@ impl Names {
     }
 
     /// Adds a table, which expressions call as a function.
-    pub fn table(&mut self, name: &str, table: Table) {
+    pub fn table(&mut self, name: &str, table: TableFunction) {
         self.tables.insert(name.to_owned(), Arc::new(table));
     }
 
@@ -104,7 +104,7 @@ impl Names {
     ///
     /// # Errors
     /// If definitions are circular, or too many.
-    pub fn expressions(&mut self, named: Vec<(String, Tree)>) -> Result<(), Diagnostic> {
+    pub fn expressions(&mut self, named: Vec<(String, ExpressionTree)>) -> Result<(), Diagnostic> {
         let first = self.expressions.len();
         for (name, tree) in named {
             if self.expressions.len() >= limits::NAMES {
@@ -119,7 +119,7 @@ impl Names {
     }
 
     /// Replaces a named expression by its value, of a known dimension or not.
-    pub fn define_constant(&mut self, name: &str, value: f64, known: Option<Known>) {
+    pub fn define_constant(&mut self, name: &str, value: f64, known: Option<KnownDimension>) {
         self.dimensions.extend(known.map(|known| (name.to_owned(), known)));
         self.meanings.insert(name.to_owned(), Meaning::Constant(value));
     }
@@ -171,7 +171,7 @@ impl Names {
     }
 
     /// Named expressions that a tree uses directly, each once.
-    pub(super) fn used(&self, tree: &Tree) -> Vec<usize> {
+    pub(super) fn used(&self, tree: &ExpressionTree) -> Vec<usize> {
         let mut found = vec![];
         tree.names(&mut |name, _| {
             if let Some(Meaning::Expression(k)) = self.meanings.get(name)

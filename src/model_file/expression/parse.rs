@@ -5,7 +5,7 @@
 
 use super::function::{FUNCTIONS, MathFunction};
 use super::reduction::{REDUCTIONS, Reduction};
-use super::tree::{Node, Operator, Tree};
+use super::tree::{ExpressionTree, Node, Operator};
 use crate::Readable;
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
@@ -40,7 +40,7 @@ impl Operator {
     }
 }
 
-impl Tree {
+impl ExpressionTree {
     /// Parses an expression at `place` of a file.
     ///
     /// # Errors
@@ -52,7 +52,7 @@ impl Tree {
     /// Parses a comparison such as `a > b`: the difference that is positive where it holds.
     ///
     /// # Errors
-    /// As [`Tree::parse`].
+    /// As [`ExpressionTree::parse`].
     pub fn parse_condition(text: &str, place: TextPlace) -> Result<Self, Diagnostic> {
         Self::parse_by(text, place, |parser| Ok(parser.comparison(0)?.0))
     }
@@ -111,7 +111,7 @@ impl<'t> Parser<'t> {
     }
 
     /// An operand with all operators after it whose binding power is at least `least`.
-    fn operand(&mut self, least: u8, depth: usize) -> Result<Tree, Diagnostic> {
+    fn operand(&mut self, least: u8, depth: usize) -> Result<ExpressionTree, Diagnostic> {
         let mut left = self.prefix(depth)?;
         while let Some(operator) = Operator::of(&self.peek().piece) {
             let (to_left, to_right) = operator.binding();
@@ -121,35 +121,35 @@ impl<'t> Parser<'t> {
             self.next();
             let right = self.operand(to_right, depth + usize::from(operator == Operator::Power))?;
             let span = left.span.start..right.span.end.max(left.span.end);
-            left = Tree { node: Node::Binary(operator, Box::new([left, right])), span };
+            left = ExpressionTree { node: Node::Binary(operator, Box::new([left, right])), span };
         }
         Ok(left)
     }
 
     /// A number, a name, a call, an expression in parentheses, or one of these after a sign.
-    fn prefix(&mut self, depth: usize) -> Result<Tree, Diagnostic> {
+    fn prefix(&mut self, depth: usize) -> Result<ExpressionTree, Diagnostic> {
         let token = self.next();
         if depth > limits::NESTING {
             let message = format!("more than {} nested levels", limits::NESTING);
             return Err(Diagnostic::new(token.span.clone(), message).help("define inner parts in [expressions]"));
         }
         match &token.piece {
-            Piece::Number(value, None) => Ok(Tree::number(*value, token.span.clone())),
+            Piece::Number(value, None) => Ok(ExpressionTree::number(*value, token.span.clone())),
             Piece::Number(value, Some(unit)) => {
-                Ok(Tree { node: Node::Quantity(*value, unit.clone()), span: token.span.clone() })
+                Ok(ExpressionTree { node: Node::Quantity(*value, unit.clone()), span: token.span.clone() })
             }
             Piece::Name(name) if self.peek().piece == Piece::Sign('(') => self.call(name, token, depth),
-            Piece::Name(name) if name == "pi" => Ok(Tree::number(std::f64::consts::PI, token.span.clone())),
-            Piece::Name(name) => Ok(Tree { node: Node::Name(name.clone()), span: token.span.clone() }),
+            Piece::Name(name) if name == "pi" => Ok(ExpressionTree::number(std::f64::consts::PI, token.span.clone())),
+            Piece::Name(name) => Ok(ExpressionTree { node: Node::Name(name.clone()), span: token.span.clone() }),
             Piece::Sign('(') => {
                 let inner = self.operand(0, depth + 1)?;
                 let close = self.take(')', "`)`")?;
-                Ok(Tree { span: token.span.start..close.span.end, ..inner })
+                Ok(ExpressionTree { span: token.span.start..close.span.end, ..inner })
             }
             Piece::Sign('-') => {
                 let inner = self.operand(SIGN, depth + 1)?;
                 let span = token.span.start..inner.span.end;
-                Ok(Tree { node: Node::Negative(Box::new(inner)), span })
+                Ok(ExpressionTree { node: Node::Negative(Box::new(inner)), span })
             }
             Piece::Sign('+') => self.operand(SIGN, depth + 1),
             _ => Err(unexpected(token, "a number, a name or `(`")),
@@ -157,7 +157,7 @@ impl<'t> Parser<'t> {
     }
 
     /// `a > b`: the difference that is positive where it holds, and whether it holds where they are equal.
-    fn comparison(&mut self, depth: usize) -> Result<(Tree, bool), Diagnostic> {
+    fn comparison(&mut self, depth: usize) -> Result<(ExpressionTree, bool), Diagnostic> {
         let left = self.operand(0, depth + 1)?;
         let token = self.next();
         let (is_less, with_equal) = match token.piece {
@@ -167,11 +167,11 @@ impl<'t> Parser<'t> {
         let right = self.operand(0, depth + 1)?;
         let span = left.span.start..right.span.end.max(left.span.end);
         let both = if is_less { [right, left] } else { [left, right] };
-        Ok((Tree { node: Node::Binary(Operator::Subtract, Box::new(both)), span }, with_equal))
+        Ok((ExpressionTree { node: Node::Binary(Operator::Subtract, Box::new(both)), span }, with_equal))
     }
 
     /// `if(a > b, x, y)`, after its name.
-    fn choice(&mut self, start: usize, depth: usize) -> Result<Tree, Diagnostic> {
+    fn choice(&mut self, start: usize, depth: usize) -> Result<ExpressionTree, Diagnostic> {
         let (difference, with_equal) = self.comparison(depth)?;
         self.take(',', "`,`")?;
         let yes = self.operand(0, depth + 1)?;
@@ -179,11 +179,11 @@ impl<'t> Parser<'t> {
         let no = self.operand(0, depth + 1)?;
         let close = self.take(')', "`)`")?;
         let node = Node::If(with_equal, Box::new([difference, yes, no]));
-        Ok(Tree { node, span: start..close.span.end })
+        Ok(ExpressionTree { node, span: start..close.span.end })
     }
 
     /// The arguments of a function, and the call.
-    fn call(&mut self, name: &str, token: &Token, depth: usize) -> Result<Tree, Diagnostic> {
+    fn call(&mut self, name: &str, token: &Token, depth: usize) -> Result<ExpressionTree, Diagnostic> {
         let function = MathFunction::named(name);
         let is_reduction = REDUCTIONS.iter().any(|(known, ..)| *known == name);
         self.next();
@@ -198,17 +198,17 @@ impl<'t> Parser<'t> {
         let close = self.take(')', "`,` or `)`")?;
         let span = token.span.start..close.span.end;
         if let Some(reduction) = Reduction::named(name, arguments.len()) {
-            return Ok(Tree { node: Node::Reduce(reduction, arguments), span });
+            return Ok(ExpressionTree { node: Node::Reduce(reduction, arguments), span });
         }
         if function.is_none() && !is_reduction {
-            let Ok([argument]) = <[Tree; 1]>::try_from(arguments) else {
+            let Ok([argument]) = <[ExpressionTree; 1]>::try_from(arguments) else {
                 let known = FUNCTIONS.iter().map(|f| f.0).chain(REDUCTIONS.iter().map(|r| r.0)).chain(["if"]);
                 let error = Diagnostic::unknown(token.span.clone(), "function", name, known);
                 let message = format!("`{name}` is not a function of several arguments");
                 return Err(Diagnostic { message, unknown_name: None, ..error });
             };
             // The name of a table, which is looked up when the expression is compiled.
-            return Ok(Tree { node: Node::Table(name.to_owned(), Box::new(argument)), span });
+            return Ok(ExpressionTree { node: Node::Table(name.to_owned(), Box::new(argument)), span });
         }
         let Some(function) = function else {
             let message = format!("`{name}` takes a history{}, got {} arguments", takes(name), arguments.len());
@@ -221,15 +221,16 @@ impl<'t> Parser<'t> {
         if function == MathFunction::SmoothStep {
             return Ok(smooth_step(arguments, span));
         }
-        Ok(Tree { node: Node::Call(function, arguments), span })
+        Ok(ExpressionTree { node: Node::Call(function, arguments), span })
     }
 }
 
 /// The smooth step of (x − a)/(b − a).
-fn smooth_step(arguments: Vec<Tree>, span: Range<usize>) -> Tree {
-    let of = |node| Tree { node, span: span.clone() };
-    let minus =
-        |left: &Tree, right: &Tree| of(Node::Binary(Operator::Subtract, Box::new([left.clone(), right.clone()])));
+fn smooth_step(arguments: Vec<ExpressionTree>, span: Range<usize>) -> ExpressionTree {
+    let of = |node| ExpressionTree { node, span: span.clone() };
+    let minus = |left: &ExpressionTree, right: &ExpressionTree| {
+        of(Node::Binary(Operator::Subtract, Box::new([left.clone(), right.clone()])))
+    };
     let [x, from, to] = [0, 1, 2].map(|k: usize| &arguments[k]);
     let share = of(Node::Binary(Operator::Divide, Box::new([minus(x, from), minus(to, from)])));
     of(Node::Call(MathFunction::SmoothStep, vec![share]))

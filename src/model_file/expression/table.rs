@@ -5,20 +5,20 @@ use mechanics::motion::{Motion, TabulatedMotion};
 
 /// A function through points: straight lines, or a natural cubic spline. It continues straight beyond both ends.
 #[derive(Clone, Debug)]
-pub struct Table {
+pub struct TableFunction {
     x: Vec<f64>,
     y: Vec<f64>,
     /// `None` for straight lines.
     spline: Option<TabulatedMotion>,
 }
 
-impl PartialEq for Table {
+impl PartialEq for TableFunction {
     fn eq(&self, other: &Self) -> bool {
         self.x == other.x && self.y == other.y && self.spline.is_some() == other.spline.is_some()
     }
 }
 
-impl Table {
+impl TableFunction {
     /// A function through the points (x, y).
     ///
     /// # Errors
@@ -55,7 +55,7 @@ mod tests {
     #[test]
     fn tables_are_no_polynomials() {
         for is_cubic in [false, true] {
-            let table = Table::new(vec![0.0, 1.0, 2.0], vec![1.0, 0.0, 1.0], is_cubic).unwrap();
+            let table = TableFunction::new(vec![0.0, 1.0, 2.0], vec![1.0, 0.0, 1.0], is_cubic).unwrap();
             for x in [-3.0, 0.4, 1.0, 5.0] {
                 let found = table.at(PolynomialDegree::variable(x));
                 assert_eq!(found.degree, PolynomialDegree::NONLINEAR, "{is_cubic} at {x}");

@@ -30,24 +30,24 @@ pub enum Node {
     /// A name, dots included.
     Name(String),
     /// A sign before an operand.
-    Negative(Box<Tree>),
+    Negative(Box<ExpressionTree>),
     /// An operator between two operands.
-    Binary(Operator, Box<[Tree; 2]>),
+    Binary(Operator, Box<[ExpressionTree; 2]>),
     /// A function of arguments, as many as it takes.
-    Call(MathFunction, Vec<Tree>),
+    Call(MathFunction, Vec<ExpressionTree>),
     /// The second tree where the first one is positive, otherwise the third one; also where the first one is zero, if the flag is set.
-    If(bool, Box<[Tree; 3]>),
+    If(bool, Box<[ExpressionTree; 3]>),
     /// A table by its name, at a value.
-    Table(String, Box<Tree>),
+    Table(String, Box<ExpressionTree>),
     /// A reduction of a history, with its numbers.
-    Reduce(Reduction, Vec<Tree>),
-    /// The value of a reduction, by its number in [`Tree::take_reductions`].
+    Reduce(Reduction, Vec<ExpressionTree>),
+    /// The value of a reduction, by its number in [`ExpressionTree::take_reductions`].
     Reduced(usize),
 }
 
 impl Node {
     /// The operands or arguments.
-    pub fn parts(&self) -> &[Tree] {
+    pub fn parts(&self) -> &[ExpressionTree] {
         match self {
             Self::Number(_) | Self::Quantity(..) | Self::Name(_) | Self::Reduced(_) => &[],
             Self::Negative(inner) | Self::Table(_, inner) => std::slice::from_ref(&**inner),
@@ -60,14 +60,14 @@ impl Node {
 
 /// A parsed expression with its location in the file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tree {
+pub struct ExpressionTree {
     /// The root of the expression.
     pub node: Node,
     /// The bytes of the file that it was read from.
     pub span: Range<usize>,
 }
 
-impl Tree {
+impl ExpressionTree {
     /// A number without quotes.
     pub fn number(value: f64, span: Range<usize>) -> Self {
         Self { node: Node::Number(value), span }
@@ -136,13 +136,13 @@ impl Tree {
     }
 
     /// Replaces each reduction by its number, and returns the reductions with their arguments in this order.
-    pub fn take_reductions(&mut self) -> Vec<Tree> {
+    pub fn take_reductions(&mut self) -> Vec<ExpressionTree> {
         let mut found = vec![];
         self.take_into(&mut found);
         found
     }
 
-    fn take_into(&mut self, found: &mut Vec<Tree>) {
+    fn take_into(&mut self, found: &mut Vec<ExpressionTree>) {
         match &mut self.node {
             Node::Number(_) | Node::Quantity(..) | Node::Name(_) | Node::Reduced(_) => {}
             Node::Negative(inner) | Node::Table(_, inner) => inner.take_into(found),

@@ -5,7 +5,7 @@ use super::label::{self, Labels};
 use super::section::{Read, Section};
 use super::value::tree;
 use crate::Readable;
-use crate::model_file::expression::{Axis, Known, Names, Scope, Tree};
+use crate::model_file::expression::{Axis, ExpressionTree, KnownDimension, Names, Scope};
 use crate::model_file::limits;
 use crate::model_file::unit::Unit;
 use crate::problem::TimeGrid;
@@ -57,8 +57,8 @@ pub fn read_name(file: &Section<'_>, names: &Names) -> Read<Axis> {
 }
 
 /// The dimension of the points of a sweep, if one of them has a unit.
-fn known(section: &Section<'_>, names: &Names) -> Read<Option<Known>> {
-    let mut trees: Vec<Tree> =
+fn known(section: &Section<'_>, names: &Names) -> Read<Option<KnownDimension>> {
+    let mut trees: Vec<ExpressionTree> =
         ["to", "from"].into_iter().filter_map(|key| section.tree(key).transpose()).collect::<Read<_>>()?;
     if let Some(list) = section.get("at").and_then(|value| value.get_ref().as_array()) {
         trees.extend(list.iter().map(|item| tree(item, "at", section.source())).collect::<Read<Vec<_>>>()?);

@@ -2,7 +2,7 @@
 
 use super::beams::poissons_ratio;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
-use super::parts::{BuildContext, FrameRef, NamedPart, Parts, Place, Vector};
+use super::parts::{BuildContext, FrameRef, NamedPart, Parts, PointSpec, Vector};
 use super::section::{Read, Section};
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use crate::model_file::limits;
@@ -57,7 +57,7 @@ pub const TABLES: &[TableKeys] = &[
 #[derive(Clone, Debug)]
 pub struct BeamSpec3 {
     name: String,
-    ends: [Place; 2],
+    ends: [PointSpec; 2],
     up: Option<Vector>,
     fixed_to: [Option<FrameRef>; 2],
     pub elements: usize,

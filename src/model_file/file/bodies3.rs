@@ -4,7 +4,7 @@ use super::bodies::{self, BodyKind, BodySpec};
 use super::element_kinds::grouped_keys;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
 use super::markers::MARKER_KEYS;
-use super::parts::{Axes, BuildContext, FrameRef, NamedPart, Parts, Place, Vector};
+use super::parts::{Axes, BuildContext, FrameRef, NamedPart, Parts, PointSpec, Vector};
 use super::section::{Read, Section};
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
 use crate::{Error, Result};
@@ -108,7 +108,7 @@ pub struct BodySpec3 {
     centre: Vector,
     moments: Vector,
     products: Vector,
-    position: Place,
+    position: PointSpec,
     axes: Axes,
     /// Velocity of the reference point and angular velocity; `None` if they are free.
     velocities: [Option<Vector>; 2],
@@ -161,7 +161,7 @@ fn body(kind: BodyKind3, section: &Section<'_>, names: &Names, parts: &Parts) ->
         centre: vector("centre", is_rigid, &Scope::DESIGN)?,
         moments: vector("inertia", is_rigid, &Scope::DESIGN)?,
         products: vector("products", is_rigid, &Scope::DESIGN)?,
-        position: position.unwrap_or_else(|| Place::Coordinates([0.0; 3].map(CompiledExpression::constant))),
+        position: position.unwrap_or_else(|| PointSpec::Coordinates([0.0; 3].map(CompiledExpression::constant))),
         axes: if has_axes {
             parts.orientation(section, "orientation", names)?.unwrap_or(Axes::Same)
         } else {

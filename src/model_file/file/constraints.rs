@@ -4,7 +4,7 @@ use super::axis::on_axis;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
 use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
-use crate::model_file::expression::{CYCLES, Scope, Tree};
+use crate::model_file::expression::{CYCLES, ExpressionTree, Scope};
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{Constraint, Selection, TimeGrid};
@@ -105,7 +105,7 @@ fn one(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constrain
 
 /// The unit in which value and limits are stored, and whether the value is a formula that must be converted to it: that of the output, or
 /// that of the first limit with a unit. `None` for SI, or for numbers as they are.
-fn unit(section: &Section<'_>, tree: &Tree, known: &QuantityContext<'_>) -> Read<(Option<Unit>, bool)> {
+fn unit(section: &Section<'_>, tree: &ExpressionTree, known: &QuantityContext<'_>) -> Read<(Option<Unit>, bool)> {
     let value = known.compile(tree, "value")?;
     let dimension = known.dimension(tree)?;
     let mut first = None;

@@ -7,7 +7,7 @@ use super::outputs::OutputSpec;
 use super::parts::{FrameRef, MarkerSpec};
 use crate::Result;
 use crate::model_file::expression::Inputs;
-use crate::report::plots::{Linkage, SpatialLinkage, View};
+use crate::report::plots::{Linkage, SpatialLinkage, ViewDirection};
 use mechanics::elements::Symbol;
 use mechanics::mechanism::{Pose3, Rotation};
 use std::collections::HashMap;
@@ -79,7 +79,7 @@ impl<'p> DrawnMechanism3<'p> {
     pub fn draw(&self, values: &[Vec<f64>], count: usize) -> Vec<Linkage> {
         let motion: Vec<DrawnState3<'_>> = (0..count).map(|p| self.state(values, p)).collect();
         let ranges = self.ranges(&motion);
-        motion.iter().map(|state| state.draw(&ranges).seen(&View::default())).collect()
+        motion.iter().map(|state| state.draw(&ranges).seen(&ViewDirection::default())).collect()
     }
 
     fn state(&self, values: &[Vec<f64>], p: usize) -> DrawnState3<'_> {

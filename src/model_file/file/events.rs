@@ -8,7 +8,7 @@ use super::parts::{BuildContext, JointCoordinate, NamedPart, Parts};
 use super::section::{Read, Section, Word};
 use crate::Result;
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{Names, Tree};
+use crate::model_file::expression::{ExpressionTree, Names};
 use autodiff::Scalar;
 use mechanics::elements::{Added, Family};
 use mechanics::events::Action;
@@ -41,7 +41,7 @@ pub const TABLES: &[TableKeys] = &[TableKeys {
 
 /// Change of an element at an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Change {
+enum EventEffect {
     Release,
     SwitchOn,
     SwitchOff,
@@ -54,7 +54,7 @@ pub struct EventSpec {
     /// Function that becomes positive at the event.
     condition: MeasuredFormula,
     /// Changes of elements, by their numbers.
-    changes: Vec<(Change, usize)>,
+    changes: Vec<(EventEffect, usize)>,
     is_terminal: bool,
 }
 
@@ -66,7 +66,7 @@ impl EventSpec {
 
     /// Numbers of the joints and drives that let go.
     pub fn released(&self) -> impl Iterator<Item = usize> {
-        self.changes.iter().filter(|(change, _)| *change == Change::Release).map(|(_, element)| *element)
+        self.changes.iter().filter(|(change, _)| *change == EventEffect::Release).map(|(_, element)| *element)
     }
 }
 
@@ -88,10 +88,12 @@ fn event(section: &Section<'_>, names: &Names, parts: &Parts, elements: &[Elemen
     };
     let condition = MeasuredFormula::compile(tree.clone(), "`when`", names, Some(parts), |tree, _| Ok(tree))?;
     check_condition(&tree, &condition, parts)?;
-    let mut changes: Vec<(Change, usize)> = vec![];
-    for (key, change) in
-        [("release", Change::Release), ("switch_on", Change::SwitchOn), ("switch_off", Change::SwitchOff)]
-    {
+    let mut changes: Vec<(EventEffect, usize)> = vec![];
+    for (key, change) in [
+        ("release", EventEffect::Release),
+        ("switch_on", EventEffect::SwitchOn),
+        ("switch_off", EventEffect::SwitchOff),
+    ] {
         for word in section.names(key)? {
             let element = changed(&word, change, parts, elements)?;
             if changes.iter().any(|(_, other)| *other == element) {
@@ -105,7 +107,7 @@ fn event(section: &Section<'_>, names: &Names, parts: &Parts, elements: &[Elemen
 }
 
 /// Checks that a condition can change during the motion, and that it is a function of state.
-fn check_condition(tree: &Tree, condition: &MeasuredFormula, parts: &Parts) -> Read<()> {
+fn check_condition(tree: &ExpressionTree, condition: &MeasuredFormula, parts: &Parts) -> Read<()> {
     if condition.measures.is_empty() && !condition.expression.uses_time() {
         let message = "this condition does not change during the motion";
         return Err(
@@ -128,12 +130,12 @@ fn check_condition(tree: &Tree, condition: &MeasuredFormula, parts: &Parts) -> R
 }
 
 /// The number of an element that can change in this way.
-fn changed(word: &Word, change: Change, parts: &Parts, elements: &[ElementSpec]) -> Read<usize> {
+fn changed(word: &Word, change: EventEffect, parts: &Parts, elements: &[ElementSpec]) -> Read<usize> {
     let can = |element: &ElementSpec| match (change, element.kind.descriptor.family) {
-        (Change::Release, Family::Joint) => JointCoordinate::of_element(element.kind.descriptor).is_none(),
-        (Change::Release, Family::Drive) => !element.kind.is_prescribed(),
-        (Change::SwitchOn, Family::Force | Family::Contact) => !element.kind.has_modes(),
-        (Change::SwitchOff, Family::Force | Family::Contact) => !element.kind.is_rigid_contact(),
+        (EventEffect::Release, Family::Joint) => JointCoordinate::of_element(element.kind.descriptor).is_none(),
+        (EventEffect::Release, Family::Drive) => !element.kind.is_prescribed(),
+        (EventEffect::SwitchOn, Family::Force | Family::Contact) => !element.kind.has_modes(),
+        (EventEffect::SwitchOff, Family::Force | Family::Contact) => !element.kind.is_rigid_contact(),
         _ => false,
     };
     let number = |name: &str| match parts.get(name) {
@@ -141,9 +143,9 @@ fn changed(word: &Word, change: Change, parts: &Parts, elements: &[ElementSpec])
         _ => None,
     };
     let (verb, what) = match change {
-        Change::Release => ("released", "joint"),
-        Change::SwitchOn => ("switched on", "force"),
-        Change::SwitchOff => ("switched off", "force"),
+        EventEffect::Release => ("released", "joint"),
+        EventEffect::SwitchOn => ("switched on", "force"),
+        EventEffect::SwitchOff => ("switched off", "force"),
     };
     match number(&word.text) {
         Some(k) if can(&elements[k]) => Ok(k),
@@ -151,10 +153,10 @@ fn changed(word: &Word, change: Change, parts: &Parts, elements: &[ElementSpec])
             let kind = elements[k].kind.descriptor.kind;
             let message = format!("`{}` is of kind `{kind}` and cannot be {verb}", word.text);
             let help = match (change, elements[k].kind.descriptor.family) {
-                (Change::Release, Family::Drive) => {
+                (EventEffect::Release, Family::Drive) => {
                     "take a driver of kind `relative` against the ground, which can let go"
                 }
-                (Change::Release, _) => "forces have `switch_on` and `switch_off`",
+                (EventEffect::Release, _) => "forces have `switch_on` and `switch_off`",
                 (_, Family::Joint | Family::Drive) => "a joint lets go by `release`; it cannot close again",
                 (_, Family::Force) => {
                     "take friction of kind `friction`, which is smooth; dry friction can only be switched off"
@@ -175,11 +177,11 @@ impl EventSpec {
     pub fn build<S: Scalar>(&self, sensors: &mut Sensors<'_>, context: &mut BuildContext<S>, b: &[S]) -> Result<()> {
         let (terms, formula) = self.condition.build(sensors, context, b)?;
         let formula = formula.expect("the condition is a difference");
-        let action = |&(change, element): &(Change, usize)| {
+        let action = |&(change, element): &(EventEffect, usize)| {
             let Added::Element(element) = context.elements[element] else { unreachable!("such a part was refused") };
             match change {
-                Change::SwitchOn => Action::Activate(element),
-                Change::Release | Change::SwitchOff => Action::Deactivate(element),
+                EventEffect::SwitchOn => Action::Activate(element),
+                EventEffect::Release | EventEffect::SwitchOff => Action::Deactivate(element),
             }
         };
         let mut actions: Vec<Action> = self.changes.iter().map(action).collect();

@@ -91,7 +91,7 @@ impl StateFunction for ObservedFormula {
 
 /// The force or torque at `key` of a section.
 pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> Read<Feedback> {
-    let found = RefCell::<Vec<(String, Motion)>>::default();
+    let found = RefCell::<Vec<(String, NamedMotion)>>::default();
     let others = |text: &str| {
         let mut found = found.borrow_mut();
         if let Some(k) = found.iter().position(|(known, _)| known == text) {
@@ -110,7 +110,7 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> R
     let mut inputs: Vec<MotionInput> = found
         .into_inner()
         .into_iter()
-        .map(|(_, Motion { of, is_rate })| {
+        .map(|(_, NamedMotion { of, is_rate })| {
             let of = match of {
                 MotionOf::Coordinate(place) => Observed::Coordinate(position_or_push(&mut observed, place)),
                 MotionOf::Point(PointRef { frame, at }, axis) => {
@@ -148,7 +148,7 @@ impl Feedback {
 const RATES: [(&str, &str); 3] = [("vx", "x"), ("vy", "y"), ("omega", "theta")];
 
 /// A motion that a name stands for: a position, or its rate.
-struct Motion {
+struct NamedMotion {
     of: MotionOf,
     is_rate: bool,
 }
@@ -160,11 +160,11 @@ enum MotionOf {
 }
 
 /// The motion of a name: `crank.theta`, `cart.position`, `tip.x`, or a rate such as `crank.omega`, `cart.velocity`, `tip.vx`.
-fn find(text: &str, parts: &Parts) -> Option<Motion> {
+fn find(text: &str, parts: &Parts) -> Option<NamedMotion> {
     let (owner, what) = text.rsplit_once('.')?;
     if let Some(NamedPart::Slider(k)) = parts.get(owner) {
         let of = MotionOf::Coordinate(CoordinateRef::Slider(*k));
-        return matches!(what, "position" | "velocity").then_some(Motion { of, is_rate: what == "velocity" });
+        return matches!(what, "position" | "velocity").then_some(NamedMotion { of, is_rate: what == "velocity" });
     }
     if parts.is_spatial {
         return in_space(text, parts);
@@ -179,24 +179,24 @@ fn find(text: &str, parts: &Parts) -> Option<Motion> {
             "theta" => MotionOf::Coordinate(CoordinateRef::Of(point.frame, FrameCoordinate::Theta)),
             _ => return None,
         };
-        return Some(Motion { of, is_rate });
+        return Some(NamedMotion { of, is_rate });
     }
     let of = MotionOf::Coordinate(parts.find_coordinate(&format!("{owner}.{what}"))?);
-    Some(Motion { of, is_rate })
+    Some(NamedMotion { of, is_rate })
 }
 
 /// The motion of a name in space: `hinge.angle`, `arm.x` of a reference point, or a rate such as `hinge.omega`, `arm.vx`.
-fn in_space(text: &str, parts: &Parts) -> Option<Motion> {
+fn in_space(text: &str, parts: &Parts) -> Option<NamedMotion> {
     let (owner, what) = text.rsplit_once('.')?;
     let of_joint = parts.joint_coordinates(owner).find_map(|(place, names)| {
         let order = names.iter().position(|name| name == text).filter(|order| *order < 2)?;
-        Some(Motion { of: MotionOf::Coordinate(place), is_rate: order == 1 })
+        Some(NamedMotion { of: MotionOf::Coordinate(place), is_rate: order == 1 })
     });
     of_joint.or_else(|| {
         let (is_rate, axis) = what.strip_prefix('v').map_or((false, what), |axis| (true, axis));
         let is_frame = parts.find_frame(owner).is_some() && matches!(axis, "x" | "y" | "z");
         let place = parts.find_coordinate(&format!("{owner}.{axis}")).filter(|_| is_frame)?;
-        Some(Motion { of: MotionOf::Coordinate(place), is_rate })
+        Some(NamedMotion { of: MotionOf::Coordinate(place), is_rate })
     })
 }
 

@@ -6,7 +6,7 @@
 
 use super::section::{Read, Section};
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{Known, Node, TextPlace, Tree};
+use crate::model_file::expression::{ExpressionTree, KnownDimension, Node, TextPlace};
 use crate::model_file::unit::{Dimension, Unit};
 use crate::problem::DesignVariable;
 use toml::de::{DeTable, DeValue};
@@ -32,7 +32,7 @@ impl Labels {
 
     /// The key `unit` of a section whose values are in `unit`, or in SI units. Logs a note and returns their true unit if the label is another
     /// one.
-    pub fn read(&self, section: &Section<'_>, known: Option<Known>, unit: Option<&Unit>) -> Read<String> {
+    pub fn read(&self, section: &Section<'_>, known: Option<KnownDimension>, unit: Option<&Unit>) -> Read<String> {
         let text = section.text("unit")?;
         let (Some(word), Some(known)) = (section.word("unit")?, known) else { return Ok(text) };
         let Some(label) = Unit::parse(&text) else { return Ok(text) };
@@ -82,7 +82,7 @@ fn has_unit(key: &str, value: &DeValue<'_>) -> bool {
         DeValue::String(text) if key == "shown_in" => Unit::parse(text).is_some_and(|unit| is_of_system(&unit)),
         DeValue::String(text) => {
             text.contains(|c: char| c.is_ascii_digit())
-                && Tree::parse(text, TextPlace::from(0)).is_ok_and(|tree| of_tree(&tree))
+                && ExpressionTree::parse(text, TextPlace::from(0)).is_ok_and(|tree| of_tree(&tree))
         }
         DeValue::Array(items) => items.iter().any(|item| has_unit(key, item.get_ref())),
         DeValue::Table(table) => table.iter().any(|(key, value)| has_unit(key.get_ref(), value.get_ref())),
@@ -94,7 +94,7 @@ fn is_of_system(unit: &Unit) -> bool {
     !unit.dimension.is_number()
 }
 
-fn of_tree(tree: &Tree) -> bool {
+fn of_tree(tree: &ExpressionTree) -> bool {
     // Without recursion: a sum may have a thousand terms.
     let mut left = vec![tree];
     while let Some(tree) = left.pop() {
@@ -107,6 +107,6 @@ fn of_tree(tree: &Tree) -> bool {
 }
 
 /// The dimension of a time, for the label of time points.
-pub fn time() -> Option<Known> {
-    Known::loose(Unit::parse("s").map_or(Dimension::NUMBER, |unit| unit.dimension))
+pub fn time() -> Option<KnownDimension> {
+    KnownDimension::loose(Unit::parse("s").map_or(Dimension::NUMBER, |unit| unit.dimension))
 }

@@ -1,7 +1,7 @@
 //! Points, directions and orientations in space.
 
 use super::key::{Accepts, Key, TableKeys, optional, required};
-use super::parts::{Axes, BuildContext, Direction, FrameRef, MarkerSpec, NamedPart, Parts, Place, Vector};
+use super::parts::{Axes, BuildContext, Direction, FrameRef, MarkerSpec, NamedPart, Parts, PointSpec, Vector};
 use super::section::{FileSource, Read, Section, Value, vector, wrong_type};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
@@ -104,12 +104,12 @@ pub const TABLES: &[TableKeys] = &[
 
 impl Parts {
     /// A point at `key`: coordinates, or the name of a point.
-    pub fn place(&self, section: &Section<'_>, key: &str, names: &Names, scope: &Scope) -> Read<Option<Place>> {
+    pub fn place(&self, section: &Section<'_>, key: &str, names: &Names, scope: &Scope) -> Read<Option<PointSpec>> {
         let Some(value) = section.get(key) else { return Ok(None) };
         if let DeValue::String(name) = value.get_ref() {
-            return self.named_point(name, value).map(|k| Some(Place::Point(k)));
+            return self.named_point(name, value).map(|k| Some(PointSpec::Point(k)));
         }
-        section.vector(key, names, scope).map(|v| Some(Place::Coordinates(v)))
+        section.vector(key, names, scope).map(|v| Some(PointSpec::Coordinates(v)))
     }
 
     fn named_point(&self, name: &str, value: &Value<'_>) -> Read<usize> {
@@ -339,10 +339,10 @@ impl<S: Scalar> BuildContext<S> {
     }
 
     /// Coordinates of a place along the axes of a frame with this pose.
-    pub fn place(&mut self, pose: &Pose3<S>, place: &Place, b: &[S]) -> [S; 3] {
+    pub fn place(&mut self, pose: &Pose3<S>, place: &PointSpec, b: &[S]) -> [S; 3] {
         match place {
-            Place::Coordinates(v) => self.numbers(v, b),
-            Place::Point(k) => {
+            PointSpec::Coordinates(v) => self.numbers(v, b),
+            PointSpec::Point(k) => {
                 let point = self.point_at_start(*k, b);
                 along(pose, difference(point, pose.position))
             }

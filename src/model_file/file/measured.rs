@@ -4,9 +4,9 @@ use super::measures::{self, MeasureRef, Sensors};
 use super::parts::{BuildContext, Parts, position_or_push};
 use super::section::Read;
 use crate::Result;
-use crate::model_file::expression::{CompiledExpression, Inputs, Known, Names, Scope, Tree};
+use crate::model_file::expression::{CompiledExpression, ExpressionTree, Inputs, KnownDimension, Names, Scope};
 use autodiff::Scalar;
-use mechanics::mechanism::{Formula, Term};
+use mechanics::mechanism::{Formula, WeightedQuantity};
 use std::cell::RefCell;
 
 /// A formula of measures such as `crank.theta`, of the time and of the design; without measures if there is no mechanism.
@@ -30,11 +30,11 @@ impl MeasuredFormula {
 
     /// Compiles the formula at `place`, a key in backquotes, after `finish` has seen it and its dimension.
     pub fn compile(
-        tree: Tree,
+        tree: ExpressionTree,
         place: &str,
         names: &Names,
         parts: Option<&Parts>,
-        finish: impl FnOnce(Tree, Option<Known>) -> Read<Tree>,
+        finish: impl FnOnce(ExpressionTree, Option<KnownDimension>) -> Read<ExpressionTree>,
     ) -> Read<Self> {
         let found = RefCell::new(vec![]);
         let others = |text: &str| {
@@ -56,8 +56,8 @@ impl MeasuredFormula {
         sensors: &mut Sensors<'_>,
         context: &mut BuildContext<S>,
         b: &[S],
-    ) -> Result<(Vec<Term<S>>, Option<FormulaOfTerms>)> {
-        let mut terms: Vec<Term<S>> = vec![];
+    ) -> Result<(Vec<WeightedQuantity<S>>, Option<FormulaOfTerms>)> {
+        let mut terms: Vec<WeightedQuantity<S>> = vec![];
         let mut counts = vec![];
         for measure in &self.measures {
             let of_one = sensors.terms(measure, context, b)?;

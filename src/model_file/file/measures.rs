@@ -2,12 +2,12 @@
 
 use super::parts::{BuildContext, CoordinateRef, FrameRef, NamedPart, Parts};
 use crate::Result;
-use crate::model_file::expression::{CompiledExpression, Inputs, Known, OtherUnit};
+use crate::model_file::expression::{CompiledExpression, Inputs, KnownDimension, OtherUnit};
 use crate::model_file::unit::Unit;
 use autodiff::Scalar;
 use mechanics::elements::spatial::{Beam3, MarkerSensor3};
 use mechanics::elements::{self, Added, CoordinateSensor, Element, MarkerSensor};
-use mechanics::mechanism::{ElementIndex, EulerSequence, Term};
+use mechanics::mechanism::{ElementIndex, EulerSequence, WeightedQuantity};
 use std::collections::HashMap;
 
 /// Measures of a beam in the plane at its nodes: the mean of the adjacent elements.
@@ -132,7 +132,7 @@ pub fn unit(measure: &MeasureRef, parts: &Parts) -> Option<OtherUnit> {
         MeasureRef::Node(..) => "N",
         MeasureRef::KineticEnergy | MeasureRef::PotentialEnergy => "J",
     };
-    let known = Known::loose(Unit::parse(unit)?.dimension)?;
+    let known = KnownDimension::loose(Unit::parse(unit)?.dimension)?;
     Some(OtherUnit { known, shown: None })
 }
 
@@ -167,7 +167,7 @@ impl<'p> Sensors<'p> {
         measure: &MeasureRef,
         context: &mut BuildContext<S>,
         b: &[S],
-    ) -> Result<Vec<Term<S>>> {
+    ) -> Result<Vec<WeightedQuantity<S>>> {
         let owner = match measure {
             MeasureRef::KineticEnergy => return Ok(vec![context.mechanism.kinetic_energy()]),
             MeasureRef::PotentialEnergy => return Ok(vec![context.mechanism.potential_energy()]),
@@ -200,7 +200,12 @@ impl<'p> Sensors<'p> {
     }
 
     /// A design variable as a quantity: the position of a ground point at this distance from the origin.
-    pub fn design<S: Scalar>(&mut self, i: usize, context: &mut BuildContext<S>, b: &[S]) -> Result<Term<S>> {
+    pub fn design<S: Scalar>(
+        &mut self,
+        i: usize,
+        context: &mut BuildContext<S>,
+        b: &[S],
+    ) -> Result<WeightedQuantity<S>> {
         let part = self.sensor(Owner::Design(i), context, b);
         context.mechanism.measure(part, "x")
     }
@@ -274,7 +279,12 @@ fn is_angle(what: &str) -> bool {
 }
 
 /// Mean of the adjacent elements at a beam node.
-fn at_node<S: Scalar>(beam: usize, node: usize, what: &str, context: &BuildContext<S>) -> Result<Vec<Term<S>>> {
+fn at_node<S: Scalar>(
+    beam: usize,
+    node: usize,
+    what: &str,
+    context: &BuildContext<S>,
+) -> Result<Vec<WeightedQuantity<S>>> {
     let parts = if context.is_spatial { &context.beams3[beam].1 } else { &context.beams[beam].1 };
     let sides = [what.to_owned() + "_j", what.to_owned() + "_i"];
     let [before, after] =

@@ -64,7 +64,7 @@ pub(crate) use section::{Word, find, ordered, wrong_type};
 use super::diagnostics::{DiagnosticLog, SourceMap};
 use super::version::{self, Modernizer};
 use super::{Diagnostic, DiagnosticReport, limits, settings};
-use crate::model_file::expression::{CompiledExpression, Inputs, TextPlace, Tree};
+use crate::model_file::expression::{CompiledExpression, ExpressionTree, Inputs, TextPlace};
 use crate::model_file::unit::Unit;
 #[cfg(feature = "report")]
 use crate::problem::{Analysis, Analytic, ResponseAt, Responses, not_finite};
@@ -425,7 +425,7 @@ impl Model {
             }
             _ => {
                 let text = settings::settings(&self.source.file, &self.source.text).ok()?.remove(key)?;
-                Tree::parse(text.trim_matches('"'), TextPlace::From(0)).ok()?.unit().cloned()
+                ExpressionTree::parse(text.trim_matches('"'), TextPlace::From(0)).ok()?.unit().cloned()
             }
         }
     }
@@ -570,7 +570,7 @@ impl Model {
             }
             (_, grid) => {
                 let grids: Vec<_> = self.outputs.iter().map(|o| grid.as_ref().filter(|_| o.is_transient)).collect();
-                let formulas = Formulas(self.outputs.iter().map(|o| o.formula.expression.clone()).collect());
+                let formulas = FormulaAnalysis(self.outputs.iter().map(|o| o.formula.expression.clone()).collect());
                 let analysis = Analytic::new(formulas, &grids);
                 let responses = analysis.analyze(design)?;
                 self.check_finite(&analysis, design, &responses)?;
@@ -622,15 +622,16 @@ impl Model {
             (Some((mechanism, settings)), Some(grid)) => {
                 settings.build(parts, MechanismTemplate::new(mechanism, &self.outputs), &grid.points)
             }
-            _ => parts.build_analytic(Formulas(self.outputs.iter().map(|o| o.formula.expression.clone()).collect())),
+            _ => parts
+                .build_analytic(FormulaAnalysis(self.outputs.iter().map(|o| o.formula.expression.clone()).collect())),
         }
     }
 }
 
 /// Outputs without a mechanism: formulas of design and time.
-struct Formulas(Vec<CompiledExpression>);
+struct FormulaAnalysis(Vec<CompiledExpression>);
 
-impl ClosedForm for Formulas {
+impl ClosedForm for FormulaAnalysis {
     fn response<S: Scalar>(&self, h: usize, b: &[S], t: S) -> S {
         self.0[h].value(&Inputs::at(b, t))
     }

@@ -4,7 +4,7 @@ use super::axis;
 use super::key::{Accepts, Key, default, optional, required};
 use super::section::{Read, Section, ordered, tree, wrong_type};
 use crate::Readable;
-use crate::model_file::expression::{Known, Names, Scope, Table, Tree};
+use crate::model_file::expression::{ExpressionTree, KnownDimension, Names, Scope, TableFunction};
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::DesignVariable;
@@ -46,7 +46,7 @@ pub struct Constant {
 }
 
 /// Design variables, of which no value has been read, and constants.
-pub struct Named<'a> {
+pub struct NamedNumbers<'a> {
     pub names: Names,
     pub constants: Vec<Constant>,
     designs: Vec<(String, Section<'a>)>,
@@ -62,7 +62,7 @@ pub struct VariableUnit {
     pub unit: Option<Unit>,
 }
 
-impl Named<'_> {
+impl NamedNumbers<'_> {
     /// The units of the design variables.
     pub fn units(&self) -> Read<Vec<VariableUnit>> {
         let one = |(name, section): &(String, Section<'_>)| {
@@ -75,7 +75,7 @@ impl Named<'_> {
 }
 
 /// Reads `[constants]`, and names and units of `[design]`.
-pub fn read_names<'a>(file: &Section<'a>) -> Read<Named<'a>> {
+pub fn read_names<'a>(file: &Section<'a>) -> Read<NamedNumbers<'a>> {
     let mut names = Names::default();
     let designs = designs(file)?;
     let log = file.source().log;
@@ -94,12 +94,12 @@ pub fn read_names<'a>(file: &Section<'a>) -> Read<Named<'a>> {
             None => without_unit.push(name.clone()),
         }
     }
-    Ok(Named { names, constants: constants?, designs, without_unit })
+    Ok(NamedNumbers { names, constants: constants?, designs, without_unit })
 }
 
 /// Reads `[constants]`, `[design]`, `[table]` and `[expressions]`.
 pub fn read(file: &Section<'_>) -> Read<(Names, Vec<DesignVariable>, Vec<Constant>)> {
-    let Named { mut names, constants, designs, without_unit } = read_names(file)?;
+    let NamedNumbers { mut names, constants, designs, without_unit } = read_names(file)?;
     let log = file.source().log;
     tables(file, &mut names)?;
     names.set_axis(axis::read_name(file, &names)?);
@@ -159,13 +159,13 @@ fn unit_of(section: &Section<'_>, names: &Names) -> Read<Option<Unit>> {
 
 /// The unit of a number: the one with which it is written. That of a formula is the first one of its dimension among its own and `others`,
 /// or the SI unit; if the dimension is not known, the first of the others. Angles and numbers that a formula gives have none.
-fn unit_of_number(tree: &Tree, known: Option<Known>, others: Vec<Unit>) -> Option<Unit> {
+fn unit_of_number(tree: &ExpressionTree, known: Option<KnownDimension>, others: Vec<Unit>) -> Option<Unit> {
     if let Some(unit) = tree.unit() {
         return Some(unit.clone());
     }
     match known.filter(|known| known.is_firm) {
-        Some(Known { dimension, .. }) if dimension.is_number() => None,
-        Some(Known { dimension, .. }) => {
+        Some(KnownDimension { dimension, .. }) if dimension.is_number() => None,
+        Some(KnownDimension { dimension, .. }) => {
             let all = tree.units().into_iter().chain(others);
             all.into_iter().find(|unit| unit.dimension == dimension).or_else(|| Unit::parse(&dimension.si_unit()))
         }
@@ -254,7 +254,7 @@ fn tables(file: &Section<'_>, names: &mut Names) -> Read<()> {
                 let message = format!("{} has {} x and {} y", section.title, x.len(), y.len());
                 return Err(section.error_at("y", message));
             }
-            Table::new(x, y, is_cubic).map_err(|_| {
+            TableFunction::new(x, y, is_cubic).map_err(|_| {
                 let message = format!("`x` of {} must have two or more increasing numbers", section.title);
                 section.error_at("x", message)
             })
@@ -300,7 +300,7 @@ fn expressions(file: &Section<'_>, names: &mut Names) -> Read<()> {
 }
 
 /// Names and parsed expressions of a table.
-fn named(file: &Section<'_>, key: &str, names: &Names) -> Read<Vec<(String, Tree)>> {
+fn named(file: &Section<'_>, key: &str, names: &Names) -> Read<Vec<(String, ExpressionTree)>> {
     let Some(value) = file.get(key) else { return Ok(vec![]) };
     let Some(table) = value.get_ref().as_table() else { return Err(wrong_type(value, &format!("`{key}`"), "a table")) };
     let mut found = vec![];

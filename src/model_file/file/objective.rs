@@ -7,7 +7,7 @@ use super::quantity::{CompiledQuantity, QuantityContext};
 use super::section::{Read, Section};
 use crate::Result;
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{Known, Names, Node, Reduction, Tree};
+use crate::model_file::expression::{ExpressionTree, KnownDimension, Names, Node, Reduction};
 use crate::model_file::unit::Unit;
 use crate::problem::{
     Analysis, Constraint, ContinuousTime, DesignVariable, Goal, GradientMethod, Problem, ProblemBuilder, Quantity,
@@ -143,7 +143,7 @@ fn stored_unit(section: &Section<'_>, outputs: &[OutputSpec]) -> Read<Option<Uni
     }
     let key = if section.has("minimize") { "minimize" } else { "maximize" };
     let is_reduced = section.word("over")?.is_some_and(|word| word.text != "peak");
-    let of_tree = |tree: &Tree| match &peak_of(tree).unwrap_or(tree).node {
+    let of_tree = |tree: &ExpressionTree| match &peak_of(tree).unwrap_or(tree).node {
         Node::Name(name) if !is_reduced => outputs.iter().find(|output| output.name == *name)?.shown_in.clone(),
         _ => None,
     };
@@ -155,8 +155,8 @@ fn stored_unit(section: &Section<'_>, outputs: &[OutputSpec]) -> Read<Option<Uni
 }
 
 /// The unit to which the values of the objective are converted: `shown_in`, or that of a design variable that is minimized itself.
-fn conversion(section: &Section<'_>, known: &QuantityContext<'_>, trees: &[Tree]) -> Read<Option<Unit>> {
-    let [Tree { node: Node::Name(name), .. }] = trees else { return shown_in(section) };
+fn conversion(section: &Section<'_>, known: &QuantityContext<'_>, trees: &[ExpressionTree]) -> Read<Option<Unit>> {
+    let [ExpressionTree { node: Node::Name(name), .. }] = trees else { return shown_in(section) };
     let is_variable = known.variables.iter().any(|variable| variable.name == *name);
     let own = known.names.unit_of(name).filter(|_| is_variable && !section.has("unit")).cloned();
     Ok(shown_in(section)?.or(own))
@@ -190,7 +190,7 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         conversion(&section, known, &trees)?.map_or_else(|| stored_unit(&section, known.outputs), |u| Ok(Some(u)))?;
     let dimension = trees.first().and_then(|tree| known.dimension(tree).ok().flatten());
     if let Some(unit) = conversion(&section, known, &trees)? {
-        let convert = |tree: Tree| {
+        let convert = |tree: ExpressionTree| {
             let dimension = known.dimension(&tree)?;
             converted(tree, dimension, &unit)
         };
@@ -203,7 +203,7 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         && value.is_transient
     {
         // A history of one time point is a number.
-        let last = Tree { node: Node::Reduce(Reduction::Final, vec![tree.clone()]), span: tree.span.clone() };
+        let last = ExpressionTree { node: Node::Reduce(Reduction::Final, vec![tree.clone()]), span: tree.span.clone() };
         values = vec![known.compile(&last, key)?];
     }
     let Some(value) = values.first().cloned() else {
@@ -238,7 +238,7 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
 }
 
 /// The history of `peak(history)`.
-fn peak_of(tree: &Tree) -> Option<&Tree> {
+fn peak_of(tree: &ExpressionTree) -> Option<&ExpressionTree> {
     match &tree.node {
         Node::Reduce(Reduction::Peak, arguments) if arguments.len() == 1 => arguments.first(),
         _ => None,
@@ -249,7 +249,7 @@ fn peak(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
     values: Vec<CompiledQuantity>,
-    dimension: Option<Known>,
+    dimension: Option<KnownDimension>,
     BoundVariable { variable: mut bound, unit: stored, has_start }: BoundVariable,
 ) -> Read<ObjectiveSpec> {
     let scale = match (&stored, section.tree("scale")?) {

@@ -9,7 +9,9 @@ use super::measures::Sensors;
 use super::parts::{BuildContext, Parts};
 use super::section::{Read, Section, Value, Word, find, ordered, tree};
 use crate::Result;
-use crate::model_file::expression::{CompiledExpression, Inputs, Known, Names, OtherUnit, Scope, Tree};
+use crate::model_file::expression::{
+    CompiledExpression, ExpressionTree, Inputs, KnownDimension, Names, OtherUnit, Scope,
+};
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
@@ -70,7 +72,7 @@ pub fn shown_in(section: &Section<'_>) -> Read<Option<Unit>> {
 }
 
 /// The formula in a unit, whose dimension it must have if its own is known.
-pub fn converted(tree: Tree, known: Option<Known>, unit: &Unit) -> Read<Tree> {
+pub fn converted(tree: ExpressionTree, known: Option<KnownDimension>, unit: &Unit) -> Read<ExpressionTree> {
     match known.filter(|known| !(unit.dimension.fits(known.dimension) || !known.is_firm && known.dimension.is_number()))
     {
         None => Ok(tree.per(unit)),
@@ -100,7 +102,7 @@ pub struct OutputSpec {
     /// The unit of the values, if `unit` is not just a label.
     pub shown_in: Option<Unit>,
     /// The dimension, as far as it is known.
-    known: Option<Known>,
+    known: Option<KnownDimension>,
     pub formula: MeasuredFormula,
     /// The quantity of a natural mode that it is: a frequency in place of the formula, or the amplitude of the formula.
     pub modal: Option<ModalQuantity>,
@@ -201,7 +203,7 @@ fn output(
     Ok(OutputSpec {
         name,
         unit,
-        known: shown_in.as_ref().map(|unit| Known { dimension: unit.dimension, is_firm: true }).or(known),
+        known: shown_in.as_ref().map(|unit| KnownDimension { dimension: unit.dimension, is_firm: true }).or(known),
         shown_in,
         is_transient: event.is_none() && (parts.is_some() || formula.expression.uses_time()),
         formula,
@@ -296,10 +298,10 @@ fn natural_frequency(
         name,
         unit: match &shown_in {
             Some(unit) => unit.text.clone(),
-            None if section.has("unit") => labels.read(section, Known::loose(natural.dimension), None)?,
+            None if section.has("unit") => labels.read(section, KnownDimension::loose(natural.dimension), None)?,
             None => "rad/s".to_owned(),
         },
-        known: Some(Known { dimension, is_firm: true }),
+        known: Some(KnownDimension { dimension, is_firm: true }),
         shown_in,
         is_transient: true,
         formula: MeasuredFormula::constant(0.0),

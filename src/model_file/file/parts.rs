@@ -47,7 +47,7 @@ pub type Vector = [CompiledExpression; 3];
 
 /// A point as it is given.
 #[derive(Clone, Debug)]
-pub enum Place {
+pub enum PointSpec {
     /// Coordinates in the axes of a frame.
     Coordinates(Vector),
     /// The place where a named point is at the start.
@@ -88,7 +88,7 @@ pub enum Axes {
 #[derive(Clone, Debug)]
 pub struct MarkerSpec {
     pub frame: FrameRef,
-    pub place: Place,
+    pub place: PointSpec,
     /// True if the place is given in world axes, where it is at the start.
     pub is_world_place: bool,
     pub axes: Axes,
@@ -98,7 +98,7 @@ pub struct MarkerSpec {
 impl MarkerSpec {
     /// The reference point of a frame, with its axes.
     pub fn of(frame: FrameRef) -> Self {
-        let place = Place::Coordinates([0.0; 3].map(CompiledExpression::constant));
+        let place = PointSpec::Coordinates([0.0; 3].map(CompiledExpression::constant));
         Self { frame, place, is_world_place: false, axes: Axes::Same, is_world_axes: false }
     }
 

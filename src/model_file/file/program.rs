@@ -8,7 +8,7 @@ use crate::model_file::expression::Names;
 use crate::model_file::limits;
 use crate::problem::{Analysis, DesignVariable, Problem, ProblemBuilder, ResponseAt, Responses, TimeGrid};
 use crate::responses::Differences;
-use crate::responses::program::{Program, ProgramAnalysis, WithThreads};
+use crate::responses::program::{ExternalProgram, ProgramAnalysis, WithThreads};
 use crate::{Error, Result};
 use nalgebra::DMatrix;
 use std::path::Path;
@@ -39,7 +39,7 @@ pub const TABLE: TableKeys = TableKeys {
 
 /// A program, and the method that differentiates its outputs. It may be started only if `program` has a folder.
 pub struct ProgramSpec {
-    program: Program,
+    program: ExternalProgram,
     derivatives: DerivativeSetting,
     /// The started program and its answers, as soon as they are needed.
     analysis: OnceLock<Arc<ProgramAnalysis>>,
@@ -75,7 +75,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Option<ProgramSpec>> {
     }
     let retries = section.count("retries", limits::RETRIES)?.unwrap_or(1);
     let derivatives = DerivativeSetting::of_program(&section, names)?;
-    let program = Program { command, folder: None, time_limit, retries, jobs };
+    let program = ExternalProgram { command, folder: None, time_limit, retries, jobs };
     Ok(Some(ProgramSpec { program, derivatives, analysis: OnceLock::new() }))
 }
 

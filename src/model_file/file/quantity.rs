@@ -5,7 +5,8 @@ use super::outputs::{OutputSpec, intermediates};
 use super::section::{Read, Section, ordered, tree, wrong_type};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{
-    Change, CompiledExpression, Inputs, Known, Names, Node, OtherUnit, Reduction, Scope, Tree,
+    CompiledExpression, DesignDependence, ExpressionTree, Inputs, KnownDimension, Names, Node, OtherUnit, Reduction,
+    Scope,
 };
 use crate::model_file::unit::Unit;
 use crate::problem::{DesignVariable, Function, Functional, Point, Quantity, TimeGrid};
@@ -86,7 +87,7 @@ pub struct CompiledQuantity {
     is_output: bool,
     /// The reductions of the formula, if it has some.
     reduced: Option<ReducedFormula>,
-    change: Change,
+    change: DesignDependence,
 }
 
 /// A formula of reductions of histories, such as `range(x)/final(x)`.
@@ -141,7 +142,7 @@ impl CompiledQuantity {
 
 impl QuantityContext<'_> {
     /// The formula of a parsed expression.
-    pub fn compile(&self, tree: &Tree, key: &str) -> Read<CompiledQuantity> {
+    pub fn compile(&self, tree: &ExpressionTree, key: &str) -> Read<CompiledQuantity> {
         let mut outer = tree.clone();
         let reductions = outer.take_reductions();
         if !reductions.is_empty() {
@@ -157,7 +158,7 @@ impl QuantityContext<'_> {
     }
 
     /// An expression whose other names are the outputs, then the series, then the reductions.
-    fn expression(&self, tree: &Tree, key: &str) -> Read<CompiledExpression> {
+    fn expression(&self, tree: &ExpressionTree, key: &str) -> Read<CompiledExpression> {
         let output = |name: &str| self.outputs.iter().position(|o| o.name == name);
         let series = |name: &str| self.series.iter().position(|s| s.name == name).map(|k| self.outputs.len() + k);
         let others = |name: &str| output(name).or_else(|| series(name));
@@ -179,21 +180,21 @@ impl QuantityContext<'_> {
     }
 
     /// Dependence of an output or a series on the design: in steps, or in any other way.
-    fn change_of(&self, other: usize) -> Change {
+    fn change_of(&self, other: usize) -> DesignDependence {
         let output = self.outputs.get(other).filter(|output| output.is_plain());
-        match output.map(|output| output.formula.expression.change(|_| Change::Slopes)) {
-            Some(Change::Steps) => Change::Steps,
-            _ => Change::Slopes,
+        match output.map(|output| output.formula.expression.change(|_| DesignDependence::Slopes)) {
+            Some(DesignDependence::Steps) => DesignDependence::Steps,
+            _ => DesignDependence::Slopes,
         }
     }
 
     /// Notes that a value has no derivative by which it could be improved, or lacks a part of it.
-    pub fn remark_derivative(&self, section: &Section<'_>, tree: &Tree, value: &CompiledQuantity) {
+    pub fn remark_derivative(&self, section: &Section<'_>, tree: &ExpressionTree, value: &CompiledQuantity) {
         let of_histories = value.reduced.iter().flat_map(|reduced| &reduced.histories).map(|one| one.reduction);
         if let Some(reduction) = of_histories.into_iter().find(|reduction| reduction.is_integral()) {
             self.remark_integral(section, &tree.span, reduction.name());
         }
-        if value.change == Change::Steps {
+        if value.change == DesignDependence::Steps {
             let message =
                 "this value changes in steps: its derivative is zero, and no method can tell how to change the design";
             let help = "use a smooth function, such as `smooth_step(x, a, b)` in place of `sign(x)` or `if`";
@@ -219,7 +220,7 @@ impl QuantityContext<'_> {
     }
 
     /// The dimension of a formula of outputs, if it is known.
-    pub fn dimension(&self, tree: &Tree) -> Read<Option<Known>> {
+    pub fn dimension(&self, tree: &ExpressionTree) -> Read<Option<KnownDimension>> {
         self.names.dimension(tree, &Scope { other_units: &|name| self.other_unit(name), ..Scope::MOTION })
     }
 
@@ -243,7 +244,7 @@ impl QuantityContext<'_> {
     }
 
     /// A formula of reductions: each history is compiled on its own.
-    fn reduced(&self, outer: &Tree, reductions: &[Tree], key: &str) -> Read<CompiledQuantity> {
+    fn reduced(&self, outer: &ExpressionTree, reductions: &[ExpressionTree], key: &str) -> Read<CompiledQuantity> {
         let whole = self.expression(outer, key)?;
         if self.is_history(&whole) {
             let message = "a formula of reductions cannot use a history beside them";
@@ -316,7 +317,7 @@ impl QuantityContext<'_> {
 }
 
 /// Indices of the time points of an interval; all of them if none is given.
-fn points_of(grid: &TimeGrid, interval: &[f64], tree: &Tree) -> Read<std::ops::Range<usize>> {
+fn points_of(grid: &TimeGrid, interval: &[f64], tree: &ExpressionTree) -> Read<std::ops::Range<usize>> {
     let [from, to] = interval else { return Ok(0..grid.len()) };
     let points = grid.points_between(*from, *to);
     if points.len() >= 2 {
@@ -332,7 +333,7 @@ fn checked_number(
     reduction: Reduction,
     number: f64,
     (grid, points): (&TimeGrid, &std::ops::Range<usize>),
-    tree: &Tree,
+    tree: &ExpressionTree,
 ) -> Read<f64> {
     let wrong = |message: String| Err(Diagnostic::new(tree.span.clone(), message));
     match reduction {

@@ -4,7 +4,7 @@ use super::key::{Key, Need};
 use super::replicate::replicate;
 pub use super::value::{FileSource, Read, Value, Word, find, ordered, tree, vector, wrong_type};
 use super::value::{count, numbers, text};
-use crate::model_file::expression::{CompiledExpression, Names, Scope, TextPlace, Tree};
+use crate::model_file::expression::{CompiledExpression, ExpressionTree, Names, Scope, TextPlace};
 use crate::model_file::{Diagnostic, limits, visible};
 use std::ops::Range;
 use toml::Spanned;
@@ -159,20 +159,21 @@ impl<'a> Section<'a> {
     }
 
     /// The expression of a key, or of its default.
-    pub fn tree(&self, key: &str) -> Read<Option<Tree>> {
+    pub fn tree(&self, key: &str) -> Read<Option<ExpressionTree>> {
         match self.get(key) {
             Some(value) => tree(value, key, self.source).map(Some),
-            None => {
-                self.default_of(key).map(|text| Tree::parse(text, TextPlace::Within(self.span.clone()))).transpose()
-            }
+            None => self
+                .default_of(key)
+                .map(|text| ExpressionTree::parse(text, TextPlace::Within(self.span.clone())))
+                .transpose(),
         }
     }
 
     /// The comparison of a key, as the difference that is positive where it holds.
-    pub fn condition(&self, key: &str) -> Read<Option<Tree>> {
+    pub fn condition(&self, key: &str) -> Read<Option<ExpressionTree>> {
         let Some(value) = self.get(key) else { return Ok(None) };
         let text = text(value, key)?;
-        Tree::parse_condition(text, self.source.text_place(value, text)).map(Some)
+        ExpressionTree::parse_condition(text, self.source.text_place(value, text)).map(Some)
     }
 
     /// The names of a key: one text, or a list of them.
@@ -187,7 +188,7 @@ impl<'a> Section<'a> {
     }
 
     /// The expressions of a key: one, or a list of them.
-    pub fn trees(&self, key: &str) -> Read<Vec<Tree>> {
+    pub fn trees(&self, key: &str) -> Read<Vec<ExpressionTree>> {
         let Some(value) = self.get(key) else { return Ok(vec![]) };
         match value.get_ref().as_array() {
             Some(list) => list.iter().map(|item| tree(item, key, self.source)).collect(),

@@ -2,16 +2,16 @@
 
 use std::f64::consts::TAU;
 
-type Point = [f64; 2];
+type PlanePoint = [f64; 2];
 
 /// Places a shape: `along` and `across` relative to a line from `from` in the direction `angle`.
-fn placed(from: Point, angle: f64, shape: impl IntoIterator<Item = Point>) -> Vec<Point> {
+fn placed(from: PlanePoint, angle: f64, shape: impl IntoIterator<Item = PlanePoint>) -> Vec<PlanePoint> {
     let (s, c) = angle.sin_cos();
     shape.into_iter().map(|[u, v]| [from[0] + c * u - s * v, from[1] + s * u + c * v]).collect()
 }
 
 /// A cylinder open at its far end, and a piston in it on a rod: a damper from one point to another, drawn `aside` of their line.
-pub fn damper([from, to]: [Point; 2], width: f64, aside: f64) -> Vec<Point> {
+pub fn damper([from, to]: [PlanePoint; 2], width: f64, aside: f64) -> Vec<PlanePoint> {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let (length, half) = (dx.hypot(dy), 0.5 * width);
     let (foot, rim, piston) = (0.3 * length, 0.65 * length, 0.5 * length);
@@ -26,7 +26,7 @@ pub fn damper([from, to]: [Point; 2], width: f64, aside: f64) -> Vec<Point> {
 }
 
 /// A wheel with a spoke that shows its rotation.
-pub fn wheel(centre: Point, radius: f64, angle: f64) -> Vec<Point> {
+pub fn wheel(centre: PlanePoint, radius: f64, angle: f64) -> Vec<PlanePoint> {
     const SIDES: u32 = 24;
     let rim =
         (0..=SIDES).map(|k| (TAU * f64::from(k) / f64::from(SIDES)).sin_cos()).map(|(s, c)| [radius * c, radius * s]);
@@ -34,12 +34,12 @@ pub fn wheel(centre: Point, radius: f64, angle: f64) -> Vec<Point> {
 }
 
 /// A shape that is fixed to a body whose origin is at a point and which is turned by an angle.
-pub fn turned(at: Point, angle: f64, shape: Vec<Point>) -> Vec<Point> {
+pub fn turned(at: PlanePoint, angle: f64, shape: Vec<PlanePoint>) -> Vec<PlanePoint> {
     placed(at, angle, shape)
 }
 
 /// A brake shoe: an arc of a third of a circle around a point, in the direction `angle`, with short legs outwards.
-pub fn shoe(centre: Point, angle: f64, radius: f64) -> Vec<Point> {
+pub fn shoe(centre: PlanePoint, angle: f64, radius: f64) -> Vec<PlanePoint> {
     const SIDES: u32 = 8;
     let on = |k: u32, radius: f64| {
         let (s, c) = (TAU / 3.0 * (f64::from(k) / f64::from(SIDES) - 0.5)).sin_cos();
@@ -50,7 +50,7 @@ pub fn shoe(centre: Point, angle: f64, radius: f64) -> Vec<Point> {
 }
 
 /// The profile of a cam, r₀ + h/2·(1 − cos(φ − φ₀)) at the angle φ on the cam.
-pub fn cam(centre: Point, angle: f64, [base, lift, phase]: [f64; 3]) -> Vec<Point> {
+pub fn cam(centre: PlanePoint, angle: f64, [base, lift, phase]: [f64; 3]) -> Vec<PlanePoint> {
     const SIDES: u32 = 32;
     let at = |k: u32| {
         let turn = TAU * f64::from(k) / f64::from(SIDES);
@@ -61,7 +61,7 @@ pub fn cam(centre: Point, angle: f64, [base, lift, phase]: [f64; 3]) -> Vec<Poin
 }
 
 /// A line through a point, hatched on its right: the side behind a wall whose outward normal points to the left.
-pub fn wall(at: Point, angle: f64, half: f64, spacing: f64) -> Vec<Point> {
+pub fn wall(at: PlanePoint, angle: f64, half: f64, spacing: f64) -> Vec<PlanePoint> {
     let count = (2.0 * half / spacing).ceil().clamp(2.0, 40.0);
     let step = 2.0 * half / count;
     let hatch = |k: u32| {
@@ -72,7 +72,7 @@ pub fn wall(at: Point, angle: f64, half: f64, spacing: f64) -> Vec<Point> {
 }
 
 /// A toothed line from one point to another.
-pub fn rack([from, to]: [Point; 2], tooth: f64) -> Vec<Point> {
+pub fn rack([from, to]: [PlanePoint; 2], tooth: f64) -> Vec<PlanePoint> {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let length = dx.hypot(dy);
     let count = (length / tooth.max(1e-3 * length)).ceil().clamp(1.0, 40.0);
@@ -81,7 +81,7 @@ pub fn rack([from, to]: [Point; 2], tooth: f64) -> Vec<Point> {
 }
 
 /// A small square: a rigid connection of two bodies.
-pub fn weld(at: Point, angle: f64, half: f64) -> Vec<Point> {
+pub fn rigid_connection(at: PlanePoint, angle: f64, half: f64) -> Vec<PlanePoint> {
     placed(at, angle, [[-half, -half], [half, -half], [half, half], [-half, half], [-half, -half]])
 }
 

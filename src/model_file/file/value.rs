@@ -1,7 +1,7 @@
 //! Values of a model file with their locations: words, numbers, expressions, lists.
 
 use crate::model_file::diagnostics::DiagnosticLog;
-use crate::model_file::expression::{CompiledExpression, Names, Scope, TextPlace, Tree};
+use crate::model_file::expression::{CompiledExpression, ExpressionTree, Names, Scope, TextPlace};
 use crate::model_file::version::Modernizer;
 use crate::model_file::{Diagnostic, limits};
 use std::borrow::Cow;
@@ -75,15 +75,15 @@ pub fn text<'v>(value: &'v Value<'_>, key: &str) -> Read<&'v str> {
 }
 
 /// Parses a number, or an expression in quotes.
-pub fn tree(value: &Value<'_>, key: &str, source: FileSource<'_>) -> Read<Tree> {
+pub fn tree(value: &Value<'_>, key: &str, source: FileSource<'_>) -> Read<ExpressionTree> {
     let number = match value.get_ref() {
-        DeValue::String(text) => return Tree::parse(text, source.text_place(value, text)),
+        DeValue::String(text) => return ExpressionTree::parse(text, source.text_place(value, text)),
         DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|i| i as f64),
         DeValue::Float(f) => f.as_str().parse::<f64>().ok(),
         _ => return Err(wrong_type(value, &format!("`{key}`"), "a number, or an expression in quotes")),
     };
     match number.filter(|x| x.is_finite()) {
-        Some(x) => Ok(Tree::number(x, value.span())),
+        Some(x) => Ok(ExpressionTree::number(x, value.span())),
         None => {
             let error = Diagnostic::new(value.span(), format!("`{key}` must be a finite number"));
             Err(error.help("leave a bound out where there is none"))

@@ -98,7 +98,7 @@ fn import_with(name: &str, text: &str, base: Base, include: &xml::Include<'_>) -
             return Err(Error::definition(name, why, "give a file in URDF or MJCF"));
         }
     };
-    let tree = tree::Tree::of(&mut robot, base)?;
+    let tree = tree::RobotTree::of(&mut robot, base)?;
     let written = text::write(&robot, &tree, name);
     super::read(name, &written).map_err(|report| {
         let remedy = "simplify the robot, or write the model by hand";

@@ -10,7 +10,7 @@ pub struct Robot {
     pub gravity: Vector3<f64>,
     pub links: Vec<Link>,
     /// Joints that make a tree of the links.
-    pub joints: Vec<Joint>,
+    pub joints: Vec<RobotJoint>,
     /// Connections that close loops.
     pub closures: Vec<Closure>,
     /// Parts that the model will not have, one sentence each.
@@ -48,7 +48,7 @@ impl JointType {
 }
 
 /// A joint between two links. Its frame has the axes of the child where the joint is at zero.
-pub struct Joint {
+pub struct RobotJoint {
     pub name: String,
     pub kind: JointType,
     /// Links, by number.
@@ -75,7 +75,7 @@ pub struct Joint {
     pub mimic: Option<Mimic>,
 }
 
-impl Joint {
+impl RobotJoint {
     /// A joint without any resistance, with its frame at that of the child.
     pub fn new(name: String, kind: JointType, [parent, child]: [usize; 2], origin: Isometry3<f64>) -> Self {
         Self {
@@ -129,10 +129,10 @@ pub struct Closure {
 }
 
 /// Sentences about what a model lacks, or has otherwise than the joints.
-pub fn changed(joints: &[Joint]) -> Vec<String> {
-    let count = |is: &dyn Fn(&Joint) -> bool| joints.iter().filter(|joint| is(joint)).count();
-    let resists = |joint: &Joint| joint.damping > 0.0 || joint.friction > 0.0;
-    let is_moved = |joint: &Joint| joint.spring[0] > 0.0 || joint.armature > 0.0;
+pub fn changed(joints: &[RobotJoint]) -> Vec<String> {
+    let count = |is: &dyn Fn(&RobotJoint) -> bool| joints.iter().filter(|joint| is(joint)).count();
+    let resists = |joint: &RobotJoint| joint.damping > 0.0 || joint.friction > 0.0;
+    let is_moved = |joint: &RobotJoint| joint.spring[0] > 0.0 || joint.armature > 0.0;
     let sentences = [
         (
             count(&|joint| joint.range.is_some() || joint.strength.iter().any(Option::is_some)),

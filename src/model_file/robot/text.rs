@@ -1,7 +1,7 @@
 //! The model file of a robot.
 
-use super::parts::{Closure, Joint, JointType, Robot};
-use super::tree::{Part, Tree};
+use super::parts::{Closure, JointType, Robot, RobotJoint};
+use super::tree::{RigidPart, RobotTree};
 use crate::model_file::expression::check_name;
 use crate::model_file::toml_string;
 use nalgebra::{Isometry3, Vector3};
@@ -13,11 +13,11 @@ const SPEED: f64 = 0.01;
 
 /// Names of the parts of a model that are valid and differ.
 #[derive(Default)]
-struct Names {
+struct PartNames {
     used: HashSet<String>,
 }
 
-impl Names {
+impl PartNames {
     /// A valid name near `wanted` that no other part has.
     fn unique(&mut self, wanted: &str) -> String {
         let kept = wanted.chars().take(48).map(|c| if c.is_ascii_alphanumeric() { c } else { '_' });
@@ -37,8 +37,8 @@ impl Names {
 }
 
 /// Writes the model file of a robot that was read from the file `source`.
-pub fn write(robot: &Robot, tree: &Tree, source: &str) -> String {
-    let mut names = Names::default();
+pub fn write(robot: &Robot, tree: &RobotTree, source: &str) -> String {
+    let mut names = PartNames::default();
     let links: Vec<String> = robot.links.iter().map(|link| names.unique(&link.name)).collect();
     let joints: Vec<String> = robot
         .joints
@@ -110,7 +110,7 @@ pub fn write(robot: &Robot, tree: &Tree, source: &str) -> String {
     text
 }
 
-fn body(out: &mut String, name: &str, part: &Part) {
+fn body(out: &mut String, name: &str, part: &RigidPart) {
     line(out, &format!("\n[[body]]\nname = \"{name}\""));
     match &part.mass {
         None => line(out, "kind = \"massless-node\""),
@@ -138,7 +138,7 @@ fn renamed(out: &mut String, kind: &str, old: &str, new: &str) {
 }
 
 /// The joint between a place of a part and the frame of its child.
-fn connect(out: &mut String, joint: &Joint, name: &str, (parent, place): (&str, &Isometry3<f64>), child: &str) {
+fn connect(out: &mut String, joint: &RobotJoint, name: &str, (parent, place): (&str, &Isometry3<f64>), child: &str) {
     let kind = match joint.kind {
         JointType::Revolute | JointType::Continuous => "revolute",
         JointType::Prismatic => "prismatic",
@@ -171,7 +171,7 @@ fn close(out: &mut String, closure: &Closure, name: &str, frames: [(&str, &Isome
 }
 
 /// A comment with the limits of a joint, which are no parts of the model.
-fn limits(out: &mut String, joint: &Joint) {
+fn limits(out: &mut String, joint: &RobotJoint) {
     let mut all = vec![];
     all.extend(joint.range.map(|[lower, upper]| format!("position from {} to {}", number(lower), number(upper))));
     let names = ["force or torque", "velocity"];
@@ -184,7 +184,7 @@ fn limits(out: &mut String, joint: &Joint) {
 }
 
 /// Spring, damping, friction and motor inertia of a joint.
-fn resist(out: &mut String, joint: &Joint, name: &str, names: &mut Names) {
+fn resist(out: &mut String, joint: &RobotJoint, name: &str, names: &mut PartNames) {
     let Some(coordinate) = coordinate(joint, name) else { return };
     let [stiffness, rest] = joint.spring;
     if joint.damping > 0.0 || stiffness > 0.0 {
@@ -211,7 +211,7 @@ fn resist(out: &mut String, joint: &Joint, name: &str, names: &mut Names) {
 }
 
 /// The coordinate of a joint with one degree of freedom.
-fn coordinate(joint: &Joint, name: &str) -> Option<String> {
+fn coordinate(joint: &RobotJoint, name: &str) -> Option<String> {
     let measure = if joint.kind == JointType::Prismatic { "displacement" } else { "angle" };
     joint.kind.has_coordinate().then(|| format!("{name}.{measure}"))
 }

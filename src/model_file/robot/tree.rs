@@ -15,7 +15,7 @@ pub enum Base {
 }
 
 /// Links that do not move relative to each other.
-pub struct Part {
+pub struct RigidPart {
     /// The link whose frame is that of the part.
     pub link: usize,
     /// The other links.
@@ -29,22 +29,22 @@ pub struct Part {
 }
 
 /// A robot as a tree of rigid parts, parents first.
-pub struct Tree {
-    pub parts: Vec<Part>,
+pub struct RobotTree {
+    pub parts: Vec<RigidPart>,
     /// Part of each link, and the pose of the link in it.
     pub places: Vec<(usize, Isometry3<f64>)>,
     /// Positions of the joints at the start.
     pub start: Vec<f64>,
 }
 
-impl Tree {
+impl RobotTree {
     /// The tree of a robot; adds to its list what had to be changed.
     pub fn of(robot: &mut Robot, base: Base) -> Result<Self> {
         let joints = ordered(robot)?;
         let start = start(robot)?;
         let root = robot.joints.get(joints.first().copied().unwrap_or(0)).map_or(0, |joint| joint.parent);
         let still = Isometry3::identity();
-        let first = Part {
+        let first = RigidPart {
             link: root,
             others: vec![],
             joint: None,
@@ -70,7 +70,8 @@ impl Tree {
             } else {
                 let pose = tree.parts[part].pose * place * joint.pose(tree.start[k]);
                 tree.places[joint.child] = (tree.parts.len(), still);
-                let part = Part { link: joint.child, others: vec![], joint: Some(k), is_ground: false, mass, pose };
+                let part =
+                    RigidPart { link: joint.child, others: vec![], joint: Some(k), is_ground: false, mass, pose };
                 tree.parts.push(part);
             }
         }

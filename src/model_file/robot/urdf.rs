@@ -4,8 +4,8 @@
 //! The specification of URDF: <https://wiki.ros.org/urdf/XML>.
 
 use super::inertia::MassData;
-use super::parts::{Joint, JointType, Link, Mimic, Robot, changed, motion};
-use super::xml::{Counts, Element, shortened};
+use super::parts::{JointType, Link, Mimic, Robot, RobotJoint, changed, motion};
+use super::xml::{Counts, XmlElement, shortened};
 use crate::{Error, Result};
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use std::collections::HashMap;
@@ -24,8 +24,8 @@ const TYPES: [(&str, JointType); 6] = [
 const KNOWN: [&str; 8] = ["inertial", "origin", "parent", "child", "axis", "limit", "dynamics", "mimic"];
 
 /// Reads the outermost element of a file.
-pub fn read(file: &str, root: &Element) -> Result<Robot> {
-    let is_macro = |element: &&Element| element.namespace.as_ref().is_some_and(|space| space.contains("xacro"));
+pub fn read(file: &str, root: &XmlElement) -> Result<Robot> {
+    let is_macro = |element: &&XmlElement| element.namespace.as_ref().is_some_and(|space| space.contains("xacro"));
     if let Some(element) = root.descendants().find(is_macro) {
         let why = format!("{} is a xacro macro", element.place());
         return Err(Error::definition(file, why, "expand it first: xacro FILE > robot.urdf"));
@@ -76,7 +76,7 @@ pub fn read(file: &str, root: &Element) -> Result<Robot> {
 }
 
 /// Fixes joints that follow fixed ones, and ignores `mimic` of joints that have no position. Returns what was changed.
-fn hold(joints: &mut [Joint]) -> Vec<String> {
+fn hold(joints: &mut [RobotJoint]) -> Vec<String> {
     let mut sentences = vec![];
     // A joint that is fixed here may be followed by others.
     while let Some(k) = joints.iter().position(|joint| {
@@ -98,7 +98,7 @@ fn hold(joints: &mut [Joint]) -> Vec<String> {
     sentences
 }
 
-fn joint(node: &Element, name: String, numbers: &HashMap<String, usize>, links: &[Link]) -> Result<Joint> {
+fn joint(node: &XmlElement, name: String, numbers: &HashMap<String, usize>, links: &[Link]) -> Result<RobotJoint> {
     let what = format!("joint `{name}`");
     let word = node.text(&what, "type")?;
     let Some((_, kind)) = TYPES.into_iter().find(|(known, _)| *known == word) else {
@@ -148,12 +148,12 @@ fn joint(node: &Element, name: String, numbers: &HashMap<String, usize>, links: 
     let start = range.map_or(0.0, |[lower, upper]: [f64; 2]| 0.0f64.max(lower).min(upper));
     let strength = [of("limit", "effort")?, of("limit", "velocity")?];
     let axis = if has_axis { axis.normalize() } else { Vector3::z() };
-    let joint = Joint::new(name, kind, [parent, own], pose(node, &what)?);
-    Ok(Joint { axis, start, range, strength, damping, friction, ..joint })
+    let joint = RobotJoint::new(name, kind, [parent, own], pose(node, &what)?);
+    Ok(RobotJoint { axis, start, range, strength, damping, friction, ..joint })
 }
 
 /// Mass, centre of mass and inertia of a link, in its frame.
-fn mass(node: &Element, name: &str) -> Result<Option<MassData>> {
+fn mass(node: &XmlElement, name: &str) -> Result<Option<MassData>> {
     let what = format!("link `{name}`");
     let Some(inertial) = node.first("inertial") else { return Ok(None) };
     let Some(mass) = inertial.first("mass").map_or(Ok(None), |inner| inner.number(&what, "value"))? else {
@@ -178,7 +178,7 @@ fn mass(node: &Element, name: &str) -> Result<Option<MassData>> {
 }
 
 /// The pose in <origin>: a translation, and rotations about the fixed axes x, y, z.
-fn pose(node: &Element, what: &str) -> Result<Isometry3<f64>> {
+fn pose(node: &XmlElement, what: &str) -> Result<Isometry3<f64>> {
     let Some(origin) = node.first("origin") else { return Ok(Isometry3::identity()) };
     let at = origin.triple(what, "xyz")?.unwrap_or_else(Vector3::zeros);
     let angles = origin.triple(what, "rpy")?.unwrap_or_else(Vector3::zeros);
@@ -187,7 +187,7 @@ fn pose(node: &Element, what: &str) -> Result<Isometry3<f64>> {
 }
 
 /// Stores the number of a link or joint under its name, which must be new.
-fn insert_once(numbers: &mut HashMap<String, usize>, node: &Element, name: &str, number: usize) -> Result<()> {
+fn insert_once(numbers: &mut HashMap<String, usize>, node: &XmlElement, name: &str, number: usize) -> Result<()> {
     let kind = &node.name;
     let why = format!("there are two {kind}s of this name");
     match numbers.insert(name.to_owned(), number) {

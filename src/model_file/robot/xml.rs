@@ -15,10 +15,10 @@ const FILES: usize = 8;
 
 /// An element with its attributes and the elements in it.
 #[derive(Clone, Debug)]
-pub struct Element {
+pub struct XmlElement {
     pub name: String,
     pub attributes: Vec<(String, String)>,
-    pub children: Vec<Element>,
+    pub children: Vec<XmlElement>,
     /// The namespace of its name, if it has one.
     pub namespace: Option<String>,
     pub(super) line: usize,
@@ -30,7 +30,7 @@ pub struct Element {
 pub type Include<'a> = dyn Fn(&str) -> Result<String> + 'a;
 
 /// The outermost element of a text, with all that it includes by elements `include`.
-pub fn parse(file: &str, text: &str, include: &Include<'_>) -> Result<Element> {
+pub fn parse(file: &str, text: &str, include: &Include<'_>) -> Result<XmlElement> {
     let mut size = text.len();
     let mut include = |name: &str| {
         let text = include(name)?;
@@ -48,7 +48,7 @@ fn parse_file(
     text: &str,
     include: &mut dyn FnMut(&str) -> Result<String>,
     depth: usize,
-) -> Result<Element> {
+) -> Result<XmlElement> {
     let document = roxmltree::Document::parse(text).map_err(|error| {
         let remedy = match error {
             roxmltree::Error::DtdDetected => "remove the document type and write out its entities",
@@ -68,11 +68,11 @@ fn parse_file(
 }
 
 /// The element with all in it; `None` if they are nested too deeply. `lines` are the ends of the lines of the text.
-fn copied(node: roxmltree::Node<'_, '_>, file: Option<&Arc<str>>, lines: &[usize], depth: usize) -> Option<Element> {
+fn copied(node: roxmltree::Node<'_, '_>, file: Option<&Arc<str>>, lines: &[usize], depth: usize) -> Option<XmlElement> {
     let depth = depth.checked_sub(1)?;
     let children = node.children().filter(roxmltree::Node::is_element).map(|child| copied(child, file, lines, depth));
     let line = 1 + lines.partition_point(|end| *end < node.range().start);
-    Some(Element {
+    Some(XmlElement {
         name: node.tag_name().name().to_owned(),
         namespace: node.tag_name().namespace().map(str::to_owned),
         attributes: node.attributes().map(|a| (a.name().to_owned(), a.value().trim().to_owned())).collect(),
@@ -83,7 +83,7 @@ fn copied(node: roxmltree::Node<'_, '_>, file: Option<&Arc<str>>, lines: &[usize
 }
 
 /// Puts the elements of included files in place of the elements `include`.
-fn insert_files(element: &mut Element, include: &mut dyn FnMut(&str) -> Result<String>, depth: usize) -> Result<()> {
+fn insert_files(element: &mut XmlElement, include: &mut dyn FnMut(&str) -> Result<String>, depth: usize) -> Result<()> {
     let mut all = vec![];
     for mut child in std::mem::take(&mut element.children) {
         if child.name != "include" {
@@ -102,7 +102,7 @@ fn insert_files(element: &mut Element, include: &mut dyn FnMut(&str) -> Result<S
     Ok(())
 }
 
-impl Element {
+impl XmlElement {
     /// The elements of a name.
     pub fn all<'a>(&'a self, name: &'static str) -> impl Iterator<Item = &'a Self> + Clone {
         self.children.iter().filter(move |child| child.name == name)
@@ -180,7 +180,7 @@ pub fn shortened(text: &str, most: usize) -> String {
 pub struct Counts(BTreeMap<String, usize>);
 
 impl Counts {
-    pub fn add_all<'a>(&mut self, elements: impl IntoIterator<Item = &'a Element>) {
+    pub fn add_all<'a>(&mut self, elements: impl IntoIterator<Item = &'a XmlElement>) {
         elements.into_iter().for_each(|element| *self.0.entry(element.name.clone()).or_default() += 1);
     }
 

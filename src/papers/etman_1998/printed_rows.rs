@@ -1,6 +1,6 @@
 //! The printed rows of Table VI, with more digits where the move limits determine them.
 
-use crate::sao::{MoveLimits, Outcome, RelativeLimits, Trial, Verdict};
+use crate::sao::{MoveLimits, Outcome, RelativeLimits, StepVerdict, Trial};
 use error::{Error, Result};
 
 /// A printed row of Table VI, with its move-limit factors.
@@ -49,7 +49,7 @@ pub fn printed_rows(csv: &str, limits: &RelativeLimits) -> Result<Vec<PrintedRow
         let known: Vec<bool> = (0..3).map(|k| at_limit[k] && exact[k]).collect();
         let design: Vec<f64> = (0..3).map(|k| if known[k] { limit(k) } else { printed[k] }).collect();
         (row.from, row.factors, row.design) = (from, factors.clone(), design);
-        let verdict = if row.accepted { Verdict::Accept } else { Verdict::Reject };
+        let verdict = if row.accepted { StepVerdict::Accept } else { StepVerdict::Reject };
         limits.update(&mut factors, &trial(&row, &base, last_step.as_deref(), &at_limit), verdict);
         if row.accepted {
             last_step = Some(row.design.iter().zip(&base.design).map(|(to, from)| to - from).collect());

@@ -4,7 +4,7 @@ use crate::cases::{impact_absorber, slider_crank};
 use crate::papers::paper::{Observer, ReproducedRun, ReproducedTable};
 use crate::problem::Problem;
 use crate::report::table::{Cell, Printed, Table};
-use crate::sao::{Cycle, Method, State};
+use crate::sao::{Cycle, Method, RunState};
 use error::Result;
 
 /// The paper's method with its stop test.
@@ -13,7 +13,7 @@ fn published() -> Method {
 }
 
 /// A table with a row for each cycle.
-fn history(title: &str, columns: &[&str], state: &State, row: impl Fn(&Cycle) -> Vec<Cell>) -> Result<Table> {
+fn history(title: &str, columns: &[&str], state: &RunState, row: impl Fn(&Cycle) -> Vec<Cell>) -> Result<Table> {
     let mut table = Table::new(title, columns.iter().copied());
     for cycle in &state.history {
         let key = [cycle.cycle.into(), if cycle.accepted { "y" } else { "n" }.into()];

@@ -2,7 +2,7 @@
 
 use super::tables::{CANTILEVER, EIGHT_BAR_TRUSS, TWO_BAR_TRUSS};
 use crate::papers::paper::ReproducedTable;
-use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Panel, Stroke};
+use crate::report::figure::{Colour, Figure, Legend, Mark, MarkerShape, Panel, PlotAxis, Stroke};
 use error::Result;
 
 /// The convergence of the runs of a table, by file stem; none for the table of optima.
@@ -14,8 +14,8 @@ pub(super) fn figures(table: &ReproducedTable) -> Result<Vec<(String, Figure)>> 
         _ => return Ok(vec![]),
     };
     let last = table.table.rows().len().max(2) as f64 - 1.0;
-    let iteration = Axis::new("iteration", "").limits(-0.3, last + 0.3).whole();
-    let mut panel = Panel::new(iteration, Axis::new("weight", "")).legend(Legend::Below);
+    let iteration = PlotAxis::new("iteration", "").limits(-0.3, last + 0.3).whole();
+    let mut panel = Panel::new(iteration, PlotAxis::new("weight", "")).legend(Legend::Below);
     for (k, run) in table.runs.iter().enumerate() {
         let weights = run.state.history.iter().take(last as usize + 1).enumerate();
         let ours: Vec<[f64; 2]> = weights.map(|(k, c)| [k as f64, c.objective]).collect();

@@ -2,7 +2,7 @@
 
 use crate::approximation::Approximation;
 use crate::problem::{Intermediates, Problem};
-use crate::sao::{AcceptAlways, Method, MoveLimits, Region, Screening, Stop, Trial, Verdict};
+use crate::sao::{AcceptAlways, Method, MoveLimits, Region, Screening, StepVerdict, Stop, Trial};
 use error::Result;
 
 /// Move limits b/2 ≤ b ≤ 2b for positive variables, the same in every iteration.
@@ -28,7 +28,7 @@ impl MoveLimits for HalfToDouble {
         region
     }
 
-    fn update(&self, _: &mut [f64], _: &Trial, _: Verdict) {}
+    fn update(&self, _: &mut [f64], _: &Trial, _: StepVerdict) {}
 }
 
 /// Replaces the explicit objective of a problem by one that is approximated like the constraints.

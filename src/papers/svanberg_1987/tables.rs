@@ -67,15 +67,15 @@ fn run(
 }
 
 /// A column of a table of iterates: name in files, heading in text, run, and quantity of a cycle.
-type Column<'a> = (&'a str, &'a str, &'a ReproducedRun, fn(&Cycle) -> f64);
+type IterateColumn<'a> = (&'a str, &'a str, &'a ReproducedRun, fn(&Cycle) -> f64);
 
 /// A table with a row for each of the first `rows` designs, number 0 being the start.
-fn iterates(title: &str, columns: &[Column], rows: usize) -> Result<Table> {
+fn iterates(title: &str, columns: &[IterateColumn], rows: usize) -> Result<Table> {
     let names = std::iter::once("iteration").chain(columns.iter().map(|c| c.0));
     let headings = std::iter::once("iteration").chain(columns.iter().map(|c| c.1));
     let mut table = Table::new(title, names).headed(headings)?;
     for k in 0..rows {
-        let cell = |&(_, _, run, of): &Column| run.state.history.get(k).map_or(Cell::Empty, |c| of(c).into());
+        let cell = |&(_, _, run, of): &IterateColumn| run.state.history.get(k).map_or(Cell::Empty, |c| of(c).into());
         table.push(std::iter::once(k.into()).chain(columns.iter().map(cell)))?;
     }
     Ok(table)
@@ -107,8 +107,8 @@ fn weights(
     runs: Vec<ReproducedRun>,
 ) -> Result<ReproducedTable> {
     let names = printed.lines().next().unwrap_or_default().split(',').skip(1);
-    let column = |(name, run)| -> Column { (name, ReproducedRun::name(run), run, |c| c.objective) };
-    let columns: Vec<Column> = names.zip(&runs).map(column).collect();
+    let column = |(name, run)| -> IterateColumn { (name, ReproducedRun::name(run), run, |c| c.objective) };
+    let columns: Vec<IterateColumn> = names.zip(&runs).map(column).collect();
     let rows = runs.iter().map(|run| run.state.history.len()).max().unwrap_or(0);
     let table = iterates(title, &columns, rows)?;
     let printed = Some(Printed::from_csv(&format!("{name}.csv"), printed)?);
@@ -124,7 +124,7 @@ pub(super) fn two_bar_truss(observe: &mut Observer) -> Result<ReproducedTable> {
         run([NAME, "SLP"], two_bar_truss::problem(), Linear, OSCILLATING, observe)?,
     ];
     let [mma, conlin, slp] = [&runs[0], &runs[1], &runs[2]];
-    let columns: [Column; 5] = [
+    let columns: [IterateColumn; 5] = [
         ("mma_weight", "MMA: weight", mma, |c| c.objective),
         ("mma_x1", "x1", mma, |c| c.design[0]),
         ("mma_x2", "x2", mma, |c| c.design[1]),

@@ -4,7 +4,9 @@ mod gif;
 mod page;
 mod scene;
 
-use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, Panel, QuantityLabel, Stroke, check, literal, short};
+use crate::report::figure::{
+    Colour, Figure, Legend, Mark, Panel, PlotAxis, QuantityLabel, Stroke, check, literal, short,
+};
 use crate::report::plots::{Linkage, window};
 use crate::{Error, Result};
 
@@ -156,7 +158,7 @@ impl Animation {
         let mut figure = Figure::new(&self.description, 75.0 * columns as f64, 70.0 * rows as f64).in_columns(columns);
         let time = short(self.times[frame]);
         for scene in &self.scenes {
-            let axes = [Axis::of(&self.axes[0]).limits(x[0], x[1]), Axis::of(&self.axes[1]).limits(y[0], y[1])];
+            let axes = [PlotAxis::of(&self.axes[0]).limits(x[0], x[1]), PlotAxis::of(&self.axes[1]).limits(y[0], y[1])];
             let [x_axis, y_axis] = axes;
             let (name, unit) = (&self.time.name, &self.time.unit);
             let title = format!("{} ({name} = {time} {unit})", literal(&scene.title)).replace(" )", ")");

@@ -4,7 +4,7 @@ use super::Animation;
 use super::scene::Viewport;
 use crate::report::figure::markup::plain;
 use crate::report::figure::short;
-use crate::report::plots::{Linkage, View};
+use crate::report::plots::{Linkage, ViewDirection};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::{Value, json};
 
@@ -124,7 +124,7 @@ impl Animation {
         let apart = last.div_ceil(most(SCENES, self.scenes.len())).max(1);
         let shown: Vec<usize> = (0..last).step_by(apart).chain([last]).collect();
         let frames = |scene: &super::Scene| shown.iter().map(|&k| frame(&scene.frames[k])).collect::<Vec<Value>>();
-        let view = View::default();
+        let view = ViewDirection::default();
         let turned = json!({ "height": viewport.height(), "azimuth": view.azimuth, "elevation": view.elevation });
         let stride = shown.len().div_ceil(most(CYCLES, self.cycles.len()));
         let thinned = |cycle: &super::CycleMotion| {

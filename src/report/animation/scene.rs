@@ -4,7 +4,7 @@ use super::Scene;
 use crate::report::figure::Colour;
 use crate::report::figure::markup::plain;
 use crate::report::figure::{range, short};
-use crate::report::plots::{Linkage, SpatialLinkage, View, headed, stress_colour};
+use crate::report::plots::{Linkage, SpatialLinkage, ViewDirection, headed, stress_colour};
 use maud::{Markup, html};
 
 /// Width of a scene in units of its view box.
@@ -50,7 +50,7 @@ impl Viewport {
         let height = 0.8 * WIDTH;
         let scale = (height / 2.0 - MARGIN) / radius.max(1e-9);
         (!points.is_empty()).then(|| Self {
-            middle: View::default().project(centre),
+            middle: ViewDirection::default().project(centre),
             scale,
             height,
             centre: Some(centre),
@@ -104,7 +104,7 @@ impl Viewport {
         html! {
             g class="triad" transform={ "translate(" (WIDTH - 40.0) " " (self.height.round() - 40.0) ")" } {
                 @for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
-                    @let tip = View::default().project([0, 1, 2].map(|c| f64::from(u8::from(c == k))));
+                    @let tip = ViewDirection::default().project([0, 1, 2].map(|c| f64::from(u8::from(c == k))));
                     path d=(path(&[0.0, 0.0, tenths(24.0 * tip[0]), tenths(-24.0 * tip[1])], false)) {}
                     text x=(tenths(32.0 * tip[0])) y=(tenths(4.0 - 32.0 * tip[1])) { (name) }
                 }

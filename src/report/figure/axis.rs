@@ -60,7 +60,7 @@ impl QuantityLabel {
 
 /// One axis of a panel.
 #[derive(Clone, Debug)]
-pub struct Axis {
+pub struct PlotAxis {
     /// The quantity along the axis.
     pub quantity: QuantityLabel,
     /// Its scale.
@@ -73,7 +73,7 @@ pub struct Axis {
     pub whole: bool,
 }
 
-impl Axis {
+impl PlotAxis {
     /// A linear axis with limits from the data.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
         Self::of(&QuantityLabel::new(name, unit))

@@ -33,7 +33,7 @@ pub fn round_levels(grid: &Grid, count: usize) -> Vec<f64> {
 
 /// An edge of the grid from `(i, j)` to its right or, if `up`, to its upper neighbour.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Edge {
+struct GridEdge {
     i: usize,
     j: usize,
     up: bool,
@@ -41,16 +41,16 @@ struct Edge {
 
 /// Adds the pieces of a cell. Counter-clockwise around it, a curve enters at an edge where values fall below the level and leaves
 /// where they rise, which puts larger values on its left.
-fn cross_cell(grid: &Grid, level: f64, i: usize, j: usize, next: &mut BTreeMap<Edge, Edge>) {
+fn cross_cell(grid: &Grid, level: f64, i: usize, j: usize, next: &mut BTreeMap<GridEdge, GridEdge>) {
     let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| grid.value(i, j));
     if corners.iter().any(|v| v.is_nan()) {
         return;
     }
     let edges = [
-        Edge { i, j, up: false },
-        Edge { i: i + 1, j, up: true },
-        Edge { i, j: j + 1, up: false },
-        Edge { i, j, up: true },
+        GridEdge { i, j, up: false },
+        GridEdge { i: i + 1, j, up: true },
+        GridEdge { i, j: j + 1, up: false },
+        GridEdge { i, j, up: true },
     ];
     let above = corners.map(|v| v > level);
     let falls = |k: usize| above[k] && !above[(k + 1) % 4];
@@ -66,17 +66,17 @@ fn cross_cell(grid: &Grid, level: f64, i: usize, j: usize, next: &mut BTreeMap<E
 }
 
 /// Joins the directed pieces: first the open chains, then the loops.
-fn join(mut next: BTreeMap<Edge, Edge>) -> Vec<Vec<Edge>> {
-    let ends: std::collections::BTreeSet<Edge> = next.values().copied().collect();
-    let starts: Vec<Edge> = next.keys().copied().filter(|edge| !ends.contains(edge)).collect();
-    let mut chains: Vec<Vec<Edge>> = starts.into_iter().map(|start| follow(&mut next, start)).collect();
+fn join(mut next: BTreeMap<GridEdge, GridEdge>) -> Vec<Vec<GridEdge>> {
+    let ends: std::collections::BTreeSet<GridEdge> = next.values().copied().collect();
+    let starts: Vec<GridEdge> = next.keys().copied().filter(|edge| !ends.contains(edge)).collect();
+    let mut chains: Vec<Vec<GridEdge>> = starts.into_iter().map(|start| follow(&mut next, start)).collect();
     while let Some(&start) = next.keys().next() {
         chains.push(follow(&mut next, start));
     }
     chains
 }
 
-fn follow(next: &mut BTreeMap<Edge, Edge>, start: Edge) -> Vec<Edge> {
+fn follow(next: &mut BTreeMap<GridEdge, GridEdge>, start: GridEdge) -> Vec<GridEdge> {
     let mut chain = vec![start];
     let mut at = start;
     while let Some(edge) = next.remove(&at) {
@@ -86,7 +86,7 @@ fn follow(next: &mut BTreeMap<Edge, Edge>, start: Edge) -> Vec<Edge> {
     chain
 }
 
-fn crossing(grid: &Grid, level: f64, edge: Edge) -> [f64; 2] {
+fn crossing(grid: &Grid, level: f64, edge: GridEdge) -> [f64; 2] {
     let (i, j) = if edge.up { (edge.i, edge.j + 1) } else { (edge.i + 1, edge.j) };
     let (from, to) = (grid.value(edge.i, edge.j), grid.value(i, j));
     let part = (level - from) / (to - from);

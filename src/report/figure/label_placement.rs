@@ -149,11 +149,11 @@ fn inset(view: &View, [x, y]: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::figure::{Axis, Panel};
+    use crate::report::figure::{Panel, PlotAxis};
 
     #[test]
     fn notes_stay_inside_the_frame_and_off_each_other() {
-        let panel = Panel::new(Axis::new("x", "").limits(0.0, 1.0), Axis::new("y", "").limits(0.0, 1.0));
+        let panel = Panel::new(PlotAxis::new("x", "").limits(0.0, 1.0), PlotAxis::new("y", "").limits(0.0, 1.0));
         let frame = Area { left: 10.0, top: 10.0, width: 100.0, height: 100.0 };
         let view = View::new(&panel, frame);
         for corner in [[10.0, 10.0], [110.0, 10.0], [10.0, 110.0], [110.0, 110.0], [60.0, 11.0]] {

@@ -4,9 +4,9 @@
 //! letters, lines and markers are in points on paper, so a figure of 85 mm fits one column of a journal as it is.
 //!
 //! ```
-//! use linkwright::report::figure::{Axis, Colour, Figure, Mark, Panel, Stroke};
+//! use linkwright::report::figure::{PlotAxis, Colour, Figure, Mark, Panel, Stroke};
 //!
-//! let mut panel = Panel::new(Axis::new("time *t*", "s"), Axis::new("position *y*", "m"));
+//! let mut panel = Panel::new(PlotAxis::new("time *t*", "s"), PlotAxis::new("position *y*", "m"));
 //! let decay: Vec<[f64; 2]> = (0..100).map(|k| 0.1 * k as f64).map(|t| [t, t * (-t).exp()]).collect();
 //! panel.add(Mark::curve(decay, Stroke::solid(Colour::BLUE, 1.0)).named("critically damped"));
 //! let figure = Figure::new("Decay", 85.0, 60.0).with(panel);
@@ -36,7 +36,7 @@ mod svg;
 mod ticks;
 mod view;
 
-pub use axis::{Axis, QuantityLabel, Scale};
+pub use axis::{PlotAxis, QuantityLabel, Scale};
 pub use colour::{Colour, ColourMap};
 pub use contour::{contour, round_levels};
 pub use grid::Grid;
@@ -217,7 +217,7 @@ mod tests {
     fn everything() -> Figure {
         let grid = Grid::sample([0.1, 2.0], [0.1, 2.0], [20, 20], |x, y| x * y).unwrap();
         let line = Stroke::solid(Colour::BLACK, 1.0);
-        let mut panel = Panel::new(Axis::new("*b*_1 & <more>", "N/m"), Axis::new("*σ*", "Pa").logarithmic());
+        let mut panel = Panel::new(PlotAxis::new("*b*_1 & <more>", "N/m"), PlotAxis::new("*σ*", "Pa").logarithmic());
         panel.add(Mark::field(grid.clone(), ColourMap::Sequential, [0.0, 4.0]));
         panel.add(Mark::hatching(contour(&grid, 1.0), line, 4.0).named("bound"));
         panel.add(Mark::contour_label(contour(&grid, 2.0), "2", Colour::BLACK));
@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn text_is_painted_without_any_font_of_the_machine() {
-        let panel = |name: &str| Panel::new(Axis::new(name, ""), Axis::new("", ""));
+        let panel = |name: &str| Panel::new(PlotAxis::new(name, ""), PlotAxis::new("", ""));
         let ink = |name: &str| {
             let png = Figure::new("", 85.0, 60.0).with(panel(name)).png(144.0).unwrap();
             Pixmap::decode_png(&png).unwrap().pixels().iter().filter(|p| p.red() < 100).count()
@@ -290,8 +290,9 @@ mod tests {
         let ends = [f64::MAX, f64::MIN, f64::MIN_POSITIVE, 5e-324, 0.0, 1e16, 1e16 + 2.0, f64::INFINITY, f64::NAN];
         for (a, b) in ends.iter().flat_map(|a| ends.iter().map(move |b| (*a, *b))) {
             for logarithmic in [false, true] {
-                let axis =
-                    |name: &str| if logarithmic { Axis::new(name, "").logarithmic() } else { Axis::new(name, "") };
+                let axis = |name: &str| {
+                    if logarithmic { PlotAxis::new(name, "").logarithmic() } else { PlotAxis::new(name, "") }
+                };
                 let mut panel = Panel::new(axis("x"), axis("y"));
                 panel.add(Mark::curve([[a, b], [b, a], [a, a]], line).named("extreme")).add(Mark::note([a, b], "here"));
                 panel.add(Mark::hatching(vec![vec![[a, b], [b, a]]], line, 4.0));
@@ -304,15 +305,15 @@ mod tests {
 
     #[test]
     fn impossible_figures_are_refused() {
-        let panel = || Panel::new(Axis::new("x", ""), Axis::new("y", ""));
+        let panel = || Panel::new(PlotAxis::new("x", ""), PlotAxis::new("y", ""));
         assert!(Figure::new("no panel", 85.0, 60.0).svg().is_err());
         assert!(Figure::new("too small", 1.0, f64::NAN).with(panel()).svg().is_err());
         assert!(Figure::new("too fine", 85.0, 60.0).with(panel()).png(1e9).is_err());
         for limits in [[1.0, 1.0], [f64::NAN, 2.0], [2.0, 1.0], [0.0, f64::INFINITY]] {
-            let x = Axis::new("x", "").limits(limits[0], limits[1]);
-            assert!(Figure::new("limits", 85.0, 60.0).with(Panel::new(x, Axis::new("y", ""))).svg().is_err());
+            let x = PlotAxis::new("x", "").limits(limits[0], limits[1]);
+            assert!(Figure::new("limits", 85.0, 60.0).with(Panel::new(x, PlotAxis::new("y", ""))).svg().is_err());
         }
-        let zero = Panel::new(Axis::new("x", "").logarithmic().limits(0.0, 1.0), Axis::new("y", ""));
+        let zero = Panel::new(PlotAxis::new("x", "").logarithmic().limits(0.0, 1.0), PlotAxis::new("y", ""));
         assert!(Figure::new("zero on a logarithmic scale", 85.0, 60.0).with(zero).svg().is_err());
         assert!(Figure::new("empty axes are fine", 85.0, 60.0).with(panel()).svg().is_ok());
     }

@@ -1,6 +1,6 @@
 //! Panels: a pair of axes with marks.
 
-use super::axis::{Axis, QuantityLabel};
+use super::axis::{PlotAxis, QuantityLabel};
 use super::colour::ColourMap;
 use super::mark::Mark;
 
@@ -30,9 +30,9 @@ pub struct ColourBar {
 #[derive(Clone, Debug)]
 pub struct Panel {
     /// The horizontal axis.
-    pub x: Axis,
+    pub x: PlotAxis,
     /// The vertical axis.
-    pub y: Axis,
+    pub y: PlotAxis,
     /// Title above the frame; may be empty.
     pub title: String,
     /// Position of the legend.
@@ -50,7 +50,7 @@ pub struct Panel {
 
 impl Panel {
     /// An empty panel.
-    pub fn new(x: Axis, y: Axis) -> Self {
+    pub fn new(x: PlotAxis, y: PlotAxis) -> Self {
         Self {
             x,
             y,

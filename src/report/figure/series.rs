@@ -1,6 +1,6 @@
 //! The plotted numbers of a panel for the script of a page, which reads values at the pointer and saves them.
 
-use super::axis::{Axis, Scale};
+use super::axis::{PlotAxis, Scale};
 use super::mark::{Mark, MarkKind};
 use super::markup;
 use super::panel::Panel;
@@ -26,11 +26,11 @@ pub(super) struct PanelSeries {
     label: [String; 2],
     /// True if both axes are independent: the nearest mark is read, not the values at an abscissa.
     plane: bool,
-    series: Vec<Series>,
+    series: Vec<PlottedSeries>,
 }
 
 #[derive(Serialize)]
-struct Series {
+struct PlottedSeries {
     name: String,
     kind: SeriesKind,
     points: Vec<[f64; 2]>,
@@ -52,15 +52,15 @@ impl PanelSeries {
     /// The curves and points that have a name or a description; the longest curve if there is none. `None` without any.
     pub fn new(panel: &Panel, area: Area) -> Option<Self> {
         let view = View::new(panel, area);
-        let label = |axis: &Axis, ticks: &Ticks| markup::plain(&axis.label(ticks));
+        let label = |axis: &PlotAxis, ticks: &Ticks| markup::plain(&axis.label(ticks));
         let label = [label(&panel.x, &view.x_ticks), label(&panel.y, &view.y_ticks)];
         let named = |mark: &Mark| mark.description.clone().or_else(|| mark.name.as_deref().map(markup::plain));
-        let mut series: Vec<Series> =
-            panel.marks.iter().filter_map(|mark| Some(Series::of(mark, &named(mark)?))).flatten().collect();
-        let has_lines = |all: &[Series]| all.iter().any(|one| one.kind != SeriesKind::Points);
+        let mut series: Vec<PlottedSeries> =
+            panel.marks.iter().filter_map(|mark| Some(PlottedSeries::of(mark, &named(mark)?))).flatten().collect();
+        let has_lines = |all: &[PlottedSeries]| all.iter().any(|one| one.kind != SeriesKind::Points);
         if !has_lines(&series) {
             let unnamed = panel.marks.iter().filter(|mark| named(mark).is_none());
-            let unnamed: Vec<Series> = unnamed.flat_map(|mark| Series::of(mark, &label[1])).collect();
+            let unnamed: Vec<PlottedSeries> = unnamed.flat_map(|mark| PlottedSeries::of(mark, &label[1])).collect();
             let lines = || unnamed.iter().filter(|one| one.kind == SeriesKind::Function);
             let longest = lines().map(|one| one.points.len()).max().unwrap_or(0);
             // Shorter ones are limits.
@@ -73,7 +73,8 @@ impl PanelSeries {
             .filter(|one| one.kind != SeriesKind::Points)
             .map(|one| (one.name.clone(), one.points.clone()))
             .collect();
-        let repeats = |one: &Series| lines.iter().any(|(name, points)| *name == one.name && *points == one.points);
+        let repeats =
+            |one: &PlottedSeries| lines.iter().any(|(name, points)| *name == one.name && *points == one.points);
         series.retain(|one| one.kind != SeriesKind::Points || !repeats(one));
         (!series.is_empty()).then(|| Self {
             frame: [area.left, area.top, area.width, area.height].map(|v| (100.0 * v).round() / 100.0),
@@ -87,7 +88,7 @@ impl PanelSeries {
     }
 }
 
-impl Series {
+impl PlottedSeries {
     /// The pieces of a curve, or the points of a mark; none of other marks.
     fn of(mark: &Mark, name: &str) -> Vec<Self> {
         let digits = |v: f64| format!("{v:.4e}").parse::<f64>().unwrap_or(v);
@@ -133,7 +134,7 @@ mod tests {
     #[test]
     fn every_named_mark_is_in_the_numbers_of_a_page() {
         let line = || Stroke::solid(Colour::BLACK, 1.0);
-        let mut panel = Panel::new(Axis::new("x", "m"), Axis::new("y", "m")).plane();
+        let mut panel = Panel::new(PlotAxis::new("x", "m"), PlotAxis::new("y", "m")).plane();
         let contour = |c: f64| vec![vec![[0.0, c], [0.5, 0.0], [0.2, c]], vec![[1.0, c], [1.0, 0.0]]];
         panel.add(Mark::curves(contour(1.0), line()).named("torque").described("torque = 1"));
         panel.add(Mark::curve([[0.0, 0.0], [1.0, 1.0]], line()));
@@ -156,7 +157,7 @@ mod tests {
     /// A curve without a name has that of the vertical axis; shorter ones are limits.
     #[test]
     fn the_longest_curve_counts_if_none_has_a_name() {
-        let mut panel = Panel::new(Axis::new("cycle", ""), Axis::new("link", "m"));
+        let mut panel = Panel::new(PlotAxis::new("cycle", ""), PlotAxis::new("link", "m"));
         panel.add(Mark::curve([[0.0, 0.4], [2.0, 0.4]], Stroke::solid(Colour::BLACK, 1.0)));
         panel.add(Mark::curve([[0.0, 0.2], [1.0, 0.3], [2.0, 0.4]], Stroke::solid(Colour::BLUE, 1.0)));
         panel.add(Mark::points([[1.0, 0.5]], MarkerShape::Cross, Colour::BLUE, 3.0).described("rejected step"));

@@ -1,7 +1,7 @@
 //! Comparison of methods: distance from a known optimum over the work.
 
 use crate::Result;
-use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, Panel, Stroke, check};
+use crate::report::figure::{Colour, Dash, Figure, Legend, Mark, Panel, PlotAxis, Stroke, check};
 
 /// Smallest distance from the optimum that is drawn.
 const FLOOR: f64 = 1e-10;
@@ -23,8 +23,8 @@ pub struct Approach<'a> {
 /// [`Error::Definition`](crate::Error::Definition) if there are no methods.
 pub fn approach(work: &str, methods: &[Approach]) -> Result<Figure> {
     check::not_empty("methods", methods.len())?;
-    let distance = Axis::new("distance from the optimum", "").logarithmic().limits(FLOOR, 10.0);
-    let mut panel = Panel::new(Axis::new(work, "").logarithmic(), distance).legend(Legend::Below);
+    let distance = PlotAxis::new("distance from the optimum", "").logarithmic().limits(FLOOR, 10.0);
+    let mut panel = Panel::new(PlotAxis::new(work, "").logarithmic(), distance).legend(Legend::Below);
     for (k, method) in methods.iter().enumerate() {
         let points = method.designs.iter().filter(|d| !d[1].is_nan()).map(|d| [d[0], d[1].clamp(FLOOR, 10.0)]);
         panel.add(Mark::curve(points.collect::<Vec<_>>(), line(k, 0.9)).named(method.name));

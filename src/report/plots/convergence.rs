@@ -1,7 +1,7 @@
 //! Convergence of a run: the objective, and errors, violation and steps on a logarithmic scale.
 
 use crate::Result;
-use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check};
+use crate::report::figure::{Colour, Figure, Legend, Mark, MarkerShape, Panel, PlotAxis, QuantityLabel, Stroke, check};
 
 /// A measure of convergence over the trial steps of a run.
 #[derive(Clone, Debug)]
@@ -46,11 +46,11 @@ pub fn convergence(data: &Convergence) -> Result<Figure> {
         data.measures.iter().zip(&rounded).map(|(m, values)| ConvergenceMeasure { name: m.name, values }).collect();
     let data = &Convergence { measures: &measures, ..data.clone() };
     let last = data.cycles.iter().copied().max().unwrap_or(0).max(1) as f64;
-    let cycle = || Axis::new("cycle", "").limits(-0.3, last + 0.3).whole();
+    let cycle = || PlotAxis::new("cycle", "").limits(-0.3, last + 0.3).whole();
     let shown = if data.measures.is_empty() { cycle() } else { cycle().unlabelled() };
-    let scale = |axis: Axis, logarithmic: bool| if logarithmic { axis.logarithmic() } else { axis };
+    let scale = |axis: PlotAxis, logarithmic: bool| if logarithmic { axis.logarithmic() } else { axis };
     let logarithmic = data.objective_logarithmic && data.objective_values.iter().all(|&v| v > 0.0);
-    let mut top = Panel::new(shown, scale(Axis::of(&data.objective), logarithmic)).legend(Legend::Absent);
+    let mut top = Panel::new(shown, scale(PlotAxis::of(&data.objective), logarithmic)).legend(Legend::Absent);
     add_series(&mut top, data, data.objective_values, 0, None);
     let figure =
         Figure::new("Convergence of the optimization", 85.0, if data.measures.is_empty() { 60.0 } else { 110.0 });
@@ -58,8 +58,9 @@ pub fn convergence(data: &Convergence) -> Result<Figure> {
         return Ok(figure.with(top));
     }
     let ([low, high], rows) = limits(data.measures);
-    let mut bottom =
-        Panel::new(cycle(), Axis::of(&data.measure).logarithmic().limits(low, high)).legend(Legend::Below).share(1.5);
+    let mut bottom = Panel::new(cycle(), PlotAxis::of(&data.measure).logarithmic().limits(low, high))
+        .legend(Legend::Below)
+        .share(1.5);
     for (k, measure) in data.measures.iter().enumerate() {
         let floored: Vec<f64> = measure.values.iter().map(|&v| if v > 0.0 { v } else { 0.0 }).collect();
         add_series(&mut bottom, data, &floored, k, Some(measure.name));

@@ -1,7 +1,7 @@
 //! Coupler curve of a mechanism and the desired points.
 
 use super::Linkage;
-use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check};
+use crate::report::figure::{Colour, Figure, Legend, Mark, MarkerShape, Panel, PlotAxis, QuantityLabel, Stroke, check};
 use crate::{Error, Result};
 
 /// Data of the plot.
@@ -26,7 +26,7 @@ pub struct CouplerCurve<'a> {
 pub fn coupler_curve(data: &CouplerCurve) -> Result<Figure> {
     check_data(data)?;
     let [x, y] = &data.axes;
-    let mut panel = Panel::new(Axis::of(x), Axis::of(y)).equal().legend(Legend::Below);
+    let mut panel = Panel::new(PlotAxis::of(x), PlotAxis::of(y)).equal().legend(Legend::Below);
     if let Some(linkage) = data.linkage {
         linkage.draw(&mut panel);
     }

@@ -2,8 +2,8 @@
 
 use crate::Result;
 use crate::report::figure::{
-    Axis, Colour, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check, contour, markup,
-    round_levels, short,
+    Colour, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, PlotAxis, QuantityLabel, Stroke, check, contour,
+    markup, round_levels, short,
 };
 
 /// The objective on a grid of the slice.
@@ -65,7 +65,8 @@ pub fn design_space_slice(data: &DesignSpaceSlice) -> Result<Figure> {
     check_path(data)?;
     let [[x0, y0], [x1, y1]] = data.objective.grid.corners();
     let [x, y] = &data.variables;
-    let mut panel = Panel::new(Axis::of(x).limits(x0, x1), Axis::of(y).limits(y0, y1)).legend(Legend::Below).plane();
+    let mut panel =
+        Panel::new(PlotAxis::of(x).limits(x0, x1), PlotAxis::of(y).limits(y0, y1)).legend(Legend::Below).plane();
     add_contours(&mut panel, &data.objective);
     for (k, bound) in data.bounds.iter().enumerate() {
         add_bound(&mut panel, bound, k);

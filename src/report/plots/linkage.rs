@@ -1,9 +1,9 @@
 //! Drawing of a planar mechanism in one position, or of the view of one in space.
 
-use super::spatial_linkage::{SpatialLinkage, View};
+use super::spatial_linkage::{SpatialLinkage, ViewDirection};
 use crate::Result;
 use crate::report::figure::{
-    Axis, Colour, Dash, Figure, Legend, Mark, MarkSymbol, MarkerShape, Panel, QuantityLabel, Stroke, check, range,
+    Colour, Dash, Figure, Legend, Mark, MarkSymbol, MarkerShape, Panel, PlotAxis, QuantityLabel, Stroke, check, range,
 };
 
 /// A planar mechanism in one position; coordinates in the unit of the axes.
@@ -122,7 +122,7 @@ impl Linkage {
 
 impl SpatialLinkage {
     /// The mechanism as it is seen, which keeps the mechanism in space.
-    pub fn seen(self, view: &View) -> Linkage {
+    pub fn seen(self, view: &ViewDirection) -> Linkage {
         let at = |p: &[f64; 3]| view.project(*p);
         let points = |all: &[[f64; 3]]| all.iter().map(at).collect();
         let lines = |all: &[Vec<[f64; 3]>]| all.iter().map(|line| line.iter().map(at).collect()).collect();
@@ -193,10 +193,11 @@ pub fn mechanism(axes: &[QuantityLabel; 2], linkages: &[(&str, &Linkage)]) -> Re
     let everything: Vec<[f64; 2]> = linkages.iter().flat_map(|(_, linkage)| linkage.extent()).collect();
     let [x, y] = [0, 1].map(|k| window(everything.iter().map(|p| p[k])));
     for (title, linkage) in linkages {
-        let mut panel = Panel::new(Axis::of(&axes[0]).limits(x[0], x[1]), Axis::of(&axes[1]).limits(y[0], y[1]))
-            .equal()
-            .titled(*title)
-            .legend(Legend::Absent);
+        let mut panel =
+            Panel::new(PlotAxis::of(&axes[0]).limits(x[0], x[1]), PlotAxis::of(&axes[1]).limits(y[0], y[1]))
+                .equal()
+                .titled(*title)
+                .legend(Legend::Absent);
         linkage.draw(&mut panel);
         figure = figure.with(panel);
     }

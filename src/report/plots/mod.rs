@@ -21,7 +21,7 @@ pub use design_space_slice::{Bound, DesignSpaceSlice, Iterate, ObjectiveContours
 pub use linkage::{Linkage, mechanism};
 pub(crate) use linkage::{headed, stress_colour, window};
 pub use profiles::{Solver, data_profile, performance_profile};
-pub use spatial_linkage::{SpatialLinkage, View};
+pub use spatial_linkage::{SpatialLinkage, ViewDirection};
 pub use stress_field::{StressField, stress_field};
 pub(crate) use time_history::bound_marks;
 pub use time_history::{FeasibleSide, ResponseHistory, TimeBound, TimeHistory, time_history};

@@ -1,7 +1,7 @@
 //! Profiles of methods over many problems: performance profiles and data profiles.
 
 use super::benchmark::line;
-use crate::report::figure::{Axis, Figure, Legend, Mark, Panel, QuantityLabel, check};
+use crate::report::figure::{Figure, Legend, Mark, Panel, PlotAxis, QuantityLabel, check};
 use crate::{Error, Result};
 
 /// A method and its costs on all problems.
@@ -32,10 +32,11 @@ pub fn performance_profile(cost: &str, solvers: &[Solver]) -> Result<Figure> {
     let ratios = ratios(solvers);
     let largest = ratios.iter().flatten().copied().filter(|r| r.is_finite()).fold(1.0, f64::max);
     let end = (largest * 1.15).max(2.0);
-    let x =
-        Axis::of(&QuantityLabel::new(format!("{cost}, relative to the best *τ*"), "")).logarithmic().limits(1.0, end);
+    let x = PlotAxis::of(&QuantityLabel::new(format!("{cost}, relative to the best *τ*"), ""))
+        .logarithmic()
+        .limits(1.0, end);
     let mut panel =
-        Panel::new(x, Axis::new("fraction of problems *ρ*(*τ*)", "").limits(0.0, 1.04)).legend(Legend::Below);
+        Panel::new(x, PlotAxis::new("fraction of problems *ρ*(*τ*)", "").limits(0.0, 1.04)).legend(Legend::Below);
     for (k, (solver, ratios)) in solvers.iter().zip(&ratios).enumerate() {
         panel.add(Mark::steps(&steps(ratios, [1.0, end]), line(k, 1.1)).named(solver.name));
     }
@@ -59,8 +60,8 @@ pub fn data_profile(cost: &str, solvers: &[Solver]) -> Result<Figure> {
     let finite = || solvers.iter().flat_map(|s| s.costs).copied().filter(|c| c.is_finite());
     let (start, end) = (finite().fold(f64::INFINITY, f64::min).min(1e300), finite().fold(0.0, f64::max));
     let (start, end) = if end > 0.0 { (start, (end * 1.15).max(2.0 * start)) } else { (1.0, 10.0) };
-    let x = Axis::of(&QuantityLabel::new(format!("{cost} *κ*"), "")).logarithmic().limits(start, end);
-    let y = Axis::new("fraction of problems *d*(*κ*)", "").limits(0.0, 1.04);
+    let x = PlotAxis::of(&QuantityLabel::new(format!("{cost} *κ*"), "")).logarithmic().limits(start, end);
+    let y = PlotAxis::new("fraction of problems *d*(*κ*)", "").limits(0.0, 1.04);
     let mut panel = Panel::new(x, y).legend(Legend::Below);
     for (k, solver) in solvers.iter().enumerate() {
         panel.add(Mark::steps(&steps(solver.costs, [start, end]), line(k, 1.1)).named(solver.name));

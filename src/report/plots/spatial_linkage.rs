@@ -27,20 +27,20 @@ pub struct SpatialLinkage {
 
 /// The direction from which a mechanism in space is seen: a parallel projection with the axis z of the world upwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub struct ViewDirection {
     /// Angle of the direction to the eye in the plane of x and y, from x towards y, in rad.
     pub azimuth: f64,
     /// Angle of the direction to the eye above that plane, in rad.
     pub elevation: f64,
 }
 
-impl Default for View {
+impl Default for ViewDirection {
     fn default() -> Self {
         Self { azimuth: -60f64.to_radians(), elevation: 25f64.to_radians() }
     }
 }
 
-impl View {
+impl ViewDirection {
     /// Coordinates to the right and upwards.
     pub fn project(&self, [x, y, z]: [f64; 3]) -> [f64; 2] {
         let ((s, c), (se, ce)) = (self.azimuth.sin_cos(), self.elevation.sin_cos());
@@ -64,8 +64,8 @@ mod tests {
 
     #[test]
     fn the_front_view_shows_x_to_the_right_and_the_top_view_y_upwards() {
-        let front = View { azimuth: -90f64.to_radians(), elevation: 0.0 };
-        let top = View { elevation: 90f64.to_radians(), ..front };
+        let front = ViewDirection { azimuth: -90f64.to_radians(), elevation: 0.0 };
+        let top = ViewDirection { elevation: 90f64.to_radians(), ..front };
         let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12;
         assert!(near(front.project([1.0, 2.0, 3.0]), [1.0, 3.0]));
         assert!(near(top.project([1.0, 2.0, 3.0]), [1.0, 2.0]));

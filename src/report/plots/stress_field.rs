@@ -1,8 +1,8 @@
 //! Stress over position along the links and time, as a coloured field.
 
 use crate::report::figure::{
-    Axis, Colour, ColourBar, ColourMap, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke,
-    check, contour, range,
+    Colour, ColourBar, ColourMap, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, PlotAxis, QuantityLabel,
+    Stroke, check, contour, range,
 };
 use crate::{Error, Result};
 
@@ -60,9 +60,9 @@ const TIME_LABEL: f64 = 6.5;
 fn link_panel(data: &StressField, k: usize, name: &str, grid: &Grid, map: ColourMap, range: [f64; 2]) -> Panel {
     let [[t0, x0], [t1, x1]] = grid.corners();
     let last = k + 1 == data.links.len();
-    let time = Axis { labelled: last, ..Axis::of(&data.time).limits(t0, t1) };
+    let time = PlotAxis { labelled: last, ..PlotAxis::of(&data.time).limits(t0, t1) };
     let share = if last { LINK_HEIGHT + TIME_LABEL } else { LINK_HEIGHT };
-    let mut panel = Panel::new(time, Axis::of(&data.position).limits(x0, x1));
+    let mut panel = Panel::new(time, PlotAxis::of(&data.position).limits(x0, x1));
     panel.title = name.to_owned();
     panel.share = share;
     panel.legend = Legend::Absent;

@@ -1,7 +1,7 @@
 //! A response over time for several designs, with bounds and with retained and active time points.
 
 use crate::report::figure::{
-    Axis, Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check, range,
+    Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, PlotAxis, QuantityLabel, Stroke, check, range,
 };
 use crate::{Error, Result};
 
@@ -58,8 +58,8 @@ pub struct TimeHistory<'a> {
 pub fn time_history(data: &TimeHistory) -> Result<Figure> {
     check_data(data)?;
     let ends = [data.times[0], data.times[data.times.len() - 1]];
-    let response = Axis { limits: Some(limits(data)), ..Axis::of(&data.response) };
-    let mut panel = Panel::new(Axis::of(&data.time).limits(ends[0], ends[1]), response).legend(Legend::Below);
+    let response = PlotAxis { limits: Some(limits(data)), ..PlotAxis::of(&data.response) };
+    let mut panel = Panel::new(PlotAxis::of(&data.time).limits(ends[0], ends[1]), response).legend(Legend::Below);
     let points = |values: &[f64]| -> Vec<[f64; 2]> { data.times.iter().zip(values).map(|(&t, &v)| [t, v]).collect() };
     let last = data.histories.len() - 1;
     for (k, history) in data.histories.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::report::figure::{
-    Axis, Colour, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, check, contour,
+    Colour, Dash, Figure, Grid, Legend, Mark, MarkerShape, Panel, PlotAxis, QuantityLabel, Stroke, check, contour,
 };
 
 /// The constraints of one response at many time points.
@@ -40,7 +40,7 @@ pub fn time_point_constraints(data: &TimePointConstraints) -> Result<Figure> {
     check::finite_points("window", &window)?;
     let [low, high] = window;
     let [x, y] = &data.variables;
-    let mut panel = Panel::new(Axis::of(x).limits(low[0], high[0]), Axis::of(y).limits(low[1], high[1]))
+    let mut panel = Panel::new(PlotAxis::of(x).limits(low[0], high[0]), PlotAxis::of(y).limits(low[1], high[1]))
         .legend(Legend::Below)
         .plane();
     for (k, family) in data.families.iter().enumerate() {

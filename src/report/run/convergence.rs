@@ -4,7 +4,7 @@ use super::{MOST, OptimizationReport, stem};
 use crate::Result;
 use crate::problem::Problem;
 use crate::report::figure::{
-    Axis, Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, literal, range,
+    Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, PlotAxis, QuantityLabel, Stroke, literal, range,
 };
 use crate::report::outcome;
 use crate::report::page::PageSection;
@@ -105,7 +105,7 @@ impl OptimizationReport<'_> {
     fn factors(&self) -> Figure {
         let steps = || self.shown_steps().map(|(c, _)| c).filter(|c| c.region.is_some());
         let mut panel =
-            Panel::new(self.cycle_axis(), Axis::new("move-limit factor", "").logarithmic()).legend(Legend::Below);
+            Panel::new(self.cycle_axis(), PlotAxis::new("move-limit factor", "").logarithmic()).legend(Legend::Below);
         for (k, variable) in self.problem.variables.iter().enumerate().take(MOST) {
             let at: Vec<[f64; 2]> = steps().map(|c| [c.cycle as f64, c.factors[k]]).collect();
             let dash = [Dash::Solid, Dash::Dashed][k / 7 % 2];
@@ -128,7 +128,7 @@ impl OptimizationReport<'_> {
         let shown = regions.iter().flat_map(|(_, ends)| ends).map(|p| p[1]).chain(history.iter().map(|c| c.design[k]));
         let [low, high] = range(shown);
         let mut panel =
-            Panel::new(self.cycle_axis(), Axis::of(&QuantityLabel::literal(&variable.name, &variable.unit)));
+            Panel::new(self.cycle_axis(), PlotAxis::of(&QuantityLabel::literal(&variable.name, &variable.unit)));
         panel = panel.legend(Legend::Absent);
         for (cycle, region) in regions {
             let line = Mark::curve(region, Stroke::solid(Colour::LIGHT_GREY, 3.0));
@@ -151,9 +151,9 @@ impl OptimizationReport<'_> {
         Figure::new(format!("{} over the cycles", literal(&variable.name)), 100.0, 54.0).with(panel)
     }
 
-    pub(super) fn cycle_axis(&self) -> Axis {
+    pub(super) fn cycle_axis(&self) -> PlotAxis {
         let last = self.state.history.last().map_or(1, |c| c.cycle).max(1) as f64;
-        Axis::new("cycle", "").limits(-0.3, last + 0.3).whole()
+        PlotAxis::new("cycle", "").limits(-0.3, last + 0.3).whole()
     }
 
     fn cycles(&self) -> Result<Table> {

@@ -4,12 +4,12 @@ use super::OptimizationReport;
 use crate::Result;
 use crate::problem::{Evaluation, PeakBound, Problem};
 use crate::report::figure::{
-    self, Axis, Colour, Figure, Grid, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke, literal,
+    self, Colour, Figure, Grid, Legend, Mark, MarkerShape, Panel, PlotAxis, QuantityLabel, Stroke, literal,
 };
 use crate::report::outcome;
 use crate::report::page::PageSection;
 use crate::report::plots::{Bound, DesignSpaceSlice, Iterate, ObjectiveContours, bound_marks, design_space_slice};
-use crate::sao::{Cycle, State};
+use crate::sao::{Cycle, RunState};
 use rayon::prelude::*;
 
 /// Largest number of constraints with separate contours.
@@ -45,7 +45,7 @@ struct Limit {
 }
 
 /// Design variables in decreasing order of their change relative to their scales.
-pub(super) fn by_change(problem: &Problem, state: &State) -> Vec<usize> {
+pub(super) fn by_change(problem: &Problem, state: &RunState) -> Vec<usize> {
     let scales = problem.scales();
     let change = |k: &usize| {
         let [low, high] = range(state, *k);
@@ -56,7 +56,7 @@ pub(super) fn by_change(problem: &Problem, state: &State) -> Vec<usize> {
     order
 }
 
-fn range(state: &State, k: usize) -> [f64; 2] {
+fn range(state: &RunState, k: usize) -> [f64; 2] {
     let all = state.history.iter().map(|c| c.design[k]);
     figure::range(all)
 }
@@ -68,7 +68,7 @@ impl Slice {
     ///
     /// # Errors
     /// [`Error::Definition`](crate::Error::Definition) if all analyses fail.
-    pub fn sample(problem: &Problem, state: &State, count: usize) -> Result<Option<Self>> {
+    pub fn sample(problem: &Problem, state: &RunState, count: usize) -> Result<Option<Self>> {
         Self::sample_until(problem, state, count, &|| false)
     }
 
@@ -78,7 +78,7 @@ impl Slice {
     /// As [`sample`](Self::sample).
     pub fn sample_until(
         problem: &Problem,
-        state: &State,
+        state: &RunState,
         count: usize,
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<Self>> {
@@ -101,7 +101,7 @@ impl Slice {
 impl PlaneSlice {
     fn sample(
         problem: &Problem,
-        state: &State,
+        state: &RunState,
         [i, j]: [usize; 2],
         count: usize,
         is_stopped: &(dyn Fn() -> bool + Sync),
@@ -148,7 +148,7 @@ impl LineSlice {
     /// Analyses `count` designs along the variable.
     fn sample(
         problem: &Problem,
-        state: &State,
+        state: &RunState,
         variable: usize,
         count: usize,
         is_stopped: &(dyn Fn() -> bool + Sync),
@@ -177,7 +177,7 @@ fn violation_without_peak(problem: &Problem, evaluation: &Evaluation) -> f64 {
 }
 
 /// Range of a variable over the path with a margin, within its bounds.
-fn window(problem: &Problem, state: &State, k: usize) -> [f64; 2] {
+fn window(problem: &Problem, state: &RunState, k: usize) -> [f64; 2] {
     let ([low, high], variable) = (range(state, k), &problem.variables[k]);
     let margin = (0.25 * (high - low)).max(0.02 * problem.scales()[k]);
     let [from, to] = [(low - margin).max(variable.lower), (high + margin).min(variable.upper)];
@@ -185,7 +185,7 @@ fn window(problem: &Problem, state: &State, k: usize) -> [f64; 2] {
 }
 
 /// Evaluation at the last design with other values of some variables; `None` if the analysis fails.
-fn evaluate(problem: &Problem, state: &State, variables: &[usize], values: &[f64]) -> Option<Evaluation> {
+fn evaluate(problem: &Problem, state: &RunState, variables: &[usize], values: &[f64]) -> Option<Evaluation> {
     let mut design = state.design.clone();
     variables.iter().zip(values).for_each(|(k, value)| design[*k] = *value);
     let responses = problem.analyze(&design).ok()?;
@@ -201,7 +201,7 @@ fn least_peak(problem: &Problem, evaluation: &Evaluation, design: &[f64], peak: 
 
 /// The [`MOST`] inequalities nearest to their limits at the last design, all equalities, and the largest violation of the other
 /// inequalities.
-fn named(problem: &Problem, state: &State, crossing: Vec<(usize, Grid)>) -> Result<Vec<Limit>> {
+fn named(problem: &Problem, state: &RunState, crossing: Vec<(usize, Grid)>) -> Result<Vec<Limit>> {
     let limit = |(c, excess): (usize, Grid)| {
         let is_equality = problem.constraints[c].is_equality();
         Limit { name: literal(&problem.constraints[c].name), excess, is_equality }
@@ -302,7 +302,7 @@ impl OptimizationReport<'_> {
 
     fn line_figure(&self, line: &LineSlice) -> Figure {
         let (problem, k) = (self.problem, line.variable);
-        let x = Axis::of(&QuantityLabel::literal(&problem.variables[k].name, &problem.variables[k].unit));
+        let x = PlotAxis::of(&QuantityLabel::literal(&problem.variables[k].name, &problem.variables[k].unit));
         let ends = [line.points[0][0], line.points[line.points.len() - 1][0]];
         let x = x.limits(ends[0], ends[1]);
         let curve = |i: usize| {
@@ -313,10 +313,10 @@ impl OptimizationReport<'_> {
             let at: Vec<[f64; 2]> = accepted.map(|(c, objective)| [c.design[k], value(c, objective)]).collect();
             Mark::points(at, MarkerShape::Disc, Colour::BLUE, 3.6)
         };
-        let objective = Axis::of(&QuantityLabel::literal(&problem.objective.name, &problem.objective.unit));
+        let objective = PlotAxis::of(&QuantityLabel::literal(&problem.objective.name, &problem.objective.unit));
         let mut top = Panel::new(x.clone().unlabelled(), objective).legend(Legend::Absent);
         top.add(curve(1)).add(designs(|_, objective| objective));
-        let mut bottom = Panel::new(x, Axis::new("largest violation", "%")).legend(Legend::Absent);
+        let mut bottom = Panel::new(x, PlotAxis::new("largest violation", "%")).legend(Legend::Absent);
         bottom.add(curve(2)).add(designs(|c, _| c.violation_pct));
         bottom.extend(bound_marks(ends.map(|end| [end, 0.0])));
         Figure::new("Objective and largest violation along the design variable", 100.0, 100.0).with(top).with(bottom)

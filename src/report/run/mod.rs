@@ -27,7 +27,7 @@ use super::number::{DIGITS, readable};
 use super::outcome;
 use crate::Result;
 use crate::problem::{Evaluation, Problem, Responses};
-use crate::sao::{Cycle, State};
+use crate::sao::{Cycle, RunState};
 use rayon::prelude::*;
 
 /// Report of an optimization, finished or not.
@@ -46,7 +46,7 @@ use rayon::prelude::*;
 pub struct OptimizationReport<'a> {
     title: &'a str,
     problem: &'a Problem,
-    state: &'a State,
+    state: &'a RunState,
     /// Responses and evaluation of the first design.
     first: (Responses, Evaluation),
     /// The objective of each trial step.
@@ -68,7 +68,7 @@ impl<'a> OptimizationReport<'a> {
     ///
     /// # Errors
     /// Those of [`Problem::analyze`].
-    pub fn new(title: &'a str, problem: &'a Problem, state: &'a State) -> Result<Self> {
+    pub fn new(title: &'a str, problem: &'a Problem, state: &'a RunState) -> Result<Self> {
         let design = state.history.first().map_or(&state.design, |cycle| &cycle.design);
         let responses = problem.analyze(design)?;
         let evaluation = problem.evaluate(design, &responses)?;

@@ -2,7 +2,7 @@
 
 use super::{OptimizationReport, number};
 use crate::Result;
-use crate::report::figure::{Axis, Colour, Figure, Legend, Mark, MarkerShape, Panel, Stroke};
+use crate::report::figure::{Colour, Figure, Legend, Mark, MarkerShape, Panel, PlotAxis, Stroke};
 use crate::report::outcome;
 use crate::report::page::PageSection;
 use crate::report::table::{Cell, Table};
@@ -57,7 +57,8 @@ impl OptimizationReport<'_> {
         if problem.is_empty() && subproblem.is_empty() {
             return None;
         }
-        let mut panel = Panel::new(self.cycle_axis(), Axis::new("residual", "").logarithmic()).legend(Legend::Below);
+        let mut panel =
+            Panel::new(self.cycle_axis(), PlotAxis::new("residual", "").logarithmic()).legend(Legend::Below);
         for (points, name, marker, colour) in [
             (problem, "problem", MarkerShape::Disc, Colour::VERMILLION),
             (subproblem, "subproblem", MarkerShape::Square, Colour::BLUE),

@@ -2,7 +2,7 @@
 
 use super::OptimizationReport;
 use crate::Result;
-use crate::report::figure::{Axis, Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, QuantityLabel, Stroke};
+use crate::report::figure::{Colour, Dash, Figure, Legend, Mark, MarkerShape, Panel, PlotAxis, QuantityLabel, Stroke};
 use crate::report::outcome;
 use crate::report::page::PageSection;
 use crate::report::table::{Cell, Table};
@@ -40,7 +40,7 @@ impl OptimizationReport<'_> {
 
     fn objectives(&self, known: &[(&Cycle, &Prediction)]) -> Figure {
         let problem = self.problem;
-        let objective = Axis::of(&QuantityLabel::literal(&problem.objective.name, &problem.objective.unit));
+        let objective = PlotAxis::of(&QuantityLabel::literal(&problem.objective.name, &problem.objective.unit));
         let objective = if self.spans_decades() { objective.logarithmic() } else { objective };
         let mut panel = Panel::new(self.cycle_axis(), objective).legend(Legend::Below);
         let of = |accepted: bool| -> Vec<[f64; 2]> {
@@ -111,7 +111,7 @@ fn rows_figure(known: &[(&Cycle, &Prediction)]) -> Figure {
     let [low, high] = all.fold([1.0f64, 1.0f64], |[l, h], v| [l.min(*v), h.max(*v)]);
     let margin = 0.06 * (high - low).max(0.02);
     let [low, high] = [low - margin, high + margin];
-    let axis = |name: &str| Axis::new(name, "").limits(low, high);
+    let axis = |name: &str| PlotAxis::new(name, "").limits(low, high);
     let mut panel = Panel::new(axis("computed"), axis("predicted")).legend(Legend::Below).plane();
     let limit = Stroke::solid(Colour::GREY, 0.7).dash(Dash::Dashed);
     panel.add(Mark::curve(vec![[1.0, low], [1.0, high]], limit).named("limit"));

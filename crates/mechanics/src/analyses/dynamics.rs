@@ -16,7 +16,7 @@ use crate::initial_velocities::velocities_that_do_not_fit;
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
 use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
-use crate::integrators::explicit::{Coordinates, Explicit, OdeDriver, OdeRhs, TakenStep};
+use crate::integrators::explicit::{Coordinates, Explicit, OdeDriver, OdeRhs, ReplayedStep};
 use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::Mechanism;
 use crate::system::state::State;
@@ -221,13 +221,13 @@ pub fn simulate_with_steps(
 /// # Errors
 ///
 /// As [`simulate_explicitly`].
-pub fn taken_steps(mechanism: &Mechanism<f64>, settings: &Explicit, times: &[f64]) -> Result<Vec<TakenStep>> {
+pub fn replayed_steps(mechanism: &Mechanism<f64>, settings: &Explicit, times: &[f64]) -> Result<Vec<ReplayedStep>> {
     let (mut driver, _) = start(mechanism, settings, times, false)?;
     let mut steps = Vec::new();
     for &t in times {
         while driver.is_before(t) {
             driver.advance()?;
-            steps.push(driver.taken_step());
+            steps.push(driver.replayed_step());
         }
     }
     Ok(steps)

@@ -10,7 +10,7 @@ use nalgebra::{Cholesky, Complex, DMatrix, DVector, Schur};
 
 /// Natural angular frequencies (rad/s, increasing) and mode shapes about a state, without damping.
 #[derive(Clone, Debug)]
-pub struct Modes {
+pub struct VibrationModes {
     /// Angular frequencies in rad/s; −√(−ω²) for an unstable direction with ω² < 0.
     pub frequencies: Vec<f64>,
     /// Mode shapes φ, normalized by mass: one row per coordinate, one column per mode.
@@ -44,7 +44,7 @@ const ITERATIONS: usize = 200;
 /// # Sources
 ///
 /// Bolotin, *Nonconservative Problems of the Theory of Elastic Stability* (1963).
-pub fn modes(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<Modes> {
+pub fn modes(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<VibrationModes> {
     refuse_friction(mechanism, "a vibration about a state at rest")?;
     let mut rows = vec![[0.0]; system.size()];
     system.assemble(mechanism, state, Linearization::statics(), &mut rows);
@@ -86,7 +86,7 @@ pub fn modes(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>
     };
     let shapes = by_coordinate(&eigen.right);
     let left = eigen.left.as_ref().map_or_else(|| shapes.clone(), by_coordinate);
-    Ok(Modes { frequencies, shapes, left, is_symmetric })
+    Ok(VibrationModes { frequencies, shapes, left, is_symmetric })
 }
 
 /// Real eigenvalues of a matrix with their unit vectors.

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::analyses::dynamics::{History, simulate, simulate_explicitly};
 use crate::integrators::explicit::{Explicit, StepControl};
 use crate::integrators::settings::{Dynamics, StepSize};
-use crate::mechanism::{AnyFormula, FormulaIn, MeasuredQuantity, Mechanism, OutputData, Term};
+use crate::mechanism::{AnyFormula, FormulaIn, MeasuredQuantity, Mechanism, OutputData, WeightedQuantity};
 
 /// Change of an output, as a fraction of its size, that is worth a warning.
 ///
@@ -86,7 +86,7 @@ fn is_sum(output: &OutputData<f64>) -> bool {
 /// The unit of an output that is a sum or a difference of measures of one unit; `None` for others.
 fn unit(mechanism: &Mechanism<f64>, output: usize) -> Option<&'static str> {
     let data = &mechanism.outputs[output];
-    let of_term = |term: &Term<f64>| match term.source {
+    let of_term = |term: &WeightedQuantity<f64>| match term.source {
         MeasuredQuantity::Measure { element, measure } => {
             Some(mechanism.elements[element].element.measures().get(measure)?.unit)
         }

@@ -5,7 +5,7 @@ use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::initial_conditions::Projection;
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::mechanism::{ConsistentState, MechanismRhs};
-use crate::integrators::explicit::ode_driver::{GivenStep, OdeDriver};
+use crate::integrators::explicit::ode_driver::{OdeDriver, SplitStep};
 use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::explicit::switching::SwitchLocator;
 use crate::integrators::generalized_alpha::{Step, WITHOUT_HISTORY};
@@ -58,8 +58,8 @@ impl Recording {
     }
 
     /// Copies the end of step `k` (from 0) to `state`. Returns the length of the step and its events.
-    pub(crate) fn load(&self, k: usize, state: &mut State<f64>) -> StepRecord {
-        StepRecord::read(self.store.row(k), state)
+    pub(crate) fn load(&self, k: usize, state: &mut State<f64>) -> StepInterval {
+        StepInterval::read(self.store.row(k), state)
     }
 }
 
@@ -68,14 +68,14 @@ impl Recording {
 /// A row of a recording has the time at the end, the length, positions, velocities, accelerations and multipliers. In a
 /// mechanism with events follow the values of [`StepEvents`], the modes, and the auxiliary accelerations at the end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct StepRecord {
+pub(crate) struct StepInterval {
     /// Length in s.
     pub h: f64,
     /// Events at its ends.
     pub events: StepEvents,
 }
 
-impl StepRecord {
+impl StepInterval {
     /// Reads the stored `row` of a step: its end to `state`.
     pub fn read(row: &[f64], state: &mut State<f64>) -> Self {
         state.t = row[0];
@@ -202,7 +202,7 @@ pub struct ExplicitCheckpoint {
     next: f64,
     taken: usize,
     failed_steps: usize,
-    given: GivenStep,
+    given: SplitStep,
     switches: SwitchLocator,
 }
 

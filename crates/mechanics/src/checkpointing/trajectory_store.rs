@@ -32,7 +32,7 @@ pub trait Checkpointable {
 /// Division of the memory: half for consecutive steps, a quarter for checkpoints of the simulation and a quarter for extra
 /// checkpoints of the playback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Budget {
+pub struct MemoryDivision {
     /// Memory limit in bytes.
     pub limit: usize,
     /// Largest number of checkpoints of either kind.
@@ -43,7 +43,7 @@ pub struct Budget {
     pub least: usize,
 }
 
-impl Budget {
+impl MemoryDivision {
     fn of(simulation: &impl Checkpointable, limit: usize) -> Self {
         let (checkpoint, row) = (simulation.checkpoint_bytes().max(1), (size_of::<f64>() * simulation.width()).max(1));
         let (checkpoints, window) = (limit / 4 / checkpoint, (limit / 2 / row).max(1));
@@ -55,7 +55,7 @@ impl Budget {
 #[derive(Clone)]
 pub struct TrajectoryStore<C> {
     /// Division of the memory.
-    pub budget: Budget,
+    pub budget: MemoryDivision,
     /// Checkpoints, each with the number of steps before it.
     pub checkpoints: Vec<(usize, C)>,
     /// Steps between checkpoints.
@@ -72,7 +72,7 @@ pub struct TrajectoryStore<C> {
 impl<C: Clone> TrajectoryStore<C> {
     /// Store for a motion that has not begun, in at most `limit` bytes.
     pub fn of(simulation: &impl Checkpointable<Checkpoint = C>, limit: usize) -> Self {
-        let budget = Budget::of(simulation, limit);
+        let budget = MemoryDivision::of(simulation, limit);
         Self {
             budget,
             checkpoints: Vec::new(),

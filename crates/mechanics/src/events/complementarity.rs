@@ -13,7 +13,7 @@ const MOST_CHANGES: usize = 1000;
 
 /// State of a part: its force is determined by its acceleration of zero, or given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Part {
+pub(crate) enum PartState {
     /// The force is between its limits, and the acceleration is zero.
     Held,
     /// The force is zero between its limits, and the acceleration is zero already.
@@ -36,7 +36,7 @@ pub(crate) enum Part {
 /// # Sources
 ///
 /// Nocedal & Wright, *Numerical Optimization* (2006), Section 16.5.
-pub(crate) fn solve(free: &[f64], compliance: &DMatrix<f64>, limits: &[[f64; 2]]) -> Option<Vec<Part>> {
+pub(crate) fn solve(free: &[f64], compliance: &DMatrix<f64>, limits: &[[f64; 2]]) -> Option<Vec<PartState>> {
     let n = free.len();
     let scale: Vec<f64> = (0..n).map(|k| compliance[(k, k)].max(f64::MIN_POSITIVE).sqrt()).collect();
     let a = DMatrix::from_fn(n, n, |i, j| compliance[(i, j)] / (scale[i] * scale[j]));
@@ -102,16 +102,16 @@ fn is_independent(a: &DMatrix<f64>, held: &[usize], k: usize) -> bool {
 }
 
 /// State of a part with this force. Up to rounding, a force at its limit counts as such; the limit zero has the rounding `negligible`.
-fn part(force: f64, [lower, upper]: [f64; 2], (is_held, negligible): (bool, f64)) -> Part {
+fn part(force: f64, [lower, upper]: [f64; 2], (is_held, negligible): (bool, f64)) -> PartState {
     let rounding = |limit: f64| if limit == 0.0 { negligible } else { ROUNDING * limit.abs() };
     if upper.is_finite() && force >= upper - rounding(upper) {
-        Part::AtLimit(1.0)
+        PartState::AtLimit(1.0)
     } else if lower.is_finite() && force <= lower + rounding(lower) {
-        Part::AtLimit(-1.0)
+        PartState::AtLimit(-1.0)
     } else if is_held {
-        Part::Held
+        PartState::Held
     } else {
-        Part::Unloaded
+        PartState::Unloaded
     }
 }
 
@@ -121,13 +121,13 @@ mod tests {
     use nalgebra::Matrix3;
 
     /// Checks the conditions of [`solve`] with forces from the equations of the state that it returns.
-    fn check(free: &[f64], compliance: &DMatrix<f64>, limits: &[[f64; 2]]) -> Vec<Part> {
+    fn check(free: &[f64], compliance: &DMatrix<f64>, limits: &[[f64; 2]]) -> Vec<PartState> {
         let n = free.len();
         let parts = solve(free, compliance, limits).unwrap();
-        let held: Vec<usize> = (0..n).filter(|&k| parts[k] == Part::Held).collect();
+        let held: Vec<usize> = (0..n).filter(|&k| parts[k] == PartState::Held).collect();
         let mut force = DVector::zeros(n);
         for k in 0..n {
-            if let Part::AtLimit(side) = parts[k] {
+            if let PartState::AtLimit(side) = parts[k] {
                 force[k] = limits[k][usize::from(side > 0.0)];
             }
         }
@@ -142,8 +142,8 @@ mod tests {
             let ([lower, upper], y) = (limits[k], acceleration[k]);
             assert!(lower - 1e-7 <= force[k] && force[k] <= upper + 1e-7, "{k}: {force} {limits:?}");
             match parts[k] {
-                Part::AtLimit(side) => assert!(side * y >= -size, "{k}: {y}"),
-                Part::Held | Part::Unloaded => assert!(y.abs() <= size, "{k}: {y}"),
+                PartState::AtLimit(side) => assert!(side * y >= -size, "{k}: {y}"),
+                PartState::Held | PartState::Unloaded => assert!(y.abs() <= size, "{k}: {y}"),
             }
         }
         parts
@@ -156,20 +156,26 @@ mod tests {
         let compliance = DMatrix::from_row_slice(2, 2, &[1.0, -1.0, -1.0, 3.0]);
         assert_eq!(
             check(&[2.0, 8.0], &compliance, &[[-1.0, 1.0], [-1.0, 1.0]]),
-            [Part::AtLimit(1.0), Part::AtLimit(1.0)]
+            [PartState::AtLimit(1.0), PartState::AtLimit(1.0)]
         );
-        assert_eq!(check(&[0.5, 0.5], &compliance, &[[-2.0, 2.0], [-2.0, 2.0]]), [Part::Held, Part::Held]);
+        assert_eq!(check(&[0.5, 0.5], &compliance, &[[-2.0, 2.0], [-2.0, 2.0]]), [PartState::Held, PartState::Held]);
     }
 
     /// A second contact at the same place, and one without a force at the limit zero.
     #[test]
     fn a_part_that_others_hold_stays_unloaded() {
         let compliance = DMatrix::from_element(2, 2, 1.0);
-        assert_eq!(check(&[1.0, 1.0], &compliance, &[[-2.0, 2.0], [-2.0, 2.0]]), [Part::Held, Part::Unloaded]);
-        assert_eq!(check(&[3.0, 3.0], &compliance, &[[-2.0, 2.0], [-2.0, 2.0]]), [Part::AtLimit(1.0), Part::Held]);
+        assert_eq!(
+            check(&[1.0, 1.0], &compliance, &[[-2.0, 2.0], [-2.0, 2.0]]),
+            [PartState::Held, PartState::Unloaded]
+        );
+        assert_eq!(
+            check(&[3.0, 3.0], &compliance, &[[-2.0, 2.0], [-2.0, 2.0]]),
+            [PartState::AtLimit(1.0), PartState::Held]
+        );
         let contact = DMatrix::from_element(1, 1, 2.0);
-        assert_eq!(check(&[-1.0], &contact, &[[0.0, f64::INFINITY]]), [Part::AtLimit(-1.0)]);
-        assert_eq!(check(&[1.0], &contact, &[[0.0, f64::INFINITY]]), [Part::Held]);
+        assert_eq!(check(&[-1.0], &contact, &[[0.0, f64::INFINITY]]), [PartState::AtLimit(-1.0)]);
+        assert_eq!(check(&[1.0], &contact, &[[0.0, f64::INFINITY]]), [PartState::Held]);
     }
 
     /// Problems of three to eight parts on fewer coordinates, with all kinds of limits: every solution satisfies the conditions.

@@ -1,6 +1,6 @@
 //! Modes of rigid contacts and dry friction by complementarity, where releasing one part after the other does not find them.
 
-use crate::events::complementarity::{Part, solve};
+use crate::events::complementarity::{PartState, solve};
 use crate::events::settling::{EXCESS, hold, is_friction, sliding_gradients};
 use crate::events::unilateral::{STATIC_LIMIT, sliding};
 use crate::initial_conditions::AccelerationSolver;
@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 const MOST_STATES: usize = 1000;
 
 /// Result of the search for consistent modes.
-pub(crate) enum Search {
+pub(crate) enum ModeSearch {
     /// The state with consistent modes, accelerations and multipliers.
     Found(Box<State<f64>>),
     /// Number of states that have been tried: none is consistent.
@@ -24,14 +24,14 @@ pub(crate) enum Search {
 
 /// Parts whose modes are to be found at one time, at which they are at rest.
 #[derive(Clone, Copy)]
-pub(crate) struct Parts<'a> {
+pub(crate) struct RestingParts<'a> {
     /// Events of contacts that touch and of friction, in the order in which they are held.
     pub all: &'a [usize],
     /// Those that have reached their limit, with the direction of their force: friction has its Coulomb force from then on.
     pub broken: &'a [(usize, f64)],
 }
 
-impl Parts<'_> {
+impl RestingParts<'_> {
     fn is_broken(&self, part: usize) -> bool {
         self.broken.iter().any(|(other, _)| *other == part)
     }
@@ -42,14 +42,19 @@ impl Parts<'_> {
 /// With forces that do not depend on reactions, the accelerations follow from a [complementarity problem](solve), which has a solution.
 /// The static limit is that of friction that is held; one that reaches it has its Coulomb force. With friction that depends on reactions, there
 /// may be several solutions or none (Painlevé's paradox): all states are tried in their order.
-pub(crate) fn find(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>, parts: Parts<'_>) -> Search {
+pub(crate) fn find(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    parts: RestingParts<'_>,
+) -> ModeSearch {
     if let Some(found) = by_complementarity(system, mechanism, state, parts) {
-        return Search::Found(Box::new(found));
+        return ModeSearch::Found(Box::new(found));
     }
     if mechanism.reaction_loads().next().is_some() {
         return one_by_one(system, mechanism, state, parts);
     }
-    Search::Unknown
+    ModeSearch::Unknown
 }
 
 /// Solves for the modes, with loads that do not depend on the reactions.
@@ -57,7 +62,7 @@ fn by_complementarity(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &State<f64>,
-    parts: Parts<'_>,
+    parts: RestingParts<'_>,
 ) -> Option<State<f64>> {
     let mut free = state.clone();
     for law in parts.all.iter().filter_map(|&k| mechanism.events[k].unilateral) {
@@ -82,17 +87,17 @@ fn by_complementarity(
     loop {
         let found = solve(&accelerations, &compliance, &limits)?;
         let reduced: Vec<[f64; 2]> = (0..among.len())
-            .map(|i| if matches!(found[i], Part::AtLimit(_)) { limit(among[i], false) } else { limits[i] })
+            .map(|i| if matches!(found[i], PartState::AtLimit(_)) { limit(among[i], false) } else { limits[i] })
             .collect();
         if reduced != limits {
             limits = reduced;
             continue;
         }
-        let side = |i: usize| if let Part::AtLimit(side) = found[i] { Some(side) } else { None };
+        let side = |i: usize| if let PartState::AtLimit(side) = found[i] { Some(side) } else { None };
         // Parts that are held come first: they hold the place of those without force.
         let mut choices: Vec<(usize, Option<f64>)> = Vec::new();
         for is_held in [true, false] {
-            let of = (0..among.len()).filter(|&i| (found[i] == Part::Held) == is_held);
+            let of = (0..among.len()).filter(|&i| (found[i] == PartState::Held) == is_held);
             choices.extend(of.map(|i| (among[i], side(i))));
         }
         let others = parts.all.iter().filter(|k| !among.contains(k));
@@ -102,7 +107,12 @@ fn by_complementarity(
 }
 
 /// Tries all states of the parts, of which there are at most [`MOST_STATES`].
-fn one_by_one(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>, parts: Parts<'_>) -> Search {
+fn one_by_one(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    parts: RestingParts<'_>,
+) -> ModeSearch {
     let options: Vec<Vec<Option<f64>>> = parts
         .all
         .iter()
@@ -118,7 +128,7 @@ fn one_by_one(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64
         .collect();
     let states = options.iter().try_fold(1usize, |states, of| states.checked_mul(of.len())).unwrap_or(usize::MAX);
     if states > MOST_STATES {
-        return Search::Unknown;
+        return ModeSearch::Unknown;
     }
     for number in 0..states {
         let mut rest = number;
@@ -130,10 +140,10 @@ fn one_by_one(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64
             })
             .collect();
         if let Some(found) = with_modes(system, mechanism, state, (&choices, 0.0)) {
-            return Search::Found(Box::new(found));
+            return ModeSearch::Found(Box::new(found));
         }
     }
-    Search::Inconsistent(states)
+    ModeSearch::Inconsistent(states)
 }
 
 /// The state in which the parts are held, or moved in the direction that is chosen for them, if it is consistent. Accelerations have the rounding

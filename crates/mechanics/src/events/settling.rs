@@ -9,7 +9,7 @@
 //! impulse is opened, until no impulse pulls.
 
 use crate::constraint_rank::ConstraintRank;
-use crate::events::consistent_modes::{Parts, Search, find, largest, returns};
+use crate::events::consistent_modes::{ModeSearch, RestingParts, find, largest, returns};
 use crate::events::impact::{apply_impact, apply_switch, gap_rounding, make_consistent, switch_offset};
 use crate::events::repeated_impacts::dying_out;
 use crate::events::unilateral::{AT_REST, TOUCHING, sign, sliding};
@@ -22,7 +22,7 @@ use crate::system::state::State;
 use crate::{Error, Result};
 
 /// Modes during and after an event.
-pub(crate) struct Passage {
+pub(crate) struct ModeTransition {
     /// True if the rigid contact of the event stays closed.
     pub stays: bool,
     /// Modes during the jump of the velocities: friction does not stick, as its force has no impulse.
@@ -56,13 +56,13 @@ pub(crate) fn passage(
     (contact, at_event): (usize, &[usize]),
     end: &State<f64>,
     step: f64,
-) -> Result<Passage> {
+) -> Result<ModeTransition> {
     let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
     let mut after = end.modes.clone();
     after.apply(mechanism, at_event);
     let mut jump = if is_impact { after.clone() } else { end.modes.clone() };
     if mechanism.events.iter().all(|event| event.unilateral.is_none()) {
-        return Ok(Passage { stays: false, jump, after });
+        return Ok(ModeTransition { stays: false, jump, after });
     }
     for law in mechanism.events.iter().filter_map(|event| event.unilateral) {
         if let (Unilateral::Friction { sticking, .. }, true) = (law, law.is_held(&jump)) {
@@ -85,7 +85,7 @@ pub(crate) fn passage(
             }
             mechanism.events[contact].unilateral.iter().for_each(|law| law.close(&mut after));
             let (state, jump) = after_event(system, mechanism, (events, true), &held, [jump, after], step)?;
-            return Ok(Passage { stays: true, jump, after: state.modes });
+            return Ok(ModeTransition { stays: true, jump, after: state.modes });
         }
     }
     let modes = [jump.clone(), after.clone()];
@@ -96,10 +96,10 @@ pub(crate) fn passage(
         if let Some(law) = event.unilateral.filter(|_| stays) {
             law.close(&mut after);
             let (state, jump) = after_event(system, mechanism, (events, true), &held, [jump, after], step)?;
-            return Ok(Passage { stays: true, jump, after: state.modes });
+            return Ok(ModeTransition { stays: true, jump, after: state.modes });
         }
     }
-    Ok(Passage { stays: false, jump: rebound, after: state.modes })
+    Ok(ModeTransition { stays: false, jump: rebound, after: state.modes })
 }
 
 /// The state with accelerations and multipliers in which the motion continues after the events `at_event`. One of them, `contact`, ends
@@ -108,7 +108,7 @@ pub(crate) fn state_after(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     (contact, at_event): (usize, &[usize]),
-    passage: Passage,
+    passage: ModeTransition,
     end: &State<f64>,
     longest: f64,
 ) -> Result<State<f64>> {
@@ -238,7 +238,7 @@ fn after_event(
         .collect();
     follow_velocities(mechanism, held, (&mut state, &errors), starts);
     released.extend(opened);
-    settle(system, mechanism, &mut state, (released, step))?;
+    resolve_modes(system, mechanism, &mut state, (released, step))?;
     Ok((state, jump))
 }
 
@@ -330,7 +330,7 @@ fn follow_velocities(
 ///
 /// `broken`: the events of the parts that have reached their limit, with the directions of their forces. Those that are held are
 /// released one after the other; if that leads to no consistent modes, they are [found](find) by complementarity.
-fn settle(
+fn resolve_modes(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
@@ -349,13 +349,13 @@ fn settle(
     }
     let at_rest = |k: &usize| mechanism.events[*k].is_held(&state.modes) || broken.iter().any(|(other, _)| other == k);
     let all: Vec<usize> = (0..mechanism.events.len()).filter(at_rest).collect();
-    let tried = match find(system, mechanism, state, Parts { all: &all, broken: &broken }) {
-        Search::Found(found) => {
+    let tried = match find(system, mechanism, state, RestingParts { all: &all, broken: &broken }) {
+        ModeSearch::Found(found) => {
             *state = *found;
             return Ok(());
         }
-        Search::Inconsistent(states) => Some(states),
-        Search::Unknown => None,
+        ModeSearch::Inconsistent(states) => Some(states),
+        ModeSearch::Unknown => None,
     };
     let Some(&(k, _)) = returning.filter(|part| !broken.contains(part)) else {
         outcome?;
@@ -536,7 +536,7 @@ pub(crate) fn settle_start(
     if is_dependent {
         system.allow_redundancy(true);
     }
-    let outcome = settle(system, mechanism, &mut settled, (Vec::new(), step));
+    let outcome = resolve_modes(system, mechanism, &mut settled, (Vec::new(), step));
     if is_dependent {
         system.allow_redundancy(false); // the assembly with closed contacts allows it, if they stay so
     }

@@ -4,7 +4,8 @@ use crate::elements::element::ElementWorkspace;
 use crate::mechanism::element::{Element, ElementState};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{
-    AnyFormula, ElementIndex, ElementInstance, EventElement, Formula, MeasuredQuantity, Mechanism, Term, When,
+    AnyFormula, ElementIndex, ElementInstance, EventElement, Formula, MeasuredQuantity, Mechanism, WeightedQuantity,
+    When,
 };
 use crate::system::state::{State, measure};
 use crate::{Error, Result};
@@ -50,7 +51,7 @@ impl<S: Scalar> Mechanism<S> {
         &mut self,
         name: impl Into<String>,
         formula: impl Formula,
-        terms: &[Term<S>],
+        terms: &[WeightedQuantity<S>],
         actions: &[Action],
     ) -> Result<EventIndex> {
         let (name, mut measured) = (name.into(), Vec::new());
@@ -140,7 +141,7 @@ impl<T: StateScalar> When<T> {
     /// The function g of the condition.
     pub fn value(&self, state: &State<T>) -> T {
         let (mut workspace, mut measures) = (ElementWorkspace::default(), Vec::new());
-        let quantity = |term: &Term<T>| {
+        let quantity = |term: &WeightedQuantity<T>| {
             let MeasuredQuantity::Measure { element, measure: number } = term.source else { return T::from(0.0) };
             let (_, instance) = self.measured.iter().find(|(k, _)| *k == element).expect("it is stored");
             measures.clear();

@@ -37,10 +37,10 @@ const MOST_SHORT_STEPS: usize = 10_000;
 const CLOSED_GAP: f64 = 1e-6;
 
 /// Time between impacts at the same time without an effect on each other, in nominal steps.
-const TOGETHER: f64 = 1e-9;
+const SIMULTANEOUS_STEP: f64 = 1e-9;
 
 /// Opening at the beginning of a mode, which takes the place of rounding errors.
-const BEGUN: f64 = f64::MIN_POSITIVE;
+const INITIAL_OPENING: f64 = f64::MIN_POSITIVE;
 
 /// Fraction of the time within which two contacts close at the same time.
 const SAME_TIME: f64 = 16.0 * f64::EPSILON;
@@ -307,7 +307,7 @@ impl EventLocator {
             // It closes together with the event at the beginning of the step, as far as that leaves its velocity.
             let rate = impact.rate(old, &old.v);
             if rate < -TOUCHING {
-                let flight = (TOGETHER * self.step.nominal()).max(TIME_ROUNDING * old.t.abs());
+                let flight = (SIMULTANEOUS_STEP * self.step.nominal()).max(TIME_ROUNDING * old.t.abs());
                 let overlap = -rate * flight - before.min(0.0);
                 return [overlap, after + overlap];
             }
@@ -317,7 +317,7 @@ impl EventLocator {
             gap.abs() <= gap_rounding(impact, state, 0.0) && impact.rate(state, &state.v).abs() <= TOUCHING
         };
         if impact.is_open_contact(&old.modes) && rests(old, before) && rests(new, after) {
-            return [BEGUN; 2];
+            return [INITIAL_OPENING; 2];
         }
         if !has_bounced && !is_opening && impact.is_unilateral_at_rest(&old.modes, before, has_begun) {
             let rate = impact.rate(old, &old.v);
@@ -333,15 +333,15 @@ impl EventLocator {
                 // It may have returned in the step; an overlap of the size of rounding errors does not count.
                 false if has_opened => [TOUCHING, after + TOUCHING - before.min(0.0)],
                 false if begins_to_slide(impact, old) => match (-AT_REST..=0.0).contains(&after) {
-                    true => [BEGUN; 2],
-                    false => [BEGUN, after],
+                    true => [INITIAL_OPENING; 2],
+                    false => [INITIAL_OPENING, after],
                 },
-                false if is_leaving => [BEGUN; 2],
-                false => [BEGUN, after],
+                false if is_leaving => [INITIAL_OPENING; 2],
+                false => [INITIAL_OPENING, after],
             };
         }
         if impact.is_held(&old.modes) || impact.is_resting(&old.modes) {
-            return [before.max(BEGUN), if after == 0.0 { BEGUN } else { after }];
+            return [before.max(INITIAL_OPENING), if after == 0.0 { INITIAL_OPENING } else { after }];
         }
         let is_at_zero = is_opening || has_begun || before == 0.0;
         // A switch has crossed zero with a gap of rounding size, from which it returns; a contact may overlap by as much.
@@ -371,8 +371,9 @@ impl EventLocator {
         let is_other = |k: &usize| self.closed != Some(*k) && !later.contains(k);
         let others = (0..step.mechanism().events.len()).filter(is_other);
         let openings = others.map(|contact| (contact, self.openings(step, contact, h)));
-        let closed =
-            openings.filter(|(_, [begin, end])| *end <= CLOSED_GAP * begin.max(0.0) && (*end < 0.0 || *begin > BEGUN));
+        let closed = openings.filter(|(_, [begin, end])| {
+            *end <= CLOSED_GAP * begin.max(0.0) && (*end < 0.0 || *begin > INITIAL_OPENING)
+        });
         let share = |[begin, end]: [f64; 2]| begin.max(0.0) / (begin.max(0.0) - end);
         closed.min_by(|a, b| share(a.1).total_cmp(&share(b.1))).map(|(contact, _)| contact)
     }
@@ -384,7 +385,7 @@ impl EventLocator {
         let [begin, end] = self.openings(step, contact, h);
         let (event, old) = (&step.mechanism().events[contact], step.ends()[0]);
         let (is_held, begins_to_slide) = (event.is_held(&old.modes), begins_to_slide(event, old));
-        if !(begin > BEGUN || is_held || begins_to_slide) {
+        if !(begin > INITIAL_OPENING || is_held || begins_to_slide) {
             return Err(immediate(step.mechanism(), step.ends()[0], contact));
         }
         let found = match is_impact(step, contact) {
@@ -394,11 +395,11 @@ impl EventLocator {
                     true => self.open_inside(step, contact, h)?,
                     false => None,
                 };
-                if before.is_none() && begins_to_slide && !(begin > BEGUN) {
+                if before.is_none() && begins_to_slide && !(begin > INITIAL_OPENING) {
                     return Ok(None);
                 }
                 let at_begin = || Before { h: 0.0, opening: begin, state: step.ends()[0].clone() };
-                if before.is_none() && !(begin > BEGUN) {
+                if before.is_none() && !(begin > INITIAL_OPENING) {
                     return Err(immediate(step.mechanism(), step.ends()[0], contact));
                 }
                 let before = before.unwrap_or_else(at_begin);
@@ -420,7 +421,7 @@ impl EventLocator {
             trial *= 0.5;
             step.solve(trial)?;
             let opening = self.openings(step, contact, trial)[1];
-            if opening > BEGUN {
+            if opening > INITIAL_OPENING {
                 return Ok(Some(Before { h: trial, opening, state: step.ends()[1].clone() }));
             }
         }

@@ -10,14 +10,14 @@ use crate::system::state::State;
 #[derive(Clone, Debug)]
 pub struct Predictor {
     /// Ends of past steps, the latest first; the oldest only serves to choose the degree.
-    past: Vec<StepEnd>,
+    past: Vec<PredictorState>,
     count: usize,
     /// Degree of the polynomial for the next step.
     degree: usize,
 }
 
 #[derive(Clone, Debug)]
-struct StepEnd {
+struct PredictorState {
     t: f64,
     a: Vec<f64>,
     l: Vec<f64>,
@@ -32,7 +32,7 @@ const REACH: f64 = 20.0;
 impl Predictor {
     /// Predictor at the start of the motion.
     pub fn new(start: &State<f64>) -> Self {
-        let end = StepEnd { t: start.t, a: start.a.clone(), l: start.l.clone() };
+        let end = PredictorState { t: start.t, a: start.a.clone(), l: start.l.clone() };
         Self { past: vec![end; DEGREE + 2], count: 1, degree: 0 }
     }
 
@@ -62,7 +62,7 @@ impl Predictor {
     /// Sets accelerations and multipliers of `state` to the prediction for its time.
     pub fn predict(&self, state: &mut State<f64>) {
         let ahead = state.t - self.past[0].t;
-        let is_long = |pair: &&[StepEnd]| REACH * (pair[0].t - pair[1].t) >= ahead;
+        let is_long = |pair: &&[PredictorState]| REACH * (pair[0].t - pair[1].t) >= ahead;
         let degree = self.past[..=self.degree].windows(2).take_while(is_long).count();
         let points = &self.past[..=degree];
         let weights = weights(points, state.t);
@@ -84,7 +84,7 @@ impl Predictor {
 }
 
 /// Lagrange weights of the `points` at the time `t` (s).
-fn weights(points: &[StepEnd], t: f64) -> [f64; DEGREE + 1] {
+fn weights(points: &[PredictorState], t: f64) -> [f64; DEGREE + 1] {
     std::array::from_fn(|i| {
         let others = (0..points.len()).filter(|&j| j != i && i < points.len());
         others.map(|j| (t - points[j].t) / (points[i].t - points[j].t)).product()

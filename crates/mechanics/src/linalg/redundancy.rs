@@ -80,7 +80,7 @@ impl Redundancy {
     ) {
         let right = b.to_vec();
         solve(b);
-        let (mut change, mut columns) = (right.clone(), [Progress::default(); W]);
+        let (mut change, mut columns) = (right.clone(), [CorrectionProgress::default(); W]);
         for _ in 0..MOST_CORRECTIONS {
             change.copy_from_slice(&right);
             for (&[i, j, _], entry) in self.places.iter().zip(&self.entries) {
@@ -115,19 +115,19 @@ impl Redundancy {
 
 /// Progress of the corrections of one column: of its coordinates and of its multipliers.
 #[derive(Clone, Copy)]
-struct Progress {
+struct CorrectionProgress {
     /// Sizes of the last correction.
     previous: [f64; 2],
     is_done: bool,
 }
 
-impl Default for Progress {
+impl Default for CorrectionProgress {
     fn default() -> Self {
         Self { previous: [f64::INFINITY; 2], is_done: false }
     }
 }
 
-impl Progress {
+impl CorrectionProgress {
     /// Returns whether to add a correction of the given sizes to a solution of these sizes.
     ///
     /// Corrections end at the size of rounding errors, or when they decrease no more: what remains is the part of the

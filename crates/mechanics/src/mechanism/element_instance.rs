@@ -2,7 +2,7 @@
 
 use crate::mechanism::body::Coordinate;
 use crate::mechanism::element::{AnyElement, Input, Role};
-use crate::mechanism::output::{AnyFormula, Term};
+use crate::mechanism::output::{AnyFormula, WeightedQuantity};
 use autodiff::Scalar;
 use std::ops::Range;
 use std::sync::Arc;
@@ -96,7 +96,7 @@ impl<S> EventElement<S> {
 /// Condition and effects of an event.
 pub(crate) struct When<S> {
     /// Quantities of the function g whose rise through zero is the event.
-    pub terms: Vec<Term<S>>,
+    pub terms: Vec<WeightedQuantity<S>>,
     /// The function g of these quantities and of the time.
     pub formula: Arc<dyn AnyFormula>,
     /// Elements of the quantities, by their number in the mechanism.

@@ -84,18 +84,18 @@ impl<T: Scalar> Frame3<T> {
     }
 
     /// The marker with the parameters `p`, see [`Marker3::parameters`](crate::mechanism::Marker3::parameters).
-    pub fn marker(self, p: [T; 7]) -> Placed<T> {
+    pub fn marker(self, p: [T; 7]) -> PlacedMarker<T> {
         let [px, py, pz, e0, e1, e2, e3] = p;
         let lever = self.turned([px, py, pz]);
         let own = matrix(&[e0, e1, e2, e3]);
         let axes = [0, 1, 2].map(|k| self.turned([own[0][k], own[1][k], own[2][k]]));
-        Placed { point: add(self.origin, lever), lever, axes, frame: self }
+        PlacedMarker { point: add(self.origin, lever), lever, axes, frame: self }
     }
 }
 
 /// A marker at an instant.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Placed<T> {
+pub(crate) struct PlacedMarker<T> {
     /// World coordinates of the point in m.
     pub point: [T; 3],
     /// Vector from the reference point of the body to the point, in world axes.
@@ -106,7 +106,7 @@ pub(crate) struct Placed<T> {
     pub frame: Frame3<T>,
 }
 
-impl<T: Scalar> Placed<T> {
+impl<T: Scalar> PlacedMarker<T> {
     /// A vector with components along the axes of the marker, in world axes.
     pub fn world(&self, v: [T; 3]) -> [T; 3] {
         transposed_product(&self.axes, v)

@@ -16,11 +16,11 @@ pub use body::{Body, Body3, Coordinate, Marker, Marker3, Pose, Pose3};
 pub use clock::SimulationClock;
 pub use element_instance::ElementIndex;
 pub(crate) use element_instance::{ElementInstance, EventElement, Unilateral, When};
-pub use output::{AnyFormula, Formula, FormulaIn, Term};
+pub use output::{AnyFormula, Formula, FormulaIn, WeightedQuantity};
 pub(crate) use output::{MeasuredQuantity, OutputData};
 pub use rotation::{EulerSequence, Rotation};
 
-use crate::mechanism::element::{AnyElement, Element, ElementState, Sides};
+use crate::mechanism::element::{AnyElement, Element, ElementState, SwitchSides};
 use crate::motion::{AnyMotion, Fixed, Motion};
 use autodiff::{Jet2, Scalar};
 use std::sync::Arc;
@@ -220,7 +220,7 @@ impl<S: Scalar> Mechanism<S> {
         let q: Vec<_> = dependent.coordinates.iter().map(jet).collect();
         let p: Vec<_> = dependent.parameters.iter().map(|&p| Jet2::new(p, zero, zero)).collect();
         let still = vec![Jet2::new(zero, zero, zero); q.len()];
-        let x = ElementState { t: still[0], p: &p, q: &q, v: &still, a: &still, l: &[], sides: Sides::default() };
+        let x = ElementState { t: still[0], p: &p, q: &q, v: &still, a: &still, l: &[], sides: SwitchSides::default() };
         (dependent.value)(&x)
     }
 
@@ -333,7 +333,7 @@ impl<S: Scalar> Mechanism<S> {
     ///
     /// # Errors
     /// [`crate::Error::Definition`] if the element has no measure of that name.
-    pub fn measure(&self, element: ElementIndex, name: &str) -> crate::Result<Term<S>> {
+    pub fn measure(&self, element: ElementIndex, name: &str) -> crate::Result<WeightedQuantity<S>> {
         let data = &self.elements[element.0];
         let known = data.element.measures();
         let measure = known.iter().position(|measure| measure.name == name).ok_or_else(|| {
@@ -341,7 +341,7 @@ impl<S: Scalar> Mechanism<S> {
             let remedy = format!("its measures are {}", names.join(", "));
             crate::Error::definition(&data.name, format!("has no measure \"{name}\""), remedy)
         })?;
-        Ok(Term { source: MeasuredQuantity::Measure { element: element.0, measure }, weight: S::from(1.0) })
+        Ok(WeightedQuantity { source: MeasuredQuantity::Measure { element: element.0, measure }, weight: S::from(1.0) })
     }
 
     /// The element that was added last, such as that of a joint coordinate; `None` without elements.
@@ -350,27 +350,27 @@ impl<S: Scalar> Mechanism<S> {
     }
 
     /// The driving force (N) or torque (N·m) of a prescribed coordinate, such as the torque of a driven crank.
-    pub fn driving_force(&self, coordinate: Coordinate) -> Term<S> {
-        Term { source: MeasuredQuantity::DrivingForce { coordinate: coordinate.0 }, weight: S::from(1.0) }
+    pub fn driving_force(&self, coordinate: Coordinate) -> WeightedQuantity<S> {
+        WeightedQuantity { source: MeasuredQuantity::DrivingForce { coordinate: coordinate.0 }, weight: S::from(1.0) }
     }
 
     /// The kinetic energy of the mechanism in J.
-    pub fn kinetic_energy(&self) -> Term<S> {
-        Term { source: MeasuredQuantity::KineticEnergy, weight: S::from(1.0) }
+    pub fn kinetic_energy(&self) -> WeightedQuantity<S> {
+        WeightedQuantity { source: MeasuredQuantity::KineticEnergy, weight: S::from(1.0) }
     }
 
     /// The potential energy of the mechanism in J: strain energy and weight.
-    pub fn potential_energy(&self) -> Term<S> {
-        Term { source: MeasuredQuantity::PotentialEnergy, weight: S::from(1.0) }
+    pub fn potential_energy(&self) -> WeightedQuantity<S> {
+        WeightedQuantity { source: MeasuredQuantity::PotentialEnergy, weight: S::from(1.0) }
     }
 
     /// Adds a named output: a weighted sum of quantities.
-    pub fn output(&mut self, name: impl Into<String>, terms: &[Term<S>]) {
+    pub fn output(&mut self, name: impl Into<String>, terms: &[WeightedQuantity<S>]) {
         self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: None, held_from: None });
     }
 
     /// Adds a named output: a formula of time and of weighted quantities.
-    pub fn output_formula(&mut self, name: impl Into<String>, formula: impl Formula, terms: &[Term<S>]) {
+    pub fn output_formula(&mut self, name: impl Into<String>, formula: impl Formula, terms: &[WeightedQuantity<S>]) {
         let formula: Arc<dyn AnyFormula> = Arc::new(formula);
         self.outputs.push(OutputData {
             name: name.into(),

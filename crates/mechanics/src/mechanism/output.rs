@@ -6,7 +6,7 @@ use std::sync::Arc;
 /// A named scalar response: a weighted sum of quantities, or a formula of them.
 pub(crate) struct OutputData<S> {
     pub name: String,
-    pub terms: Vec<Term<S>>,
+    pub terms: Vec<WeightedQuantity<S>>,
     pub formula: Option<Arc<dyn AnyFormula>>,
     /// Event from which on the output keeps its value.
     pub held_from: Option<usize>,
@@ -61,12 +61,12 @@ pub(crate) enum MeasuredQuantity {
 
 /// A quantity with its weight in an output.
 #[derive(Clone, Copy, Debug)]
-pub struct Term<S> {
+pub struct WeightedQuantity<S> {
     pub(crate) source: MeasuredQuantity,
     pub(crate) weight: S,
 }
 
-impl<S: Scalar> Term<S> {
+impl<S: Scalar> WeightedQuantity<S> {
     /// The quantity with its weight multiplied by `weight`.
     pub fn times(self, weight: S) -> Self {
         Self { weight: self.weight * weight, ..self }

@@ -1,6 +1,6 @@
 //! Discrete part of a state: which elements are active, which events have happened, and which sides of switching functions are held.
 
-use crate::mechanism::element::Sides;
+use crate::mechanism::element::SwitchSides;
 use crate::mechanism::{ElementInstance, Mechanism};
 use autodiff::Scalar;
 
@@ -14,7 +14,7 @@ pub struct Modes {
     /// For each event, true if it has happened.
     happened: Vec<bool>,
     /// For each element with switching functions, their sides if they are held.
-    sides: Vec<Sides>,
+    sides: Vec<SwitchSides>,
 }
 
 impl Modes {
@@ -22,7 +22,7 @@ impl Modes {
     pub(crate) fn initial<T>(mechanism: &Mechanism<T>) -> Self {
         let has_modes = mechanism.events.iter().any(|event| event.when.is_some());
         let events = if has_modes { mechanism.events.len() } else { 0 };
-        let sides = vec![Sides::default(); mechanism.sided];
+        let sides = vec![SwitchSides::default(); mechanism.sided];
         Self { active: mechanism.switches.clone(), happened: vec![false; events], sides }
     }
 
@@ -32,12 +32,12 @@ impl Modes {
     }
 
     /// Sides of the switching functions of an element.
-    pub(crate) fn sides_of<T>(&self, instance: &ElementInstance<T>) -> Sides {
+    pub(crate) fn sides_of<T>(&self, instance: &ElementInstance<T>) -> SwitchSides {
         instance.sides.and_then(|number| self.sides.get(number)).copied().unwrap_or_default()
     }
 
     /// Sets the sides of the switching functions of an element.
-    pub(crate) fn set_sides<T>(&mut self, instance: &ElementInstance<T>, sides: Sides) {
+    pub(crate) fn set_sides<T>(&mut self, instance: &ElementInstance<T>, sides: SwitchSides) {
         if let Some(number) = instance.sides {
             self.sides[number] = sides;
         }

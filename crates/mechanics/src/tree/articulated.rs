@@ -12,13 +12,13 @@
 //! Featherstone, *Rigid Body Dynamics Algorithms* (2008), Chapter 7.
 
 use crate::tree::joint::{Joint, turned};
-use crate::tree::place::TreeGeometry;
+use crate::tree::placement::TreeGeometry;
 use crate::tree::plan::Tree;
 use crate::tree::space::articulated::{Articulated3, Inertia3};
 use crate::{Error, Result};
 
 /// Symmetric inertia of a body about its reference point: xx, xy, yy, xθ, yθ, θθ.
-pub(crate) type Inertia = [f64; 6];
+pub(crate) type ArticulatedInertia = [f64; 6];
 
 /// Factors of one body.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,14 +34,14 @@ struct NodeFactor {
     /// One, or zero if the body does not turn with its parent.
     rotates: f64,
     /// Inverse of the inertia of a free body.
-    free: Inertia,
+    free: ArticulatedInertia,
 }
 
 /// Factorized mass matrix of a tree.
 #[derive(Clone, Debug)]
 pub(crate) struct Articulated {
     nodes: Vec<NodeFactor>,
-    inertias: Vec<Inertia>,
+    inertias: Vec<ArticulatedInertia>,
     /// Of bodies in space.
     space: Articulated3,
     /// Inverse masses of single coordinates.
@@ -51,7 +51,7 @@ pub(crate) struct Articulated {
 /// Inertias of all bodies in a position.
 pub(crate) struct TreeInertias<'a> {
     /// Of bodies in the plane.
-    pub plane: &'a [Inertia],
+    pub plane: &'a [ArticulatedInertia],
     /// Of bodies in space.
     pub space: &'a [Inertia3],
     /// Constant masses by coordinate, of coordinates that belong to no body.
@@ -60,14 +60,14 @@ pub(crate) struct TreeInertias<'a> {
 
 /// Workspace of solutions with `W` right-hand sides.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SolveWorkspace<const W: usize> {
+pub(crate) struct ArticulatedWorkspace<const W: usize> {
     plane: Vec<[[f64; W]; 3]>,
     space: Vec<[[f64; W]; 6]>,
 }
 
 /// I · (x, y, θ).
 #[inline(always)]
-fn times([xx, xy, yy, xt, yt, tt]: Inertia, [x, y, t]: [f64; 3]) -> [f64; 3] {
+fn times([xx, xy, yy, xt, yt, tt]: ArticulatedInertia, [x, y, t]: [f64; 3]) -> [f64; 3] {
     [xx * x + xy * y + xt * t, xy * x + yy * y + yt * t, xt * x + yt * y + tt * t]
 }
 
@@ -156,7 +156,7 @@ impl Articulated {
 
     /// Solves A x = b in place, where row i of `b` belongs to the joint coordinate i.
     #[inline(always)]
-    pub fn solve<const W: usize>(&self, tree: &Tree, b: &mut [[f64; W]], workspace: &mut SolveWorkspace<W>) {
+    pub fn solve<const W: usize>(&self, tree: &Tree, b: &mut [[f64; W]], workspace: &mut ArticulatedWorkspace<W>) {
         self.space.solve(&tree.space, b, &mut workspace.space);
         let (zero, work) = ([0.0; W], &mut workspace.plane);
         work.clear();
@@ -239,7 +239,7 @@ impl Articulated {
 }
 
 /// The inverse of a symmetric inertia in the directions that are free; zero in the others. `None` if it is not positive definite.
-fn inverse(inertia: Inertia, is_free: [bool; 3]) -> Option<Inertia> {
+fn inverse(inertia: ArticulatedInertia, is_free: [bool; 3]) -> Option<ArticulatedInertia> {
     // Gauss–Jordan elimination of the free directions, in place.
     let [xx, xy, yy, xt, yt, tt] = inertia;
     let mut m = [[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]];

@@ -1,9 +1,9 @@
 //! From the tips to the ground: rows of the joints, wrenches and reactions.
 
 use crate::mechanism::scalars::StateScalar;
-use crate::tree::joint::Node;
+use crate::tree::joint::TreeBody;
 use crate::tree::joint::{Joint, Levers, dot, turned};
-use crate::tree::place::TreeGeometry;
+use crate::tree::placement::TreeGeometry;
 use crate::tree::plan::Tree;
 use crate::tree::space::placed::Twist;
 
@@ -83,7 +83,7 @@ impl Tree {
 
     /// Virtual displacement (x, y, rotation) of a body relative to its parent at the joint, which opens the joint's constraints
     /// by the negative `gaps`: the transpose of [`Tree::reactions`].
-    pub fn opening(&self, node: &Node, y: &[f64], gaps: &[f64], levers: &Levers<f64>) -> [f64; 3] {
+    pub fn opening(&self, node: &TreeBody, y: &[f64], gaps: &[f64], levers: &Levers<f64>) -> [f64; 3] {
         let sign = node.sign();
         match node.joint {
             Joint::Free { .. } => [0.0; 3],
@@ -99,7 +99,7 @@ impl Tree {
 }
 
 /// Virtual displacement along the normal of a prismatic joint, and rotation, for the negative `gaps` of its constraints.
-pub(crate) fn prismatic_opening(node: &Node, displacement: f64, gaps: &[f64]) -> (f64, f64) {
+pub(crate) fn prismatic_opening(node: &TreeBody, displacement: f64, gaps: &[f64]) -> (f64, f64) {
     match node.is_reversed {
         false => (-gaps[0], -gaps[1]),
         true => (-gaps[0] + displacement * gaps[1], gaps[1]),

@@ -18,8 +18,8 @@ use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::Linearization;
 use crate::system::assembly::constraint_jets;
 use crate::system::state::{State, gather};
-use crate::tree::articulated::{Articulated, SolveWorkspace};
-use crate::tree::place::TreeGeometry;
+use crate::tree::articulated::{Articulated, ArticulatedWorkspace};
+use crate::tree::placement::TreeGeometry;
 use crate::tree::plan::{CutRow, Tree};
 use crate::tree::space::placed::Twist;
 
@@ -127,7 +127,7 @@ impl TreeFactor {
         let (n, m) = (tree.count, tree.independent_cuts);
         self.solved.clear();
         self.solved.resize(n * m, 0.0);
-        let mut workspace = SolveWorkspace::default();
+        let mut workspace = ArticulatedWorkspace::default();
         let mut block = vec![[0.0; 4]; n];
         for first in (0..m).step_by(4) {
             for (i, row) in block.iter_mut().enumerate() {
@@ -147,7 +147,7 @@ impl TreeFactor {
     /// Solves for accelerations and multipliers in place: the rows of `b` are those of the joint coordinates, then those of the cut
     /// joints.
     #[inline(always)]
-    pub fn solve<const W: usize>(&self, tree: &Tree, b: &mut [[f64; W]], workspace: &mut SolveWorkspace<W>) {
+    pub fn solve<const W: usize>(&self, tree: &Tree, b: &mut [[f64; W]], workspace: &mut ArticulatedWorkspace<W>) {
         let n = tree.count;
         let (accelerations, multipliers) = b.split_at_mut(n);
         self.mass.solve(tree, accelerations, workspace);

@@ -6,12 +6,12 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::system::System;
 use crate::system::state::{State, evaluate};
-use crate::tree::articulated::{Inertia, SolveWorkspace, TreeInertias};
+use crate::tree::articulated::{ArticulatedInertia, ArticulatedWorkspace, TreeInertias};
 use crate::tree::cut::{self, CutWorkspace, ProjectionFactor, TreeFactor};
-use crate::tree::place::{TreeGeometry, TreeParameters};
+use crate::tree::placement::{TreeGeometry, TreeParameters};
 use crate::tree::plan::Tree;
 use crate::tree::space::articulated::Inertia3;
-use crate::tree::space::placed::{Placed, Twist};
+use crate::tree::space::placed::{PlacedBody, Twist};
 use crate::tree::space::rigid::RigidProperties;
 use crate::{Error, Result};
 
@@ -196,7 +196,7 @@ fn properties<T: StateScalar>(tree: &Tree, mechanism: &Mechanism<T>) -> Vec<(usi
 #[inline(always)]
 fn add_bodies<T: StateScalar>(
     properties: &[(usize, RigidProperties<T>)],
-    placed: &[Placed<T>],
+    placed: &[PlacedBody<T>],
     wrenches: &mut [Twist<T>],
 ) {
     wrenches.fill([T::from(0.0); 6]);
@@ -235,7 +235,7 @@ pub(crate) struct TreeDynamics {
     jets: ElementWorkspace<Jet2<f64>>,
     parameters: TreeParameters<f64>,
     /// Inertia of each body in the plane.
-    pub inertias: Vec<Inertia>,
+    pub inertias: Vec<ArticulatedInertia>,
     /// Bodies in space, with their nodes.
     properties: Vec<(usize, RigidProperties<f64>)>,
     /// Inertia of each body in space in the current position.
@@ -253,7 +253,7 @@ pub(crate) struct TreeDynamics {
     joint_rows: Vec<[f64; 1]>,
     values: Vec<f64>,
     zeros: Vec<f64>,
-    work: SolveWorkspace<1>,
+    work: ArticulatedWorkspace<1>,
     workspace: ElementWorkspace<f64>,
 }
 
@@ -308,7 +308,7 @@ impl TreeDynamics {
             joint_rows: vec![[0.0]; tree.count + tree.cuts.len()],
             values: vec![0.0; tree.count],
             zeros: vec![0.0; tree.count],
-            work: SolveWorkspace::default(),
+            work: ArticulatedWorkspace::default(),
             workspace,
             tree,
         }

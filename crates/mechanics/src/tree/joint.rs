@@ -34,7 +34,7 @@ impl Joint {
 
 /// A body of a tree, and the joint that connects it to its parent.
 #[derive(Clone, Debug)]
-pub(crate) struct Node {
+pub(crate) struct TreeBody {
     /// Coordinates x, y and θ of the body.
     pub coordinates: [usize; 3],
     /// Coordinates of the parent: a body of the tree or one whose motion is prescribed. Those of the body itself if it is free.
@@ -66,7 +66,7 @@ pub(crate) struct ParameterNumbers {
     pub angle: Option<usize>,
 }
 
-impl Node {
+impl TreeBody {
     /// The coordinates of a free body that are not prescribed.
     pub fn free_coordinates(&self) -> impl Iterator<Item = usize> + use<> {
         let is_free = if let Joint::Free { is_free } = self.joint { is_free } else { [false; 3] };
@@ -111,7 +111,7 @@ pub(crate) struct JointParameters<T> {
 
 impl<T: StateScalar> JointParameters<T> {
     /// From the parameters of the element.
-    pub fn of(node: &Node, p: &[T]) -> Self {
+    pub fn of(node: &TreeBody, p: &[T]) -> Self {
         let zero = T::from(0.0);
         let Some(numbers) = node.parameter_numbers() else {
             return Self { parent: [zero; 2], child: [zero; 2], line: zero, angle: zero };
@@ -175,7 +175,7 @@ pub(crate) fn rotated<T: StateScalar>((sin, cos): (T, T), r: [T; 2]) -> [T; 2] {
 /// Coordinate and rate of a revolute or prismatic joint between two bodies with the positions and velocities (x, y, θ) of
 /// `parent` and `child`, which satisfy the joint's constraints.
 pub(crate) fn joint_coordinate<T: StateScalar>(
-    node: &Node,
+    node: &TreeBody,
     p: &[T],
     [parent_q, parent_v]: [[T; 3]; 2],
     [child_q, child_v]: [[T; 3]; 2],

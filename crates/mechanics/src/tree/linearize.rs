@@ -17,9 +17,9 @@ use crate::linalg::simd::rows;
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::Dual8;
 use crate::system::state::State;
-use crate::tree::articulated::Inertia;
+use crate::tree::articulated::ArticulatedInertia;
 use crate::tree::dynamics::{TreeDynamics, TreeResidual};
-use crate::tree::joint::Node;
+use crate::tree::joint::TreeBody;
 use crate::tree::joint::{Joint, JointParameters, Levers, dot, rotated, turned};
 use crate::tree::plan::Tree;
 use autodiff::WIDTH;
@@ -78,7 +78,7 @@ impl JointLinearization {
         }
     }
 
-    fn new(node: &Node, levers: Levers<f64>, state: &State<f64>, slide: [f64; 3], wrenches: &[f64]) -> Self {
+    fn new(node: &TreeBody, levers: Levers<f64>, state: &State<f64>, slide: [f64; 3], wrenches: &[f64]) -> Self {
         let [pt, ct] = [node.parent[2], node.coordinates[2]];
         let ([spin, child_spin], [turn, child_turn]) = ([state.v[pt], state.v[ct]], [state.a[pt], state.a[ct]]);
         let Levers { base, parent, child, axis, .. } = levers;
@@ -175,7 +175,7 @@ impl<const W: usize> TreeGradients<W> {
 #[derive(Clone, Debug)]
 pub(crate) struct TreeLinearization {
     joints: Vec<JointLinearization>,
-    inertias: Vec<Inertia>,
+    inertias: Vec<ArticulatedInertia>,
     /// Accelerations of all coordinates.
     accelerations: Vec<f64>,
     /// True if the forces on the bodies depend on their positions or velocities.
@@ -245,7 +245,7 @@ impl TreeLinearization {
         }
     }
 
-    /// Linearizes at the stage for which `dynamics` has written `state`, by `place` and `complete`.
+    /// Linearizes at the stage for which `dynamics` has written `state`, by `placement` and `complete`.
     pub fn update(&mut self, dynamics: &TreeDynamics, (y, a): (&[f64], &[f64]), state: &State<f64>) {
         let tree = &dynamics.tree;
         self.accelerations.copy_from_slice(&state.a);
@@ -500,7 +500,7 @@ impl JointLinearization {
     fn moment<S: Simd, const W: usize>(
         &self,
         simd: S,
-        node: &Node,
+        node: &TreeBody,
         gradients: &JointGradients<W>,
         sources: &[Gradient<W>],
         wrenches: &[Gradient<W>],
@@ -521,7 +521,7 @@ impl JointLinearization {
 
 /// Derivatives of the direction of a prismatic joint's line in the plane.
 #[inline(always)]
-fn direction<const W: usize>(node: &Node, gradients: &JointGradients<W>, sources: &[Gradient<W>]) -> Gradient<W> {
+fn direction<const W: usize>(node: &TreeBody, gradients: &JointGradients<W>, sources: &[Gradient<W>]) -> Gradient<W> {
     let mut direction = sources[node.first_body()[2]];
     accumulate(&mut direction, &gradients.line);
     direction

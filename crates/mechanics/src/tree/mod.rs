@@ -14,7 +14,7 @@
 //! |---|---|
 //! | `plan` | the tree: bodies in the order from the ground to the tips, and what relative coordinates do not support |
 //! | `joint` | one body with its joint: parameters and levers, joint coordinates of given positions |
-//! | `place` | from the ground to the tips: positions, velocities and accelerations of the bodies, any scalar |
+//! | `placement` | from the ground to the tips: positions, velocities and accelerations of the bodies, any scalar |
 //! | `collect` | from the tips to the ground: rows of the joints, wrenches and reactions, any scalar |
 //! | `articulated` | from the tips to the ground and back: factorization of the mass matrix, and its solutions |
 //! | `linearize` | derivatives of the sweeps in the plane, for many design variables at a time |
@@ -29,7 +29,7 @@ pub(crate) mod cut;
 pub(crate) mod dynamics;
 pub(crate) mod joint;
 pub(crate) mod linearize;
-pub(crate) mod place;
+pub(crate) mod placement;
 pub(crate) mod plan;
 pub(crate) mod space;
 pub(crate) mod transpose;

@@ -7,7 +7,7 @@ use crate::elements::joints::{fixed_joint, prismatic, revolute};
 use crate::mechanism::{CoordinateData, ElementInstance, Mechanism};
 use crate::system::state::{State, gather};
 use crate::system::{ConstantEntry, System};
-use crate::tree::joint::{Joint, Node};
+use crate::tree::joint::{Joint, TreeBody};
 use crate::tree::space::Space;
 use crate::tree::space::plan::Node3;
 use crate::tree::space::rigid::is_body as is_body_in_space;
@@ -29,7 +29,7 @@ pub(crate) struct CutRow {
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     /// Bodies in the plane, each after its parent.
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<TreeBody>,
     /// Bodies in space, whose joint coordinates follow those of the bodies in the plane.
     pub space: Space,
     /// Unknown coordinates that belong to no body, such as those of flywheels; they are joint coordinates as well.
@@ -67,9 +67,9 @@ impl Tree {
                 "rigid contacts, dry friction, switches and events need absolute coordinates",
             ));
         }
-        let mut plan = Plan::new(mechanism)?;
+        let mut plan = TreeBuilder::new(mechanism)?;
         plan.attach_all();
-        let Plan { nodes, mut owner, bodies: planar, mut cuts, .. } = plan;
+        let TreeBuilder { nodes, mut owner, bodies: planar, mut cuts, .. } = plan;
         let in_plane: usize = nodes.iter().map(|node| node.joint.count()).sum();
         let space = Space::new(mechanism, in_plane)?;
         let is_unknown = |&i: &usize| mechanism.coordinates[i].motion.is_none();
@@ -156,7 +156,7 @@ impl Tree {
     }
 
     /// The parameters of the element of a joint.
-    pub fn element_parameters<'m, T>(&self, mechanism: &'m Mechanism<T>, node: &Node) -> &'m [T] {
+    pub fn element_parameters<'m, T>(&self, mechanism: &'m Mechanism<T>, node: &TreeBody) -> &'m [T] {
         node.element.map_or(&[], |k| &mechanism.elements[k].parameters)
     }
 }
@@ -174,7 +174,7 @@ fn is_body(instance: &ElementInstance<f64>) -> bool {
 }
 
 /// A tree under construction, from the ground outwards.
-struct Plan<'m> {
+struct TreeBuilder<'m> {
     mechanism: &'m Mechanism<f64>,
     /// Coordinates of each body.
     bodies: Vec<[usize; 3]>,
@@ -184,14 +184,14 @@ struct Plan<'m> {
     joints_of: Vec<Vec<usize>>,
     /// Body that each unknown coordinate belongs to.
     owner: Vec<Option<usize>>,
-    nodes: Vec<Node>,
+    nodes: Vec<TreeBody>,
     /// Node of each body that is reached; `None` inside for a body whose motion is prescribed.
     reached: Vec<Option<Option<usize>>>,
     /// Elements with constraints that the tree does not contain.
     cuts: Vec<usize>,
 }
 
-impl<'m> Plan<'m> {
+impl<'m> TreeBuilder<'m> {
     fn new(mechanism: &'m Mechanism<f64>) -> Result<Self> {
         let mut numbers = BTreeMap::new();
         let mut bodies = Vec::new();
@@ -293,7 +293,7 @@ impl<'m> Plan<'m> {
     fn push(&mut self, body: usize, on: Option<(usize, Joint, usize, bool)>) {
         let first = self.nodes.last().map_or(0, |node| node.first + node.joint.count());
         let coordinates = self.bodies[body];
-        let free = Node {
+        let free = TreeBody {
             coordinates,
             parent: coordinates,
             parent_node: None,
@@ -303,7 +303,7 @@ impl<'m> Plan<'m> {
             first,
             first_multiplier: 0,
         };
-        let node = on.map_or(free.clone(), |(parent, joint, element, is_reversed)| Node {
+        let node = on.map_or(free.clone(), |(parent, joint, element, is_reversed)| TreeBody {
             parent: self.bodies[parent],
             parent_node: self.reached[parent].flatten(),
             joint,
@@ -392,7 +392,7 @@ fn check_forces(
 }
 
 /// Names of the joint coordinates.
-fn names(mechanism: &Mechanism<f64>, (nodes, space): (&[Node], &Space), singles: &[usize]) -> Vec<String> {
+fn names(mechanism: &Mechanism<f64>, (nodes, space): (&[TreeBody], &Space), singles: &[usize]) -> Vec<String> {
     let mut names = Vec::new();
     for node in nodes {
         let joint = |what| node.element.map(|k| format!("{what} of {}", mechanism.elements[k].name));

@@ -3,9 +3,9 @@
 
 use crate::system::state::State;
 use crate::tree::collect::prismatic_opening;
-use crate::tree::joint::Node;
+use crate::tree::joint::TreeBody;
 use crate::tree::joint::{Joint, Levers, dot, rotated, turned};
-use crate::tree::place::TreeGeometry;
+use crate::tree::placement::TreeGeometry;
 use crate::tree::plan::Tree;
 use crate::tree::space::placed::Twist;
 use crate::tree::space::transpose::{BodyAdjoint, NodeJacobian, SpacePoint};
@@ -81,7 +81,7 @@ impl Tree {
 
 /// Transposes one joint. Returns the derivatives with respect to its coordinate and velocity.
 fn transpose_joint(
-    node: &Node,
+    node: &TreeBody,
     k: usize,
     x: &TreePoint<'_>,
     psi: &VirtualDisplacements<'_>,

@@ -1,7 +1,7 @@
 //! Dry friction that joints couple to other coordinates: closed loops, chains in space, stops.
 
+use crate::derivative_methods::{all_settings, check_adjoint_by};
 use crate::explicit::check;
-use crate::methods::{all_settings, check_adjoint_by};
 use crate::models::{Linear, outputs};
 use autodiff::{Scalar, gradient, hessian};
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
@@ -25,7 +25,7 @@ fn by_all_schemes(m: &Mechanism<f64>, h: f64, times: &[f64]) -> [(History, f64);
 
 /// Coordinate of a slider-crank that has friction.
 #[derive(Clone, Copy, Debug)]
-enum Place {
+enum FrictionCoordinate {
     Crank,
     Rod,
     Slider,
@@ -33,7 +33,7 @@ enum Place {
 
 /// A slider-crank under gravity that begins at rest at the angle b₀ of its crank, with the friction b₁ at one place: crank of 1 kg and
 /// 0.01 kg·m², rod of 0.5 kg and 0.004 kg·m², slider of 1 kg; 0.1 m and 0.3 m.
-struct SliderCrank(Place);
+struct SliderCrank(FrictionCoordinate);
 
 impl ParametricMechanism for SliderCrank {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
@@ -53,9 +53,9 @@ impl ParametricMechanism for SliderCrank {
         m.revolute("Q", rod.at(half_l, zero), slider.origin());
         m.prismatic("guide", ground.origin(), zero, slider.origin(), zero);
         let at = match self.0 {
-            Place::Crank => crank.theta,
-            Place::Rod => rod.theta,
-            Place::Slider => slider.x,
+            FrictionCoordinate::Crank => crank.theta,
+            FrictionCoordinate::Rod => rod.theta,
+            FrictionCoordinate::Slider => slider.x,
         };
         m.dry_friction("friction", ground.x, at, [b[1], S::from(1.2), zero]);
         outputs(&mut m, crank.theta)?;
@@ -71,12 +71,12 @@ const TIMES: [f64; 5] = [0.2, 0.5, 0.9, 1.5, 2.0];
 #[test]
 fn dry_friction_in_a_closed_loop_slides_and_sticks_as_in_the_equation_of_its_only_coordinate() {
     for (place, start, friction, exact) in [
-        (Place::Slider, 0.5, 3.0, [-0.1206446, -2.2911391, -1.8257694, -1.1072353, -1.1072353]),
-        (Place::Crank, 0.5, 0.1, [-0.194339, -2.5781202, -1.8854441, -1.2611956, -2.0398151]),
-        (Place::Rod, 0.5, 0.1, [-0.2836835, -2.8937711, -2.1676604, -0.8194232, -2.9260363]),
-        (Place::Slider, 2.0, 0.1, [2.3131309, 4.9601698, 7.3120403, 4.1428034, 2.3959556]),
-        (Place::Slider, 0.5, 50.0, [0.5; 5]),
-        (Place::Rod, 1.0, 50.0, [1.0; 5]),
+        (FrictionCoordinate::Slider, 0.5, 3.0, [-0.1206446, -2.2911391, -1.8257694, -1.1072353, -1.1072353]),
+        (FrictionCoordinate::Crank, 0.5, 0.1, [-0.194339, -2.5781202, -1.8854441, -1.2611956, -2.0398151]),
+        (FrictionCoordinate::Rod, 0.5, 0.1, [-0.2836835, -2.8937711, -2.1676604, -0.8194232, -2.9260363]),
+        (FrictionCoordinate::Slider, 2.0, 0.1, [2.3131309, 4.9601698, 7.3120403, 4.1428034, 2.3959556]),
+        (FrictionCoordinate::Slider, 0.5, 50.0, [0.5; 5]),
+        (FrictionCoordinate::Rod, 1.0, 50.0, [1.0; 5]),
     ] {
         let m = SliderCrank(place).build(&[start, friction]).unwrap();
         for (history, accuracy) in by_all_schemes(&m, 1e-3, &TIMES) {
@@ -91,9 +91,9 @@ fn dry_friction_in_a_closed_loop_slides_and_sticks_as_in_the_equation_of_its_onl
 /// So little friction that the motion is that without it, whatever the mechanism is at its start.
 #[test]
 fn little_dry_friction_in_a_closed_loop_hardly_matters() {
-    let free = SliderCrank(Place::Slider).build(&[0.5, 1e-12]).unwrap();
+    let free = SliderCrank(FrictionCoordinate::Slider).build(&[0.5, 1e-12]).unwrap();
     let free = simulate_explicitly(&free, &Explicit::eighth_order(1e-11), &TIMES).unwrap();
-    let little = SliderCrank(Place::Slider).build(&[0.5, 1e-6]).unwrap();
+    let little = SliderCrank(FrictionCoordinate::Slider).build(&[0.5, 1e-6]).unwrap();
     for (history, accuracy) in by_all_schemes(&little, 1e-3, &TIMES) {
         let errors = history.values[0].iter().zip(&free.values[0]).map(|(a, b)| (a - b).abs());
         let error = errors.fold(0.0, f64::max);
@@ -103,7 +103,7 @@ fn little_dry_friction_in_a_closed_loop_hardly_matters() {
 
 #[test]
 fn adjoint_derivatives_of_friction_in_a_closed_loop_are_the_direct_ones() {
-    let model = SliderCrank(Place::Slider);
+    let model = SliderCrank(FrictionCoordinate::Slider);
     check_adjoint_by(&all_settings()[..1], ("slider-crank", 1e-6), &model, &[0.5, 3.0], &[0.2, 0.5, 0.9]);
 }
 

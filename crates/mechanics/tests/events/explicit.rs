@@ -1,6 +1,6 @@
 //! Events along explicit steps: values and derivatives against exact solutions, second derivatives against differences.
 
-use crate::methods::deviation;
+use crate::derivative_methods::deviation;
 use crate::models::{
     BARS, BOUNCING, Bouncing, DoublePendulum, OnRope, PUSHED, Pushed, ROPE, SLING, Sling, bouncing, on_rope, pushed,
     sling,

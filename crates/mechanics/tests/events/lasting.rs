@@ -1,7 +1,7 @@
 //! Contacts that last and dry friction that sticks: exact solutions, all schemes and methods, and clear messages.
 
+use crate::derivative_methods::{all_settings, check_adjoint_by, check_semi_analytical_by};
 use crate::explicit::check;
-use crate::methods::{all_settings, check_adjoint_by, check_semi_analytical_by};
 use crate::models::{Linear, outputs};
 use autodiff::{Scalar, gradient, hessian};
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly, simulate_with_steps};

@@ -1,9 +1,9 @@
 //! Motions with events: orders of convergence, and derivatives by every method.
 
 mod coupled_friction;
+mod derivative_methods;
 mod explicit;
 mod lasting;
-mod methods;
 mod models;
 mod orders;
 mod reactions;

@@ -1,6 +1,6 @@
 //! Events on reactions and accelerations by implicit steps: times, derivatives and outputs are those of the equations of motion.
 
-use crate::methods::{check_adjoint_by, check_semi_analytical_by};
+use crate::derivative_methods::{check_adjoint_by, check_semi_analytical_by};
 use crate::models::{Above, Linear};
 use autodiff::Scalar;
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
@@ -22,7 +22,7 @@ impl Formula for After {
 
 /// Event of a pendulum.
 #[derive(Clone, Copy, Debug)]
-enum Happens {
+enum PendulumEvent {
     /// Its pin breaks where the measure of this name exceeds the limit.
     Breaks(&'static str, f64),
     /// The motion ends at a time.
@@ -30,7 +30,7 @@ enum Happens {
 }
 
 /// A body of 1 kg and 0.1 kg m² at the distance b₀ from a pin, let go in the horizontal position.
-struct Pendulum(Happens);
+struct Pendulum(PendulumEvent);
 
 impl ParametricMechanism for Pendulum {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
@@ -41,11 +41,11 @@ impl ParametricMechanism for Pendulum {
         let sensor = m.sensor("motion", body.origin());
         let measures = [m.measure(pin, "force")?, m.measure(sensor, "ay")?, m.measure(sensor, "y")?];
         let event = match self.0 {
-            Happens::Breaks(name, limit) => {
+            PendulumEvent::Breaks(name, limit) => {
                 let measure = if name == "force" { measures[0] } else { measures[1] };
                 m.when("event", Above(limit), &[measure], &[Action::Deactivate(pin)])?
             }
-            Happens::Ends(time) => m.when("event", After(time), &[], &[Action::Terminate])?,
+            PendulumEvent::Ends(time) => m.when("event", After(time), &[], &[Action::Terminate])?,
         };
         m.output_formula("time", Linear(vec![], 1.0), &[]);
         m.hold_output(event);
@@ -71,7 +71,8 @@ fn all_settings() -> [Dynamics; 3] {
 
 #[test]
 fn events_on_reactions_and_accelerations_are_located_and_differentiated() {
-    let events = [Happens::Breaks("force", 27.0), Happens::Breaks("force", 20.0), Happens::Breaks("ay", 5.0)];
+    let events =
+        [PendulumEvent::Breaks("force", 27.0), PendulumEvent::Breaks("force", 20.0), PendulumEvent::Breaks("ay", 5.0)];
     for happens in events {
         let model = Pendulum(happens);
         let exact = differentiate_explicitly(&model, &LENGTH, &Explicit::eighth_order(1e-11), &times()).unwrap();
@@ -97,7 +98,7 @@ fn a_reaction_below_its_limit_breaks_nothing() {
     // The largest force is that in the lowest position: m g (1 + 2 m L² / (m L² + I)).
     let largest = 9.81 * (1.0 + 2.0 / 1.1);
     for (limit, breaks) in [(largest + 0.02, false), (largest - 0.02, true)] {
-        let m = Pendulum(Happens::Breaks("force", limit)).build(&LENGTH).unwrap();
+        let m = Pendulum(PendulumEvent::Breaks("force", limit)).build(&LENGTH).unwrap();
         for settings in all_settings() {
             for tolerance in [1e-5, 1e-6] {
                 let settings = match settings.step {
@@ -115,7 +116,7 @@ fn a_reaction_below_its_limit_breaks_nothing() {
 #[test]
 fn outputs_at_an_event_shortly_after_a_step_are_those_of_the_equations_of_motion() {
     for time in [0.5000001, 0.500000003, 0.5009] {
-        let model = Pendulum(Happens::Ends(time));
+        let model = Pendulum(PendulumEvent::Ends(time));
         let exact =
             simulate_explicitly(&model.build(&LENGTH).unwrap(), &Explicit::eighth_order(1e-11), &times()).unwrap();
         let slopes = differentiate_explicitly(&model, &LENGTH, &Explicit::eighth_order(1e-11), &times()).unwrap();
@@ -137,7 +138,7 @@ fn outputs_at_an_event_shortly_after_a_step_are_those_of_the_equations_of_motion
 #[test]
 fn reactions_of_adaptive_steps_have_no_spikes() {
     let schemes = [GeneralizedAlpha::chung_hulbert(0.9), GeneralizedAlpha::hht(0.05), GeneralizedAlpha::hht(0.3)];
-    let model = Pendulum(Happens::Ends(1.1));
+    let model = Pendulum(PendulumEvent::Ends(1.1));
     let times: Vec<f64> = (0..=105).map(|k| 0.01 * f64::from(k)).collect();
     let exact =
         differentiate_explicitly(&model, &LENGTH, &Explicit::eighth_order(1e-11), &[&times[..], &[1.2]].concat())

@@ -1,13 +1,13 @@
 //! Ropes and compliant contacts along explicit steps, which end where these become taut or slack, close or open.
 
-use crate::methods::deviation;
+use crate::derivative_methods::deviation;
 use crate::models::{OnRope, ROPE, outputs};
 use autodiff::{Scalar, gradient, hessian};
-use linkwright_mechanics::analyses::dynamics::{simulate_explicitly, simulate_with_steps, taken_steps};
+use linkwright_mechanics::analyses::dynamics::{replayed_steps, simulate_explicitly, simulate_with_steps};
 use linkwright_mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_explicitly_backwards};
 use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright_mechanics::derivatives::second_order::{HessianPart, differentiate_explicitly_twice};
-use linkwright_mechanics::integrators::explicit::{Explicit, Grading, StepControl, TakenStep};
+use linkwright_mechanics::integrators::explicit::{Explicit, Grading, ReplayedStep, StepControl};
 use linkwright_mechanics::{Mechanism, ParametricMechanism, Result};
 
 /// Position and velocity of the mass on a rope at the time `t`, through all phases of the periodic motion.
@@ -204,7 +204,7 @@ fn derivatives_through_contacts_are_those_of_the_taken_steps() {
 
 fn check_taken_steps<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Explicit, limit: f64) {
     let mechanism = model.build(b).unwrap();
-    let taken = taken_steps(&mechanism, settings, &TIMES).unwrap();
+    let taken = replayed_steps(&mechanism, settings, &TIMES).unwrap();
     let frozen = settings.clone().with_step_control(StepControl::Taken(taken));
     let values = |b: &[f64]| simulate_explicitly(&model.build(b).unwrap(), &frozen, &TIMES).unwrap().values;
     assert_eq!(values(b), simulate_explicitly(&mechanism, settings, &TIMES).unwrap().values);
@@ -228,7 +228,7 @@ fn check_taken_steps<M: ParametricMechanism>(model: &M, b: &[f64], settings: &Ex
 /// A step has one side for each switching function.
 #[test]
 fn taken_steps_of_another_model_are_rejected() {
-    let step = TakenStep { length: 3.0, sides: vec![true], grading: Grading::Even };
+    let step = ReplayedStep { length: 3.0, sides: vec![true], grading: Grading::Even };
     let settings = Explicit::adaptive(1e-6).with_step_control(StepControl::Taken(vec![step]));
     let error = simulate_explicitly(&Damped.build(&DAMPED).unwrap(), &settings, &TIMES).unwrap_err();
     let message = "a step has the sides of 1 switching functions, the mechanism 4";

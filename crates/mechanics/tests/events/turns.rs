@@ -1,6 +1,6 @@
 //! Contacts and friction that change their modes several times within a short time, in motions that are unique.
 
-use crate::methods::{all_settings, check_adjoint_by, check_semi_analytical_by};
+use crate::derivative_methods::{all_settings, check_adjoint_by, check_semi_analytical_by};
 use crate::models::outputs;
 use autodiff::Scalar;
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};

@@ -18,7 +18,7 @@ type Frame = Option<usize>;
 
 /// Parts of a mechanism. `at` is the index of the first of their numbers.
 #[derive(Clone, Debug)]
-enum Part {
+enum MechanismPart {
     Body {
         at: usize,
     },
@@ -137,7 +137,7 @@ enum Part {
 #[derive(Clone, Debug)]
 pub struct RandomMechanism {
     class: Class,
-    parts: Vec<Part>,
+    parts: Vec<MechanismPart>,
     numbers: Vec<f64>,
     /// Indices of the numbers that are design variables.
     variables: Vec<usize>,
@@ -173,7 +173,7 @@ impl RandomMechanism {
         if class == Class::Flexible {
             let body = random.below(mechanism.poses.len());
             let at = mechanism.add_numbers(&[0.1, 0.05, random.between(0.3, 0.6), 0.01, 0.004]);
-            mechanism.parts.push(Part::Beam { body, elements: 2 + random.below(2), at });
+            mechanism.parts.push(MechanismPart::Beam { body, elements: 2 + random.below(2), at });
         }
         if is_rubbing {
             mechanism.rub(random);
@@ -202,17 +202,17 @@ impl RandomMechanism {
             let ([x, y, _], axes) = (self.poses[body], [random.between(0.3, 0.8), random.between(0.3, 0.6)]);
             let depth = random.between(-0.05, 0.01);
             let at = self.add_numbers(&[x, y - axes[1] + depth, axes[0], axes[1], random.between(200.0, 2000.0), 0.1]);
-            self.parts.push(Part::Ellipse { body, at });
+            self.parts.push(MechanismPart::Ellipse { body, at });
         }
         for joint in 0..self.parts.len() {
             let size = match self.parts[joint] {
-                Part::Revolute { .. } => random.between(0.01, 0.1), // radius of the pin
-                Part::Prismatic { .. } => random.between(0.3, 1.0), // distance of the contact points
-                Part::Slot { .. } => 0.0,
+                MechanismPart::Revolute { .. } => random.between(0.01, 0.1), // radius of the pin
+                MechanismPart::Prismatic { .. } => random.between(0.3, 1.0), // distance of the contact points
+                MechanismPart::Slot { .. } => 0.0,
                 _ => continue,
             };
             let at = self.add_numbers(&[random.between(0.05, 0.3), size, random.between(0.1, 0.5), 0.5]);
-            self.parts.push(Part::JointFriction { joint, at });
+            self.parts.push(MechanismPart::JointFriction { joint, at });
         }
     }
 
@@ -232,18 +232,19 @@ impl RandomMechanism {
     /// Returns whether a number of a redundant mechanism keeps the constraints consistent.
     fn is_harmless(&self, number: usize) -> bool {
         let owner = self.parts.iter().rev().find_map(|part| match part {
-            Part::Body { at } if *at <= number => Some((*at, true)),
-            Part::Spring { at, .. } | Part::Torsion { at, .. } if *at <= number => Some((*at, true)),
-            Part::Crank { length, at } if *at <= number || *length == number => Some((*at, *length == number)),
-            Part::Gears { at, .. } | Part::Revolute { at, .. } if *at <= number => Some((*at, false)),
+            MechanismPart::Body { at } if *at <= number => Some((*at, true)),
+            MechanismPart::Spring { at, .. } | MechanismPart::Torsion { at, .. } if *at <= number => Some((*at, true)),
+            MechanismPart::Crank { length, at } if *at <= number || *length == number => Some((*at, *length == number)),
+            MechanismPart::Gears { at, .. } | MechanismPart::Revolute { at, .. } if *at <= number => Some((*at, false)),
             _ => None,
         });
-        let is_crank_length = self.parts.iter().any(|p| matches!(p, Part::Crank { length, .. } if *length == number));
+        let is_crank_length =
+            self.parts.iter().any(|p| matches!(p, MechanismPart::Crank { length, .. } if *length == number));
         match owner {
             _ if is_crank_length => true,
             // Mass, inertia and velocity of a body; not its position.
             Some((at, true)) => {
-                let is_body = self.parts.iter().any(|p| matches!(p, Part::Body { at: a } if *a == at));
+                let is_body = self.parts.iter().any(|p| matches!(p, MechanismPart::Body { at: a } if *a == at));
                 !is_body || !(2..5).contains(&(number - at))
             }
             _ => false,
@@ -271,7 +272,7 @@ impl RandomMechanism {
         let velocity = [0, 1, 2].map(|_| random.between(-1.0, 1.0));
         let (mass, inertia) = (random.between(0.5, 2.0), random.between(0.03, 0.3));
         let at = self.add_numbers(&[mass, inertia, pose[0], pose[1], pose[2], velocity[0], velocity[1], velocity[2]]);
-        self.parts.push(Part::Body { at });
+        self.parts.push(MechanismPart::Body { at });
         self.poses.push(pose);
         self.poses.len() - 1
     }
@@ -288,7 +289,7 @@ impl RandomMechanism {
             let (profile, numbers) = random_motion(random, 0.2, 0.2);
             let at = self.add_numbers(&[0.2, random.between(-0.4, 0.4)]);
             self.add_numbers(&numbers);
-            self.parts.push(Part::Cart { at, profile });
+            self.parts.push(MechanismPart::Cart { at, profile });
             self.poses.push([0.2, self.numbers[at + 1], 0.0]);
         }
         let first = self.poses.len();
@@ -346,7 +347,7 @@ impl RandomMechanism {
             0..=9 => {
                 let at = self.markers(frames, [p, p]);
                 let at = self.add_numbers(&at);
-                self.parts.push(Part::Revolute { frames, at });
+                self.parts.push(MechanismPart::Revolute { frames, at });
             }
             10..=12 => {
                 let mut numbers = self.markers(frames, [p, q]);
@@ -354,15 +355,15 @@ impl RandomMechanism {
                 numbers.insert(2, line);
                 numbers.push(theta_b - theta_a);
                 let at = self.add_numbers(&numbers);
-                self.parts.push(Part::Prismatic { frames, at });
+                self.parts.push(MechanismPart::Prismatic { frames, at });
             }
             13..=14 => self.slot(frames, p, q),
-            15..=16 => self.rod(frames, p, q),
+            15..=16 => self.distance_constraint(frames, p, q),
             17 => {
                 let mut numbers = self.markers(frames, [p, p]);
                 numbers.push(theta_b - theta_a);
                 let at = self.add_numbers(&numbers);
-                self.parts.push(Part::Fixed { frames, at });
+                self.parts.push(MechanismPart::Fixed { frames, at });
             }
             _ => self.bushing(random, frames),
         }
@@ -372,14 +373,14 @@ impl RandomMechanism {
         let mut numbers = self.markers(frames, [p, q]);
         numbers.insert(2, (q[1] - p[1]).atan2(q[0] - p[0]) - self.pose(frames[0])[2]);
         let at = self.add_numbers(&numbers);
-        self.parts.push(Part::Slot { frames, at });
+        self.parts.push(MechanismPart::Slot { frames, at });
     }
 
-    fn rod(&mut self, frames: [Frame; 2], p: [f64; 2], q: [f64; 2]) {
+    fn distance_constraint(&mut self, frames: [Frame; 2], p: [f64; 2], q: [f64; 2]) {
         let mut numbers = self.markers(frames, [p, q]);
         numbers.push((q[0] - p[0]).hypot(q[1] - p[1]));
         let at = self.add_numbers(&numbers);
-        self.parts.push(Part::Rod { frames, at });
+        self.parts.push(MechanismPart::Rod { frames, at });
     }
 
     fn bushing(&mut self, random: &mut Random, frames: [Frame; 2]) {
@@ -389,7 +390,7 @@ impl RandomMechanism {
         let damping = if self.is_conservative() { 0.0 } else { 1.0 };
         numbers.extend([0, 1, 2].map(|_| damping * random.between(0.1, 1.0)));
         let at = self.add_numbers(&numbers);
-        self.parts.push(Part::Bushing { frames, at });
+        self.parts.push(MechanismPart::Bushing { frames, at });
     }
 
     fn is_conservative(&self) -> bool {
@@ -408,9 +409,9 @@ impl RandomMechanism {
                 let offset = radii[0] * self.poses[a][2] + radii[1] * self.poses[b][2];
                 let at = self.add_numbers(&[radii[0], radii[1], offset]);
                 if is_floating {
-                    return self.rod(frames, p, q);
+                    return self.distance_constraint(frames, p, q);
                 }
-                self.parts.push(Part::Gears { wheels: [a, b], carrier: None, at });
+                self.parts.push(MechanismPart::Gears { wheels: [a, b], carrier: None, at });
             }
             (2, [Some(a), Some(b)]) if !is_floating => {
                 let (radius, direction) = (random.between(0.1, 0.3), random.between(-1.0, 1.0));
@@ -418,7 +419,7 @@ impl RandomMechanism {
                 let (sin, cos) = f64::sin_cos(direction);
                 let offset = (u[0] - v[0]) * cos + (u[1] - v[1]) * sin - radius * v[2];
                 let at = self.add_numbers(&[radius, direction, offset]);
-                self.parts.push(Part::Rack { rack: a, pinion: b, at });
+                self.parts.push(MechanismPart::Rack { rack: a, pinion: b, at });
             }
             (3, _) => {
                 // The cam is the first frame; the follower is at the distance that the profile has there.
@@ -430,7 +431,7 @@ impl RandomMechanism {
                     let base = distance - lift * 0.5 * (1.0 - (psi - phase).cos());
                     numbers.extend([base, lift, phase]);
                     let at = self.add_numbers(&numbers);
-                    self.parts.push(Part::Cam { frames, at });
+                    self.parts.push(MechanismPart::Cam { frames, at });
                 }
             }
             (4, _) if matches!(self.class, Class::Rigid | Class::Contact) => {
@@ -439,9 +440,9 @@ impl RandomMechanism {
                 let (amplitude, phase) = (0.1 * distance, random.between(0.2, 1.2));
                 numbers.extend([distance - amplitude * f64::sin(phase), amplitude, random.between(2.0, 6.0), phase]);
                 let at = self.add_numbers(&numbers);
-                self.parts.push(Part::LengthDrive { frames, at });
+                self.parts.push(MechanismPart::LengthDrive { frames, at });
             }
-            _ => self.rod(frames, p, q),
+            _ => self.distance_constraint(frames, p, q),
         }
     }
 
@@ -451,11 +452,11 @@ impl RandomMechanism {
             let other = random.below(body);
             let (profile, numbers) = random_motion(random, self.poses[body][2] - self.poses[other][2], 1.0);
             let at = self.add_numbers(&numbers);
-            self.parts.push(Part::RelativeDrive { frames: [Some(other), Some(body)], profile, at });
+            self.parts.push(MechanismPart::RelativeDrive { frames: [Some(other), Some(body)], profile, at });
         } else {
             let (profile, numbers) = random_motion(random, self.poses[body][2], 1.0);
             let at = self.add_numbers(&numbers);
-            self.parts.push(Part::Drive { body, profile, at });
+            self.parts.push(MechanismPart::Drive { body, profile, at });
         }
     }
 
@@ -465,7 +466,7 @@ impl RandomMechanism {
         let scale = if self.class == Class::Static { 10.0 } else { 1.0 };
         let rest = theta_b - theta_a + random.between(-0.3, 0.3);
         let at = self.add_numbers(&[scale * random.between(2.0, 10.0), damping, rest, random.between(0.1, 1.0)]);
-        self.parts.push(Part::Torsion { frames, at });
+        self.parts.push(MechanismPart::Torsion { frames, at });
     }
 
     fn force(&mut self, random: &mut Random, frames: [Frame; 2]) {
@@ -485,28 +486,28 @@ impl RandomMechanism {
                 numbers.extend([random.between(5.0, 80.0), damping, distance * random.between(0.5, 1.1)]);
                 numbers.push(random.between(0.5, 5.0));
                 let at = self.add_numbers(&numbers);
-                self.parts.push(Part::Spring { frames, at });
+                self.parts.push(MechanismPart::Spring { frames, at });
             }
             1 => self.torsion(random, frames),
             2 => {
                 let at =
                     self.add_numbers(&[random.between(0.2, 1.0), random.between(0.3, 1.0), random.between(0.1, 0.5)]);
-                self.parts.push(Part::Friction { frames, at });
+                self.parts.push(MechanismPart::Friction { frames, at });
             }
             3 => {
                 let at = self.add_numbers(&[0.5, random.between(0.5, 2.0), random.between(2.0, 9.0), 0.3]);
-                self.parts.push(Part::Load { frames, at });
+                self.parts.push(MechanismPart::Load { frames, at });
             }
             4 => {
                 let [x, y] = self.local(Some(body), p);
                 let at = self.add_numbers(&[x, y, random.between(-2.0, 2.0), 0.5, 2.0, random.between(2.0, 9.0), 0.3]);
-                self.parts.push(Part::Force { body, at });
+                self.parts.push(MechanismPart::Force { body, at });
             }
             5 => {
                 let mut numbers = self.markers(frames, [p, q]);
                 numbers.extend([0.7, random.between(1.0, 4.0), random.between(2.0, 9.0), 0.4]);
                 let at = self.add_numbers(&numbers);
-                self.parts.push(Part::Actuator { frames, at });
+                self.parts.push(MechanismPart::Actuator { frames, at });
             }
             _ => self.bushing(random, frames),
         }
@@ -521,7 +522,7 @@ impl RandomMechanism {
                 random.between(0.05, 0.3),
                 theta + random.between(-0.05, 0.02),
             ]);
-            self.parts.push(Part::Stop { body, at });
+            self.parts.push(MechanismPart::Stop { body, at });
         } else {
             let height = y + random.between(-0.08, 0.01);
             let at = self.add_numbers(&[
@@ -533,7 +534,7 @@ impl RandomMechanism {
                 random.between(200.0, 3000.0),
                 random.between(0.05, 0.3),
             ]);
-            self.parts.push(Part::Wall { body, at });
+            self.parts.push(MechanismPart::Wall { body, at });
         }
     }
 
@@ -550,7 +551,7 @@ impl RandomMechanism {
                 self.add_body(random, centre);
                 let head = [foot[0] + length * angle.cos() - pose[0], foot[1] + length * angle.sin() - pose[1]];
                 let at = self.add_numbers(&[foot[0], foot[1], head[0], head[1]]);
-                self.parts.push(Part::Crank { length: common, at });
+                self.parts.push(MechanismPart::Crank { length: common, at });
             }
             self.force(random, [None, Some(0)]);
         } else {
@@ -559,7 +560,7 @@ impl RandomMechanism {
                 let turn = random.between(-1.0, 1.0);
                 let body = self.add_body(random, [0.0, 0.0, turn]);
                 let at = self.add_numbers(&[0.0, 0.0, 0.0, 0.0]);
-                self.parts.push(Part::Revolute { frames: [None, Some(body)], at });
+                self.parts.push(MechanismPart::Revolute { frames: [None, Some(body)], at });
                 body
             });
             let [sun_radius, planet_radius] = [random.between(0.1, 0.3), random.between(0.05, 0.15)];
@@ -573,12 +574,12 @@ impl RandomMechanism {
                 let planet = self.add_body(random, [at_carrier[0], at_carrier[1], theta]);
                 let numbers = self.markers([Some(carrier), Some(planet)], [at_carrier, at_carrier]);
                 let at = self.add_numbers(&numbers);
-                self.parts.push(Part::Revolute { frames: [Some(carrier), Some(planet)], at });
+                self.parts.push(MechanismPart::Revolute { frames: [Some(carrier), Some(planet)], at });
                 for (wheel, radius) in [(sun, sun_radius), (ring, -(sun_radius + 2.0 * planet_radius))] {
                     let relative = |body: usize| self.poses[body][2] - self.poses[carrier][2];
                     let offset = radius * relative(wheel) + planet_radius * relative(planet);
                     let at = self.add_numbers(&[radius, planet_radius, offset]);
-                    self.parts.push(Part::Gears { wheels: [wheel, planet], carrier: Some(carrier), at });
+                    self.parts.push(MechanismPart::Gears { wheels: [wheel, planet], carrier: Some(carrier), at });
                 }
             }
             self.torsion(random, [None, Some(sun)]);
@@ -595,13 +596,13 @@ impl RandomMechanism {
             let p = [random.between(-0.8, 0.8), random.between(-0.8, 0.8)];
             let numbers = self.markers([parent, Some(body)], [p, p]);
             let at = self.add_numbers(&numbers);
-            self.parts.push(Part::Revolute { frames: [parent, Some(body)], at });
+            self.parts.push(MechanismPart::Revolute { frames: [parent, Some(body)], at });
             let from = self.pose(parent)[2];
             let (profile, numbers) = random_motion(random, self.poses[body][2] - from, 1.0);
             let at = self.add_numbers(&numbers);
             self.parts.push(match parent {
-                None if random.chance(0.5) => Part::Drive { body, profile, at },
-                _ => Part::RelativeDrive { frames: [parent, Some(body)], profile, at },
+                None if random.chance(0.5) => MechanismPart::Drive { body, profile, at },
+                _ => MechanismPart::RelativeDrive { frames: [parent, Some(body)], profile, at },
             });
             if random.chance(0.5) {
                 self.force(random, [parent, Some(body)]);
@@ -615,7 +616,7 @@ impl RandomMechanism {
             let [p, q] = [0, 1].map(|_| [random.between(-0.8, 0.8), random.between(-0.8, 0.8)]);
             let numbers = self.markers([parent, Some(coupler)], [p, p]);
             let at = self.add_numbers(&numbers);
-            self.parts.push(Part::Revolute { frames: [parent, Some(coupler)], at });
+            self.parts.push(MechanismPart::Revolute { frames: [parent, Some(coupler)], at });
             let far = [q[0] + random.between(0.2, 0.5), q[1] + random.between(-0.3, 0.3)];
             self.slot([None, Some(coupler)], far, q);
         }
@@ -644,7 +645,7 @@ impl ParametricMechanism for RandomMechanism {
                 frames.map(|frame| of(bodies, frame).theta)
             };
             match *part {
-                Part::Body { at } => {
+                MechanismPart::Body { at } => {
                     let p = n(at, 8);
                     let body = m.body(&name, p[0], p[1], Pose { x: p[2], y: p[3], theta: p[4] });
                     for (coordinate, velocity) in body.coordinates().into_iter().zip(&p[5..8]) {
@@ -652,53 +653,53 @@ impl ParametricMechanism for RandomMechanism {
                     }
                     bodies.push(body);
                 }
-                Part::Cart { at, profile } => {
+                MechanismPart::Cart { at, profile } => {
                     let body = m.massless_node(&name, Pose { x: values[at], y: values[at + 1], theta: zero });
                     prescribe(&mut m, body.x, profile, &values[at + 2..]);
                     m.fix(body.y);
                     m.fix(body.theta);
                     bodies.push(body);
                 }
-                Part::Revolute { frames, at } => {
+                MechanismPart::Revolute { frames, at } => {
                     let [a, b] = ends(&bodies, frames, at);
                     joints.push((m.revolute(&name, a, b), "force_x"));
                     rubbing[k] = Some(joints[joints.len() - 1].0);
                 }
-                Part::Prismatic { frames, at } => {
+                MechanismPart::Prismatic { frames, at } => {
                     let (p, [a, b]) = (n(at, 6), frames.map(|frame| of(&bodies, frame)));
                     rubbing[k] = Some(m.prismatic(&name, a.at(p[0], p[1]), p[2], b.at(p[3], p[4]), p[5]));
                 }
-                Part::Slot { frames, at } => {
+                MechanismPart::Slot { frames, at } => {
                     let (p, [a, b]) = (n(at, 5), frames.map(|frame| of(&bodies, frame)));
                     joints.push((m.point_on_line(&name, a.at(p[0], p[1]), p[2], b.at(p[3], p[4])), "force"));
                     rubbing[k] = Some(joints[joints.len() - 1].0);
                 }
-                Part::Rod { frames, at } => {
+                MechanismPart::Rod { frames, at } => {
                     let [a, b] = ends(&bodies, frames, at);
                     joints.push((m.distance_constraint(&name, a, b, values[at + 4]), "tension"));
                 }
-                Part::Fixed { frames, at } => {
+                MechanismPart::Fixed { frames, at } => {
                     let [a, b] = ends(&bodies, frames, at);
                     m.fixed_joint(&name, a, b, values[at + 4]);
                 }
-                Part::Gears { wheels, carrier, at } => {
+                MechanismPart::Gears { wheels, carrier, at } => {
                     let p = n(at, 3);
                     let wheels = wheels.map(|k| bodies[k].theta);
                     m.gear_pair(&name, wheels, of(&bodies, carrier).theta, [p[0], p[1], p[2]]);
                 }
-                Part::Rack { rack, pinion, at } => {
+                MechanismPart::Rack { rack, pinion, at } => {
                     let p = n(at, 3);
                     m.rack(&name, bodies[rack], bodies[pinion], [p[0], p[1], p[2]]);
                 }
-                Part::Cam { frames, at } => {
+                MechanismPart::Cam { frames, at } => {
                     let ([a, b], p) = (ends(&bodies, frames, at), n(at + 4, 3));
                     joints.push((m.cam_follower(&name, a, b, [p[0], p[1], p[2]]), "force"));
                 }
-                Part::Drive { body, profile, at } => {
+                MechanismPart::Drive { body, profile, at } => {
                     let coordinate = bodies[body].theta;
                     prescribe(&mut m, coordinate, profile, &values[at..]);
                 }
-                Part::RelativeDrive { frames, profile, at } => {
+                MechanismPart::RelativeDrive { frames, profile, at } => {
                     let [a, b] = turns(&bodies, frames);
                     let index = match profile {
                         Profile::Harmonic => m.driver(&name, a, b, Harmonic, n(at, 4)),
@@ -707,54 +708,54 @@ impl ParametricMechanism for RandomMechanism {
                     };
                     joints.push((index, "driving_force"));
                 }
-                Part::LengthDrive { frames, at } => {
+                MechanismPart::LengthDrive { frames, at } => {
                     let [a, b] = ends(&bodies, frames, at);
                     m.drive_length(&name, a, b, Harmonic, n(at + 4, 4));
                 }
-                Part::Spring { frames, at } => {
+                MechanismPart::Spring { frames, at } => {
                     let ([a, b], p) = (ends(&bodies, frames, at), n(at + 4, 4));
                     m.nonlinear_spring(&name, a, b, [p[0], p[1], p[2], p[3]]);
                 }
-                Part::Torsion { frames, at } => {
+                MechanismPart::Torsion { frames, at } => {
                     let ([a, b], p) = (turns(&bodies, frames), n(at, 4));
                     m.coordinate_spring(&name, a, b, [p[0], p[1], p[2], p[3]]);
                 }
-                Part::Bushing { frames, at } => {
+                MechanismPart::Bushing { frames, at } => {
                     let ([a, b], p) = (ends(&bodies, frames, at), n(at + 4, 6));
                     m.bushing(&name, a, b, [p[0], p[1], p[2]], [p[3], p[4], p[5]]);
                 }
-                Part::Friction { frames, at } => {
+                MechanismPart::Friction { frames, at } => {
                     let ([a, b], p) = (turns(&bodies, frames), n(at, 3));
                     m.friction(&name, a, b, [p[0], p[1], p[2]]);
                 }
-                Part::JointFriction { joint, at } => {
+                MechanismPart::JointFriction { joint, at } => {
                     let (on, p) = (rubbing[joint].expect("such a joint was chosen"), n(at, 4));
                     match self.parts[joint] {
-                        Part::Revolute { .. } => m.revolute_friction(&name, on, [p[0], p[1], p[2], p[3]])?,
+                        MechanismPart::Revolute { .. } => m.revolute_friction(&name, on, [p[0], p[1], p[2], p[3]])?,
                         _ => m.guide_friction(&name, on, [p[0], p[2], p[1], p[3]])?,
                     };
                 }
-                Part::Load { frames, at } => {
+                MechanismPart::Load { frames, at } => {
                     let [a, b] = turns(&bodies, frames);
                     m.load(&name, a, b, Harmonic, n(at, 4));
                 }
-                Part::Force { body, at } => {
+                MechanismPart::Force { body, at } => {
                     let p = n(at, 7);
                     m.force(&name, bodies[body].at(p[0], p[1]), p[2], Harmonic, &p[3..]);
                 }
-                Part::Actuator { frames, at } => {
+                MechanismPart::Actuator { frames, at } => {
                     let [a, b] = ends(&bodies, frames, at);
                     m.actuator(&name, a, b, Harmonic, n(at + 4, 4));
                 }
-                Part::Stop { body, at } => {
+                MechanismPart::Stop { body, at } => {
                     let p = n(at, 3);
                     m.bump_stop(&name, ground.theta, bodies[body].theta, [p[0], p[1], p[2]]);
                 }
-                Part::Wall { body, at } => {
+                MechanismPart::Wall { body, at } => {
                     let p = n(at, 7);
                     m.wall_contact(&name, bodies[body].at(p[0], p[1]), [p[2], p[3]], p[4], [p[5], p[6]]);
                 }
-                Part::Ellipse { body, at } => {
+                MechanismPart::Ellipse { body, at } => {
                     let p = n(at, 6);
                     let points: Vec<[S; 2]> = (0..16)
                         .map(|k| f64::from(k) * std::f64::consts::TAU / 16.0)
@@ -763,13 +764,13 @@ impl ParametricMechanism for RandomMechanism {
                     let origin = ground.at(p[0], p[1]);
                     m.profile_contact(&name, origin, bodies[body].origin(), [zero, p[4], p[5]], &points);
                 }
-                Part::Beam { body, elements, at } => {
+                MechanismPart::Beam { body, elements, at } => {
                     let p = n(at, 5);
                     let section = BeamSection::rectangular(p[3], p[4], 2e9, 0.3, 1500.0);
                     // The beam is built where its body is: a gap would strain it.
                     let owners = self.parts.iter().filter_map(|part| match part {
-                        Part::Body { at } => Some((true, *at)),
-                        Part::Cart { at, .. } => Some((false, *at)),
+                        MechanismPart::Body { at } => Some((true, *at)),
+                        MechanismPart::Cart { at, .. } => Some((false, *at)),
                         _ => None,
                     });
                     let (x, y, theta) = match owners.collect::<Vec<_>>()[body] {
@@ -783,7 +784,7 @@ impl ParametricMechanism for RandomMechanism {
                     m.fixed_joint(&format!("{name} clamp"), bodies[body].at(p[0], p[1]), nodes[0].origin(), zero);
                     bodies.push(nodes[elements]);
                 }
-                Part::Crank { length, at } => {
+                MechanismPart::Crank { length, at } => {
                     let (p, l, body) = (n(at, 4), values[length], bodies[bodies.len() - 1]);
                     m.revolute(&format!("{name} foot"), ground.at(p[0], p[1]), body.at(l * -0.5, zero));
                     m.revolute(&format!("{name} head"), body.at(l * 0.5, zero), bodies[0].at(p[2], p[3]));

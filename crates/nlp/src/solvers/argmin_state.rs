@@ -1,6 +1,6 @@
 //! Solver states for argmin's `Executor`.
 
-use crate::Status;
+use crate::ProgramStatus;
 use argmin::core::{Executor, KV, Solver, State, TerminationReason, TerminationStatus};
 use error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -27,10 +27,10 @@ pub(super) fn run<P, S: Solver<P, I>, I: State>(problem: P, solver: S, start: I)
 }
 
 /// Converts the status of a solver to argmin's termination status; no status means not terminated.
-pub(super) fn termination(status: Option<Status>) -> TerminationStatus {
+pub(super) fn termination(status: Option<ProgramStatus>) -> TerminationStatus {
     match status {
         None => TerminationStatus::NotTerminated,
-        Some(Status::Solved) => TerminationStatus::Terminated(TerminationReason::SolverConverged),
+        Some(ProgramStatus::Solved) => TerminationStatus::Terminated(TerminationReason::SolverConverged),
         Some(other) => TerminationStatus::Terminated(TerminationReason::SolverExit(other.to_string())),
     }
 }

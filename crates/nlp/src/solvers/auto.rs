@@ -27,19 +27,19 @@ const DENSE: usize = 1000;
 ///
 /// # Examples
 /// ```
-/// use linkwright_nlp::{Automatic, QuadraticProgram, SubproblemSolver};
+/// use linkwright_nlp::{AutoSolver, QuadraticProgram, SubproblemSolver};
 /// use nalgebra::DMatrix;
 /// // A concave objective −x² on [−1, 2] is not accepted by the conic solver.
 /// let program = QuadraticProgram::new(vec![0.0])
 ///     .hessian(DMatrix::from_element(1, 1, -2.0))
 ///     .bounds(vec![-1.0], vec![2.0]);
-/// let solution = Automatic::default().solve(&program, &[0.5])?;
+/// let solution = AutoSolver::default().solve(&program, &[0.5])?;
 /// assert_eq!((solution.x[0], solution.objective), (2.0, -4.0));
 /// # Ok::<(), linkwright_nlp::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
-pub struct Automatic {
+pub struct AutoSolver {
     /// Solver for linear and convex quadratic programs.
     pub conic: Conic,
     /// Solver for separable programs with few rows.
@@ -50,7 +50,7 @@ pub struct Automatic {
     pub sqp: Sqp,
 }
 
-impl Automatic {
+impl AutoSolver {
     /// Replaces the solver for linear and convex quadratic programs.
     #[must_use]
     pub fn with_conic(self, conic: Conic) -> Self {
@@ -76,7 +76,7 @@ impl Automatic {
     }
 }
 
-impl SubproblemSolver for Automatic {
+impl SubproblemSolver for AutoSolver {
     fn name(&self) -> &'static str {
         "automatic"
     }

@@ -12,7 +12,7 @@ use crate::kkt::{largest_change, row_units, variable_scales};
 use crate::program::{
     Gradients, Program, Separable, Structure, Term, Values, bounds_from_fields, largest_violation, separable_part,
 };
-use crate::solution::{Candidate, Status};
+use crate::solution::{Candidate, ProgramStatus};
 use error::Result;
 use nalgebra::DMatrix;
 use std::borrow::Cow;
@@ -182,12 +182,12 @@ pub(super) fn resolve(
     let feasibility = Elastic::least_violation(program, units.rows.clone());
     let (nearest, t) = feasibility.split(solve(&feasibility, &feasibility.start(start)?)?);
     let iterations = first.iterations + nearest.iterations;
-    if t > FEASIBLE && nearest.status != Status::Solved {
+    if t > FEASIBLE && nearest.status != ProgramStatus::Solved {
         // It remains unknown whether the program is feasible.
         return Ok(Candidate { iterations, ..first });
     }
     if t <= FEASIBLE {
-        if first.status == Status::Unbounded {
+        if first.status == ProgramStatus::Unbounded {
             return Ok(Candidate { iterations, ..first });
         }
         let second = solve(program, &nearest.x)?;
@@ -195,7 +195,7 @@ pub(super) fn resolve(
     }
     // Equal violations if the rows are comparable; violations in the units of the rows otherwise, or if that fails.
     let equal = relax(program, &nearest.x, &units, units.weights(), solve)?;
-    let again = equal.status == Status::Stalled && units.are_comparable();
+    let again = equal.status == ProgramStatus::Stalled && units.are_comparable();
     let relaxed = if again { relax(program, &nearest.x, &units, units.rows.clone(), solve)? } else { equal };
     Ok(Candidate { iterations: iterations + relaxed.iterations, ..relaxed })
 }
@@ -218,17 +218,17 @@ fn relax(
         let elastic = Elastic::with_objective(program, weights.clone(), penalty * 100f64.powi(k as i32));
         let (c, t) = elastic.split(solve(&elastic, &elastic.start(&x)?)?);
         iterations += c.iterations;
-        if c.status == Status::Unbounded {
+        if c.status == ProgramStatus::Unbounded {
             return Ok(Candidate { iterations, relaxation: amounts(least), ..c });
         }
-        if c.status == Status::Solved {
+        if c.status == ProgramStatus::Solved {
             x.clone_from(&c.x);
             if t <= least * (1.0 + LEAST_TOLERANCE) {
-                return Ok(Candidate { iterations, relaxation: amounts(t), status: Status::Relaxed, ..c });
+                return Ok(Candidate { iterations, relaxation: amounts(t), status: ProgramStatus::Relaxed, ..c });
             }
         }
     }
-    Ok(Candidate { iterations, relaxation: amounts(least), status: Status::Stalled, ..best })
+    Ok(Candidate { iterations, relaxation: amounts(least), status: ProgramStatus::Stalled, ..best })
 }
 
 /// Largest changes of the rows and of the objective when one variable changes by its scale.

@@ -1,7 +1,7 @@
 //! Linear and quadratic programs with known answers, and random ones checked by their optimality conditions.
 
 use linkwright_nlp::Error;
-use linkwright_nlp::{ActiveSet, Conic, QuadraticProgram, Solution, Status, SubproblemSolver};
+use linkwright_nlp::{ActiveSet, Conic, ProgramStatus, QuadraticProgram, Solution, SubproblemSolver};
 use linkwright_nlp::{Gradients, Program, Structure, Values};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -23,7 +23,7 @@ fn assert_close(got: &[f64], expected: &[f64], tolerance: f64) {
 
 #[track_caller]
 fn assert_solved(s: &Solution) {
-    assert_eq!(s.status, Status::Solved, "{s:?}");
+    assert_eq!(s.status, ProgramStatus::Solved, "{s:?}");
     assert!(s.kkt.largest() < 1e-10, "{:?}", s.kkt);
 }
 
@@ -58,7 +58,7 @@ fn least_squares_without_rows_and_a_flat_direction() {
     // ½(x + y − 2)²: every point of the line is a solution.
     let h = DMatrix::from_element(2, 2, 1.0);
     let s = solve(&QuadraticProgram::new(vec![-2.0, -2.0]).hessian(h));
-    assert_eq!(s.status, Status::Solved);
+    assert_eq!(s.status, ProgramStatus::Solved);
     assert_close(&[s.x[0] + s.x[1]], &[2.0], 1e-12);
 }
 
@@ -77,7 +77,7 @@ fn degenerate_vertex_with_repeated_and_zero_rows() {
 fn fixed_variables_and_no_variables_to_move() {
     let program = QuadraticProgram::new(vec![1.0, -1.0]).at_most(&[1.0, 1.0], 9.0).bounds(vec![2.0; 2], vec![2.0; 2]);
     let s = solve(&program);
-    assert_eq!((s.status, s.x.as_slice()), (Status::Solved, [2.0, 2.0].as_slice()));
+    assert_eq!((s.status, s.x.as_slice()), (ProgramStatus::Solved, [2.0, 2.0].as_slice()));
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn contradictory_rows_are_relaxed_by_the_least_amount() {
         .at_most(&[-1.0, -1.0], -5.0)
         .bounds(vec![-10.0; 2], vec![10.0; 2]);
     let s = solve(&program);
-    assert_eq!(s.status, Status::Relaxed);
+    assert_eq!(s.status, ProgramStatus::Relaxed);
     assert!(!s.status.was_successful() && s.status.is_usable());
     assert_close(&[s.relaxation.unwrap()], &[1.0], 1e-12);
     assert_close(&s.x, &[2.0, 2.0], 1e-11);
@@ -100,22 +100,22 @@ fn contradictory_rows_are_relaxed_by_the_least_amount() {
 fn contradictory_equalities_and_a_violated_row_of_zeros_are_relaxed() {
     let both = QuadraticProgram::new(vec![1.0]).equal(&[1.0], 1.0).equal(&[1.0], 2.0);
     let s = solve(&both);
-    assert_eq!(s.status, Status::Relaxed);
+    assert_eq!(s.status, ProgramStatus::Relaxed);
     assert_close(&[s.x[0], s.relaxation.unwrap()], &[1.5, 0.5], 1e-12);
     let zeros = QuadraticProgram::new(vec![1.0]).at_most(&[0.0], -0.25).bounds(vec![0.0], vec![1.0]);
     let s = solve(&zeros);
-    assert_eq!(s.status, Status::Relaxed);
+    assert_eq!(s.status, ProgramStatus::Relaxed);
     assert_close(&[s.x[0], s.relaxation.unwrap()], &[0.0, 0.25], 1e-12);
 }
 
 #[test]
 fn unbounded_programs_are_reported_with_and_without_a_feasible_point() {
     let down = QuadraticProgram::new(vec![-1.0, 0.0]).at_most(&[-1.0, 1.0], 1.0);
-    assert_eq!(solve(&down).status, Status::Unbounded);
+    assert_eq!(solve(&down).status, ProgramStatus::Unbounded);
     // Infeasible, and unbounded after relaxation: both are reported.
     let neither = down.clone().at_most(&[0.0, 1.0], 0.0).at_most(&[0.0, -1.0], -2.0);
     let s = solve(&neither);
-    assert_eq!(s.status, Status::Unbounded);
+    assert_eq!(s.status, ProgramStatus::Unbounded);
     assert_close(&[s.relaxation.unwrap()], &[1.0], 1e-9);
 }
 
@@ -233,7 +233,7 @@ proptest! {
     ) {
         let (program, x) = with_known_solution(n, m, &v, &scales);
         let s = solve(&program);
-        prop_assert_eq!(s.status, Status::Solved);
+        prop_assert_eq!(s.status, ProgramStatus::Solved);
         prop_assert!(s.kkt.largest() < 1e-9, "{:?}", s.kkt);
         for j in 0..n {
             prop_assert!((s.x[j] - x[j]).abs() <= 1e-8 * program.upper[j], "{:?} {:?}", s.x, x);

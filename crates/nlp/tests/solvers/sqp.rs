@@ -4,8 +4,8 @@
 use argmin::core::{State, TerminationReason};
 use autodiff::{Scalar, hessian, jacobian};
 use linkwright_nlp::{
-    Automatic, ConcurrentSolver, Conic, Curvature, MultiStart, QuadraticProgram, SecondOrder, Solution, Sqp, Status,
-    SubproblemSolver,
+    AutoSolver, ConcurrentSolver, Conic, Curvature, MultiStart, ProgramStatus, QuadraticProgram, SecondOrder, Solution,
+    Sqp, SubproblemSolver,
 };
 use linkwright_nlp::{Error, Result};
 use linkwright_nlp::{Gradients, Program, Structure, Values};
@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const FREE: f64 = f64::INFINITY;
 
 /// Objective and rows (equalities last), written once over the scalar.
-trait Model: Sync {
+trait TestProgram: Sync {
     fn functions<S: Scalar>(&self, x: &[S]) -> (S, Vec<S>);
     fn equalities(&self) -> usize {
         0
@@ -31,7 +31,7 @@ struct Smooth<M> {
     exact: bool,
 }
 
-impl<M: Model> Smooth<M> {
+impl<M: TestProgram> Smooth<M> {
     fn new(model: M, lower: Vec<f64>, upper: Vec<f64>) -> Self {
         let rows = model.functions(&lower.iter().map(|_| 0.5).collect::<Vec<f64>>()).1.len();
         Self { model, rows, lower, upper, exact: true }
@@ -41,7 +41,7 @@ impl<M: Model> Smooth<M> {
     }
 }
 
-impl<M: Model> Program for Smooth<M> {
+impl<M: TestProgram> Program for Smooth<M> {
     fn variables(&self) -> usize {
         self.lower.len()
     }
@@ -93,11 +93,11 @@ impl<M: Model> Program for Smooth<M> {
 
 /// Solves with exact and with quasi-Newton curvature and checks both.
 #[track_caller]
-fn assert_optimum<M: Model>(mut program: Smooth<M>, start: &[f64], objective: f64) -> [Solution; 2] {
+fn assert_optimum<M: TestProgram>(mut program: Smooth<M>, start: &[f64], objective: f64) -> [Solution; 2] {
     [true, false].map(|exact| {
         program.exact = exact;
         let s = Sqp::default().solve(&program, start).unwrap();
-        assert_eq!(s.status, Status::Solved, "exact: {exact}, {s:#?}");
+        assert_eq!(s.status, ProgramStatus::Solved, "exact: {exact}, {s:#?}");
         let close = (s.objective - objective).abs() <= 1e-7 * objective.abs().max(1.0);
         assert!(close, "exact: {exact}, {} is not {objective}", s.objective);
         assert!(s.kkt.largest() < 1e-7, "exact: {exact}, {:?}", s.kkt);
@@ -108,7 +108,7 @@ fn assert_optimum<M: Model>(mut program: Smooth<M>, start: &[f64], objective: f6
 macro_rules! model {
     ($name:ident, $equalities:expr, |$x:ident| $body:expr) => {
         struct $name;
-        impl Model for $name {
+        impl TestProgram for $name {
             fn functions<S: Scalar>(&self, $x: &[S]) -> (S, Vec<S>) {
                 $body
             }
@@ -222,7 +222,7 @@ fn min_max_by_a_bound_variable() {
     let mut linear = QuadraticProgram::new(here.objective);
     (linear.rows, linear.offset, linear.equality) = (here.rows, here.values.rows, vec![false; 82]);
     let exact = Conic::default().solve(&linear, &[0.0; 4]).unwrap();
-    assert_eq!(exact.status, Status::Solved);
+    assert_eq!(exact.status, ProgramStatus::Solved);
     assert!((exact.objective - 0.045).abs() < 1e-4);
     let s = assert_optimum(program, &[1.0, 1.0, 0.5, 1.0], exact.objective);
     assert!(s[0].multipliers.iter().filter(|λ| **λ > 1e-9).count() == 4);
@@ -233,7 +233,7 @@ model!(FarDisk, 0, |x| (x[0], vec![x[0].powi(2) + x[1].powi(2) - 1.0, -x[0] - x[
 #[test]
 fn an_infeasible_program_is_relaxed() {
     let s = Sqp::default().solve(&Smooth::free(FarDisk, 2), &[3.0, -1.0]).unwrap();
-    assert_eq!(s.status, Status::Relaxed, "{s:#?}");
+    assert_eq!(s.status, ProgramStatus::Relaxed, "{s:#?}");
     // Least t with ‖x‖² ≤ 1 + t and x + y ≥ 3 − t has x = y: 2x² − 1 = 3 − 2x, x = (√9 − 1)/2 = 1, t = 1.
     assert!((s.relaxation.unwrap() - 1.0).abs() < 1e-7, "{:?}", s.relaxation);
     assert!((s.x[0] - 1.0).abs() < 1e-3 && (s.x[1] - 1.0).abs() < 1e-3);
@@ -249,7 +249,7 @@ model!(OutsideEllipses, 0, |x| {
 fn a_stationary_violation_is_left_along_negative_curvature() {
     for start in [[0.0, 0.0], [1e-15, -2e-15], [-3e-17, 1e-16]] {
         let s = Sqp::default().solve(&Smooth::free(OutsideEllipses, 2), &start).unwrap();
-        assert_eq!(s.status, Status::Solved, "{start:?}: {s:#?}");
+        assert_eq!(s.status, ProgramStatus::Solved, "{start:?}: {s:#?}");
         assert!(s.kkt.largest() < 1e-10 && s.rows.iter().all(|g| *g < 1e-9), "{start:?}: {s:#?}");
     }
 }
@@ -261,14 +261,14 @@ fn an_unbounded_program_is_reported() {
     let mut program = Smooth::free(Downhill, 2);
     for exact in [true, false] {
         program.exact = exact;
-        assert_eq!(Sqp::default().solve(&program, &[0.0, 0.5]).unwrap().status, Status::Unbounded);
+        assert_eq!(Sqp::default().solve(&program, &[0.0, 0.5]).unwrap().status, ProgramStatus::Unbounded);
     }
 }
 
 /// Slider-crank path generation: coupler point against ten points, eight variables, crank must rotate.
 struct SliderCrank;
 
-impl Model for SliderCrank {
+impl TestProgram for SliderCrank {
     fn functions<S: Scalar>(&self, b: &[S]) -> (S, Vec<S>) {
         let mut sum = S::from(0.0);
         for k in 0..10 {
@@ -296,7 +296,7 @@ fn slider_crank_from_many_starts() {
         let turn = f64::from(k) * PI / 4.0 - PI;
         let start = [1.0 + 0.1 * f64::from(k), 3.0, 1.0, 0.3, 0.1, 0.5, 0.5, turn];
         let s = Sqp::default().solve(&program, &start).unwrap();
-        assert_eq!(s.status, Status::Solved, "{s:#?}");
+        assert_eq!(s.status, ProgramStatus::Solved, "{s:#?}");
         worst = worst.max(s.iterations);
     }
     assert!(worst <= 100, "{worst}");
@@ -347,7 +347,7 @@ fn a_failing_evaluation_shortens_the_step_and_is_an_error_only_at_the_start() {
     let inner = Smooth::free(Rosenbrock, 2);
     let program = Fragile { inner, limit: 0.0, failures: AtomicUsize::new(0) };
     let s = Sqp::default().solve(&program, &[3.0, -4.0]).unwrap();
-    assert_eq!(s.status, Status::Solved, "{s:#?}");
+    assert_eq!(s.status, ProgramStatus::Solved, "{s:#?}");
     assert!(program.failures.load(Ordering::Relaxed) > 0, "no failure met");
     assert!(s.evaluations.values >= s.iterations && s.evaluations.gradients <= s.evaluations.values + 1);
     assert!(matches!(Sqp::default().solve(&program, &[-2.0, 0.0]), Err(Error::Analysis { .. })));
@@ -362,7 +362,7 @@ fn an_iteration_limit_is_reported() {
         .with_curvature(Curvature::QuasiNewton)
         .solve(&program, &[-1.2, 1.0])
         .unwrap();
-    assert_eq!((s.status, s.iterations), (Status::IterationLimit, 3));
+    assert_eq!((s.status, s.iterations), (ProgramStatus::IterationLimit, 3));
 }
 
 #[test]
@@ -382,7 +382,7 @@ fn argmin_reports_why_a_run_stopped_and_a_stopped_run_continues_to_the_same_bits
     assert_eq!(whole.get_termination_reason(), Some(&TerminationReason::SolverConverged));
     let stopped = solver.with_iterations(3).unwrap().executor(&program, &start).unwrap().run().unwrap().state;
     assert_eq!(stopped.get_termination_reason(), Some(&TerminationReason::MaxItersReached));
-    assert_eq!(stopped.solution(&program).status, Status::IterationLimit);
+    assert_eq!(stopped.solution(&program).status, ProgramStatus::IterationLimit);
     let executor = solver.executor(&program, &start).unwrap().configure(|_| stopped.resume(100));
     let continued = executor.timer(true).run().unwrap().state;
     assert!(continued.get_time().is_some() && whole.get_time().is_none());
@@ -416,10 +416,10 @@ fn concurrent_solvers_are_compared() {
     let both = ConcurrentSolver::new(Sqp::default(), Sqp::default().with_curvature(Curvature::QuasiNewton));
     let c = both.compare(&program, &[1.0, 5.0, 5.0, 1.0]).unwrap();
     assert!(c.agrees(1e-9) && c.variables < 1e-6 && c.multipliers < 1e-6, "{c:?}");
-    assert_eq!(c.better().status, Status::Solved);
+    assert_eq!(c.better().status, ProgramStatus::Solved);
     // The solution of one solver suffices if the other does not accept the program.
     let s = ConcurrentSolver::new(Conic::default(), Sqp::default()).solve(&program, &[1.0, 5.0, 5.0, 1.0]).unwrap();
-    assert_eq!(s.status, Status::Solved);
+    assert_eq!(s.status, ProgramStatus::Solved);
 }
 
 /// min c·x within bounds, with rows gᵢ + aᵢ·x + ½ ‖Cᵢ x‖² ≤ 0: the moving peaks of a response.
@@ -476,13 +476,13 @@ fn convex_quadratic_rows_as_cones() {
     };
     let cone = SecondOrder::default().solve(&program, &[0.0; 3]).unwrap();
     let sqp = Sqp::default().solve(&program, &[0.9, -0.9, 5.0]).unwrap();
-    assert_eq!((cone.status, sqp.status), (Status::Solved, Status::Solved));
+    assert_eq!((cone.status, sqp.status), (ProgramStatus::Solved, ProgramStatus::Solved));
     assert!((cone.objective - sqp.objective).abs() < 1e-9, "{} {}", cone.objective, sqp.objective);
     assert!(cone.iterations <= 4 && cone.kkt.largest() < 1e-7, "{cone:?}");
     // A row that cannot hold: all rows are relaxed by the same least amount.
     program.offset[3] = 2.5;
-    let s = Automatic::default().solve(&program, &[0.0; 3]).unwrap();
-    assert_eq!(s.status, Status::Relaxed);
+    let s = AutoSolver::default().solve(&program, &[0.0; 3]).unwrap();
+    assert_eq!(s.status, ProgramStatus::Relaxed);
     assert!((s.relaxation.unwrap() - 0.5).abs() < 1e-8, "{:?}", s.relaxation);
     assert!(matches!(
         SecondOrder::default().solve(&Smooth::free(Rosenbrock, 2), &[0.0; 2]),

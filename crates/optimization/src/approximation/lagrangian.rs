@@ -73,7 +73,7 @@ impl LagrangianCurvature {
             responses: &p.responses,
             sensitivities: &p.sensitivities,
         }));
-        let pairs: Vec<Pair> =
+        let pairs: Vec<CurvaturePair> =
             points.windows(2).rev().filter_map(|ends| pair([&ends[0], &ends[1]], multipliers, &scale)).collect();
         let scaled = limited_memory(&pairs)?;
         let inverse: Vec<f64> = scale.iter().map(|s| 1.0 / s).collect();
@@ -110,10 +110,10 @@ impl DifferentiatedDesign<'_> {
 }
 
 /// s and y in scaled variables.
-type Pair = [Vec<f64>; 2];
+type CurvaturePair = [Vec<f64>; 2];
 
 /// The step between two designs, the newer first, and the change of ∇L; `None` if the objective was not differentiated.
-fn pair(ends: [&DifferentiatedDesign; 2], multipliers: &[(RowId, f64)], scale: &[f64]) -> Option<Pair> {
+fn pair(ends: [&DifferentiatedDesign; 2], multipliers: &[(RowId, f64)], scale: &[f64]) -> Option<CurvaturePair> {
     let problem = ends[0].problem;
     let both = |q: &Quantity, p| ends.iter().all(|end| end.has_derivatives_of(q, p));
     let counts = |(row, _): &(RowId, f64)| {
@@ -127,9 +127,9 @@ fn pair(ends: [&DifferentiatedDesign; 2], multipliers: &[(RowId, f64)], scale: &
 }
 
 /// B by damped BFGS updates with pairs (s, y), the oldest first; `None` unless sᵀy > 0 for one of them.
-fn limited_memory(pairs: &[Pair]) -> Option<LowRank> {
+fn limited_memory(pairs: &[CurvaturePair]) -> Option<LowRank> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let is_convex = |[s, y]: &&Pair| dot(s, y) > 1e-12 * (dot(s, s) * dot(y, y)).sqrt();
+    let is_convex = |[s, y]: &&CurvaturePair| dot(s, y) > 1e-12 * (dot(s, s) * dot(y, y)).sqrt();
     let [s, y] = pairs.iter().rev().find(is_convex)?;
     let first = Some(dot(y, y) / dot(s, y)).filter(|first| first.is_finite())?;
     let mut b = LowRank::diagonal(vec![0.0; s.len()], vec![first; s.len()]);
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
 
-    fn pairs_of(h: &DMatrix<f64>, steps: &[Vec<f64>]) -> Vec<Pair> {
+    fn pairs_of(h: &DMatrix<f64>, steps: &[Vec<f64>]) -> Vec<CurvaturePair> {
         let change = |s: &Vec<f64>| (h * DVector::from_column_slice(s)).as_slice().to_vec();
         steps.iter().map(|s| [s.clone(), change(s)]).collect()
     }

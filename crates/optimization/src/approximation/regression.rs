@@ -101,7 +101,7 @@ struct Fitted {
 impl Fitted {
     fn linear(samples: &[(Sample, f64)], widths: &[f64]) -> Self {
         let origin = samples[0].0.design;
-        let point = |(s, weight): &(Sample, f64)| Point {
+        let point = |(s, weight): &(Sample, f64)| FittedPoint {
             weight: *weight,
             step: (0..widths.len()).map(|k| (s.design[k] - origin[k]) / widths[k]).collect(),
             value: s.value,
@@ -117,7 +117,7 @@ impl Fitted {
         let origin = samples[0].0.design;
         // A step of h changes the logarithm by h / b₀.
         let scale: Vec<f64> = widths.iter().zip(origin).map(|(h, b)| h / b).collect();
-        let point = |(s, weight): &(Sample, f64)| Point {
+        let point = |(s, weight): &(Sample, f64)| FittedPoint {
             weight: *weight,
             step: (0..widths.len()).map(|k| (s.design[k] / origin[k]).ln() / scale[k]).collect(),
             value: s.value.abs().ln(),
@@ -170,7 +170,7 @@ impl FittedModel for Fitted {
 }
 
 /// A design with value and gradient, in units of the fit.
-struct Point {
+struct FittedPoint {
     weight: f64,
     step: Vec<f64>,
     value: f64,
@@ -181,7 +181,7 @@ struct Point {
 ///
 /// With weighted means the constant is a₀ = r̄ − aᵀd̄, and (W I + D Dᵀ) a = Σ w s + D y with the columns √w (d − d̄) of D and
 /// y = √w (r − r̄); by the formula of Woodbury the matrix to be factorized has the size of the number of designs.
-fn least_squares(points: &[Point]) -> (f64, DVector<f64>) {
+fn least_squares(points: &[FittedPoint]) -> (f64, DVector<f64>) {
     let n = points[0].step.len();
     let total: f64 = points.iter().map(|p| p.weight).sum();
     let mut mean = DVector::zeros(n);
@@ -191,7 +191,7 @@ fn least_squares(points: &[Point]) -> (f64, DVector<f64>) {
         sum.axpy(p.weight, &DVector::from_column_slice(&p.slope), 1.0);
     }
     let mean_value = points.iter().map(|p| p.weight * p.value).sum::<f64>() / total;
-    let root = |p: &Point| p.weight.sqrt();
+    let root = |p: &FittedPoint| p.weight.sqrt();
     let columns = DMatrix::from_fn(n, points.len(), |k, i| root(&points[i]) * (points[i].step[k] - mean[k]));
     let values = DVector::from_iterator(points.len(), points.iter().map(|p| root(p) * (p.value - mean_value)));
     let right = &sum + &columns * values;
@@ -247,12 +247,17 @@ mod tests {
     fn the_solution_is_that_of_the_normal_equations() {
         let point = |i: usize| {
             let of = |k: usize| ((3 * i + 5 * k) as f64).sin();
-            Point { weight: 1.0 / (1 + i) as f64, step: vec![of(0), of(1)], value: of(2), slope: vec![of(3), of(4)] }
+            FittedPoint {
+                weight: 1.0 / (1 + i) as f64,
+                step: vec![of(0), of(1)],
+                value: of(2),
+                slope: vec![of(3), of(4)],
+            }
         };
-        let points: Vec<Point> = (0..4).map(point).collect();
+        let points: Vec<FittedPoint> = (0..4).map(point).collect();
         let (constant, slopes) = least_squares(&points);
         // The gradient of the sum of squares vanishes.
-        let error = |p: &Point| constant + slopes[0] * p.step[0] + slopes[1] * p.step[1] - p.value;
+        let error = |p: &FittedPoint| constant + slopes[0] * p.step[0] + slopes[1] * p.step[1] - p.value;
         let by_constant: f64 = points.iter().map(|p| p.weight * error(p)).sum();
         assert!(by_constant.abs() < 1e-14);
         for k in 0..2 {

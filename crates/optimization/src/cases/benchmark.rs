@@ -2,7 +2,7 @@
 
 use super::{CatalogueEntry, Optimum};
 use crate::problem::{Problem, Sensitivities};
-use crate::sao::{Method, PostOptimal, Preset, State, Status, Stop};
+use crate::sao::{Method, PostOptimal, Preset, RunState, Status, Stop};
 use error::Result;
 use rayon::prelude::*;
 
@@ -146,7 +146,7 @@ fn refused([problem, method]: [&'static str; 2], why: String) -> Attempt {
     }
 }
 
-fn conclude(optima: &'static [Optimum], names: [&'static str; 2], problem: &Problem, state: &State) -> Attempt {
+fn conclude(optima: &'static [Optimum], names: [&'static str; 2], problem: &Problem, state: &RunState) -> Attempt {
     let objective = state.evaluation.objective;
     let violation = state.evaluation.max_violation_pct() / 100.0;
     let residual = kkt_residual(problem, state).unwrap_or(f64::INFINITY);
@@ -186,7 +186,7 @@ fn conclude(optima: &'static [Optimum], names: [&'static str; 2], problem: &Prob
 ///
 /// # Errors
 /// Those of an analysis and a sensitivity analysis.
-pub fn kkt_residual(problem: &Problem, state: &State) -> Result<f64> {
+pub fn kkt_residual(problem: &Problem, state: &RunState) -> Result<f64> {
     let relative = PostOptimal::new(problem, state)?.kkt(problem);
     let objective = state.evaluation.objective;
     let change = state.history.first().map_or(0.0, |cycle| (cycle.objective - objective).abs());
@@ -222,7 +222,7 @@ struct AcceptedDesign {
     violation: f64,
 }
 
-fn accepted(state: &State) -> Vec<AcceptedDesign> {
+fn accepted(state: &RunState) -> Vec<AcceptedDesign> {
     let mut sensitivity_analyses = 0;
     let mut found = vec![];
     for (k, cycle) in state.history.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! The problems by name, with their optima and sources.
 
-use super::Solution::Optima;
+use super::KnownSolution::Optima;
 use super::{
     CatalogueEntry, cantilever, eight_bar_truss, impact_absorber, quadratic_forms, segmented_cantilever, slider_crank,
     ten_bar_truss, two_bar_truss, two_spheres,

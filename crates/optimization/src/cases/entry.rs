@@ -24,7 +24,7 @@ pub struct CatalogueEntry {
     /// Builds the problem with objective and rows given directly as functions of the design, where it has no time.
     pub explicit: Option<fn() -> Result<Problem>>,
     /// Known solution.
-    pub solution: Solution,
+    pub solution: KnownSolution,
     /// True if a constraint depends on time.
     pub time_dependent: bool,
     /// True if an analysis takes more than some milliseconds; `compare --all` skips such problems.
@@ -33,7 +33,7 @@ pub struct CatalogueEntry {
 
 /// Solution of a problem: its known optima, or the reason why there are none.
 #[derive(Clone, Copy, Debug)]
-pub enum Solution {
+pub enum KnownSolution {
     /// The best one first, then local ones.
     Optima(&'static [Optimum]),
     /// No design is feasible.
@@ -50,22 +50,22 @@ impl CatalogueEntry {
         source: &'static str,
         build: fn() -> Result<Problem>,
     ) -> Self {
-        let (suite, solution) = (Suite::Catalogue, Solution::Optima(&[]));
+        let (suite, solution) = (Suite::Catalogue, KnownSolution::Optima(&[]));
         let (time_dependent, expensive) = (false, false);
         Self { name, title, source, suite, build, on_points: None, explicit: None, solution, time_dependent, expensive }
     }
 
     /// Sets the known solution.
     #[must_use]
-    pub const fn solved_by(self, solution: Solution) -> Self {
+    pub const fn solved_by(self, solution: KnownSolution) -> Self {
         Self { solution, ..self }
     }
 
     /// Known optima: the best one first, then local ones; empty for a problem without optimum.
     pub const fn optima(&self) -> &'static [Optimum] {
         match self.solution {
-            Solution::Optima(optima) => optima,
-            Solution::Infeasible | Solution::Unbounded => &[],
+            KnownSolution::Optima(optima) => optima,
+            KnownSolution::Infeasible | KnownSolution::Unbounded => &[],
         }
     }
 

@@ -34,7 +34,7 @@ pub mod vehicle_suspension;
 
 pub use benchmark::{AnalysisCounts, Attempt, Conclusion, attempt, attempt_with, compare, kkt_residual};
 pub use catalogue::catalogue;
-pub use entry::{CatalogueEntry, Solution, Suite};
+pub use entry::{CatalogueEntry, KnownSolution, Suite};
 pub use optimum::{Optimum, Provenance};
 pub use suite::find;
 pub use truss::Truss;

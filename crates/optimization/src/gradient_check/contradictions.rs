@@ -68,7 +68,7 @@ struct Evidence {
 
 /// How a slope compares with the derivatives that contradict the differences.
 #[derive(Clone, Copy, PartialEq)]
-enum Comparison {
+enum SlopeComparison {
     /// It agrees with them, and is accurate enough to differ from the differences.
     Supports,
     /// It does not agree with them.
@@ -94,31 +94,31 @@ impl Evidence {
     fn weigh(&self, d: &mut CheckedDerivative, largest: f64) {
         let Some(slope) = d.difference.filter(|_| !d.is_contradictory(largest)) else { return };
         let compare = |side: &Option<DifferenceEstimate>| {
-            let Some(side) = side else { return Comparison::Open };
+            let Some(side) = side else { return SlopeComparison::Open };
             let is_accurate = MARGIN * side.error < (side.value - slope.value).abs();
             match d.disagreeing.iter().any(|&k| d.is_off(k, side, largest)) {
-                true => Comparison::Opposes,
-                false if is_accurate => Comparison::Supports,
-                false => Comparison::Open,
+                true => SlopeComparison::Opposes,
+                false if is_accurate => SlopeComparison::Supports,
+                false => SlopeComparison::Open,
             }
         };
         let is_kink = |sides: &[Option<DifferenceEstimate>; 2]| {
             let compared = sides.each_ref().map(compare);
-            compared.contains(&Comparison::Supports) && compared.contains(&Comparison::Opposes)
+            compared.contains(&SlopeComparison::Supports) && compared.contains(&SlopeComparison::Opposes)
         };
         let [behind, ahead] = self.sides.each_ref().map(compare);
         let (status, jump) = match compare(&self.narrow) {
             // Beyond the kink, on one side, the differences have another slope: twice as far away as that of both sides.
-            Comparison::Supports if [behind, ahead].contains(&Comparison::Supports) => {
+            SlopeComparison::Supports if [behind, ahead].contains(&SlopeComparison::Supports) => {
                 let narrow = self.narrow.map_or(f64::NAN, |narrow| narrow.value);
-                let sign = if ahead == Comparison::Supports { -1.0 } else { 1.0 };
+                let sign = if ahead == SlopeComparison::Supports { -1.0 } else { 1.0 };
                 d.difference = self.narrow;
                 (GradientStatus::Kink, Some(sign * 2.0 * (slope.value - narrow)))
             }
-            Comparison::Supports => (GradientStatus::Unclear, d.slope_discontinuity),
+            SlopeComparison::Supports => (GradientStatus::Unclear, d.slope_discontinuity),
             _ => match [&self.sides, &self.narrow_sides].into_iter().find(|sides| is_kink(sides)) {
                 Some([Some(behind), Some(ahead)]) => (GradientStatus::Kink, Some(ahead.value - behind.value)),
-                _ if [behind, ahead] == [Comparison::Opposes; 2] => return,
+                _ if [behind, ahead] == [SlopeComparison::Opposes; 2] => return,
                 _ => (GradientStatus::Unclear, d.slope_discontinuity),
             },
         };

@@ -40,14 +40,14 @@ impl Problem {
             return problem;
         }
         problem.responses.extend(responses);
-        let reduction = Reduction { grids: problem.grids.clone(), quantities, first };
+        let reduction = HistoryFunctionals { grids: problem.grids.clone(), quantities, first };
         problem.analysis = Box::new(ReducedHistories { analysis: problem.analysis, reduction });
         problem
     }
 }
 
 /// Functionals of the histories of an analysis.
-struct Reduction {
+struct HistoryFunctionals {
     grids: Vec<TimeGrid>,
     quantities: Vec<Quantity>,
     /// Number of the responses of the analysis, which is the index of the first functional.
@@ -57,10 +57,10 @@ struct Reduction {
 /// An analysis with further responses, which are functionals of its histories.
 struct ReducedHistories {
     analysis: Box<dyn Analysis>,
-    reduction: Reduction,
+    reduction: HistoryFunctionals,
 }
 
-impl Reduction {
+impl HistoryFunctionals {
     /// Appends the functionals at the design `b` to the `responses` of the analysis.
     fn append(&self, b: &[f64], responses: &mut Responses) {
         let value =

@@ -1,6 +1,6 @@
 //! Decisions by hand about the last trial step: an engineer accepts what the method has rejected, or the reverse.
 
-use super::{Cycle, Method, State, Status};
+use super::{Cycle, Method, RunState, Status};
 use crate::problem::Problem;
 use error::{Error, Result};
 
@@ -16,7 +16,7 @@ impl Method {
     ///
     /// [`Error::Definition`] if there is no rejected proposal that could be analysed; errors of its analysis and of the
     /// derivatives.
-    pub fn accept_by_hand(&self, problem: &Problem, mut state: State) -> Result<State> {
+    pub fn accept_by_hand(&self, problem: &Problem, mut state: RunState) -> Result<RunState> {
         let last = last_step(&state)?;
         require(!last.accepted, "it was accepted already")?;
         require(last.failure.is_none(), "its design could not be analysed")?;
@@ -45,14 +45,14 @@ impl Method {
     ///
     /// [`Error::Definition`] if the last step was not accepted, or if `before` is not the state before it; errors of the
     /// derivatives.
-    pub fn refuse_by_hand(&self, problem: &Problem, before: State, after: &State) -> Result<State> {
+    pub fn refuse_by_hand(&self, problem: &Problem, before: RunState, after: &RunState) -> Result<RunState> {
         let last = last_step(after)?;
         require(last.accepted, "it was rejected already")?;
         let is_adopted = after.confirmation.as_ref().is_some_and(|confirmation| confirmation.is_adopted);
         require(!is_adopted, "the confirmation of the end found it")?;
         let is_before = before.history.len() + 1 == after.history.len() && before.problem == after.problem;
         require(is_before, "the state before it is another one")?;
-        let mut state = State { counters: after.counters, ..before };
+        let mut state = RunState { counters: after.counters, ..before };
         match self.automatic {
             Some(automatic) => automatic.narrow(self, problem, &mut state, &last.design)?,
             None => state.factors.iter_mut().for_each(|factor| *factor *= REFUSED),
@@ -62,12 +62,12 @@ impl Method {
     }
 }
 
-fn running(state: State) -> State {
-    State { status: Status::Running, reason: String::new(), ..state }
+fn running(state: RunState) -> RunState {
+    RunState { status: Status::Running, reason: String::new(), ..state }
 }
 
 /// The last trial step of a run.
-fn last_step(state: &State) -> Result<&Cycle> {
+fn last_step(state: &RunState) -> Result<&Cycle> {
     let last = state.history.last().filter(|cycle| cycle.cycle > 0);
     last.ok_or_else(|| Error::definition("the last proposal", "there is none yet", "do a trial step first"))
 }
@@ -91,7 +91,7 @@ mod tests {
     use crate::sao::{Stop, preset};
 
     /// The run of a preset from the start of a case, stopped after a number of trial steps.
-    fn run(name: &str, case: &str, trials: usize) -> (Method, Problem, Vec<State>) {
+    fn run(name: &str, case: &str, trials: usize) -> (Method, Problem, Vec<RunState>) {
         let problem = (find(case).unwrap().build)().unwrap();
         let method = (preset(name).unwrap().method)().with_stop(Stop { max_cycles: 100, ..Stop::default() });
         let mut states = vec![method.start(&problem).unwrap()];
@@ -133,11 +133,11 @@ mod tests {
     fn the_automatic_method_takes_half_a_step_that_was_refused() {
         let (method, problem, states) = run("automatic", "cantilever", 4);
         // The first step may be repeated with rows that screening has removed.
-        let is_accepted = |pair: &&[State]| pair[1].history.last().is_some_and(|cycle| cycle.accepted);
+        let is_accepted = |pair: &&[RunState]| pair[1].history.last().is_some_and(|cycle| cycle.accepted);
         let [before, after] = states.windows(2).find(is_accepted).unwrap() else { unreachable!() };
         let refused = method.refuse_by_hand(&problem, before.clone(), after).unwrap();
         let again = method.step(&problem, refused).unwrap();
-        let length = |to: &State| -> f64 {
+        let length = |to: &RunState| -> f64 {
             let from = &before.design;
             to.history.last().unwrap().design.iter().zip(from).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         };
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn a_decision_needs_a_proposal_that_was_decided_otherwise() {
         let (method, problem, states) = run("mma", "cantilever", 1);
-        let why = |result: Result<State>| result.unwrap_err().to_string();
+        let why = |result: Result<RunState>| result.unwrap_err().to_string();
         assert!(why(method.accept_by_hand(&problem, states[0].clone())).contains("none yet"));
         assert!(why(method.accept_by_hand(&problem, states[1].clone())).contains("accepted already"));
         assert!(why(method.refuse_by_hand(&problem, states[1].clone(), &states[1])).contains("another one"));

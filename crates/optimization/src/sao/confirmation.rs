@@ -8,7 +8,7 @@
 //! the run.
 
 use super::automatic::{AcceptedPoint, Automatic, Continuation, spread};
-use super::{Confirmation, Cycle, Method, State, Status, Stop};
+use super::{Confirmation, Cycle, Method, RunState, Status, Stop};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Problem};
 use error::Result;
@@ -25,25 +25,25 @@ const RECENT: usize = 6;
 const LEAST: f64 = 1e-4;
 /// Least gain, as a fraction of the smaller one of the objective and its range, for which a confirmation begins at an earlier design; and
 /// loss, in units of the objective, above which a confirmation ends at another design.
-const CLEARLY: f64 = 0.01;
+const CLEAR_GAIN: f64 = 0.01;
 /// Part of the accuracy by which the end of a confirmation must be better to be the end of the run.
 const ADOPTED: f64 = 0.01;
 /// Least step of a variable, relative to itself, by which a run still moves.
 const NO_STEP: f64 = 1e-12;
 /// Change of the objective over a run, relative to itself, below which a constant may hide the size of the objective.
-const HIDDEN: f64 = 0.01;
+const HIDDEN_SIZE: f64 = 0.01;
 /// Factor of the unit of such an objective.
-const UNSEEN: f64 = 0.1;
+const HIDDEN_UNIT_FACTOR: f64 = 0.1;
 
 impl Confirmation {
     /// True if the run has made no trial step since this confirmation.
-    fn is_of(&self, problem: &Problem, state: &State) -> bool {
+    fn is_of(&self, problem: &Problem, state: &RunState) -> bool {
         self.fingerprint == problem.fingerprint() && self.trials == state.history.len()
     }
 
     /// True if another confirmation may end otherwise: the run has come half the way to the better design, or has become twice as
     /// long.
-    fn is_outdated(&self, problem: &Problem, state: &State) -> bool {
+    fn is_outdated(&self, problem: &Problem, state: &RunState) -> bool {
         let gap = self.from - self.objective;
         let is_better = self.status == Status::Converged && gap > 0.0;
         let is_nearer = is_better && state.evaluation.objective - self.objective <= 0.5 * gap;
@@ -54,7 +54,7 @@ impl Confirmation {
     fn verdict(&self, accuracy: f64) -> Option<Status> {
         // An end at another design that is worse says nothing about this one.
         let gain = (self.from - self.objective) / self.unit;
-        let is_best = self.begun_at.is_none() && !(gain > accuracy || gain < -CLEARLY);
+        let is_best = self.begun_at.is_none() && !(gain > accuracy || gain < -CLEAR_GAIN);
         let is_confirmed = match self.status {
             Status::Converged => self.is_feasible && is_best,
             Status::Infeasible => self.violation_before <= LARGER * self.violation,
@@ -96,7 +96,7 @@ impl Method {
     /// # Errors
     ///
     /// Those that [end a run](error::Error::ends_run).
-    pub(super) fn conclude(&self, problem: &Problem, state: State) -> Result<State> {
+    pub(super) fn conclude(&self, problem: &Problem, state: RunState) -> Result<RunState> {
         let end = self.stop.test(problem, &state);
         self.conclude_as(problem, state, end)
     }
@@ -109,9 +109,9 @@ impl Method {
     pub(super) fn conclude_as(
         &self,
         problem: &Problem,
-        mut state: State,
+        mut state: RunState,
         (status, reason): (Status, String),
-    ) -> Result<State> {
+    ) -> Result<RunState> {
         let is_confirmed = |known: &Confirmation| known.is_adopted && known.is_of(problem, &state);
         if let Some(status) =
             state.confirmation.as_ref().filter(|c| is_confirmed(c)).and_then(|c| c.verdict(self.stop.accuracy))
@@ -164,7 +164,7 @@ impl Method {
     /// # Errors
     ///
     /// As [`step`](Self::step); also if settings are out of range, or if the state belongs to another problem.
-    pub fn restart(&self, problem: &Problem, mut state: State) -> Result<State> {
+    pub fn restart(&self, problem: &Problem, mut state: RunState) -> Result<RunState> {
         self.check(problem)?;
         state.check(problem)?;
         if self.automatic.is_none() {
@@ -177,7 +177,7 @@ impl Method {
 
     /// Keeps the derivatives at the design of a state, before it moves on, and the sizes of its values if it is the start, for a later
     /// confirmation.
-    pub(super) fn keep(&self, problem: &Problem, state: &mut State, data: &CycleData) {
+    pub(super) fn keep(&self, problem: &Problem, state: &mut RunState, data: &CycleData) {
         if self.stop.confirm {
             if state.history.first().is_some_and(|start| start.design == state.design) {
                 state.start_sizes = Some(Automatic::start_sizes(problem, state, data));
@@ -191,19 +191,19 @@ impl Method {
 }
 
 /// True if the last trial step was accepted and has the length zero.
-fn has_stopped(state: &State) -> bool {
+fn has_stopped(state: &RunState) -> bool {
     let zero = |(step, b): (&f64, &f64)| step.abs() <= NO_STEP * b.abs();
     let is_accepted = state.history.last().is_some_and(|c| c.accepted && c.cycle > 0);
     is_accepted && state.last_step.as_ref().is_some_and(|step| step.iter().zip(&state.design).all(zero))
 }
 
-impl State {
+impl RunState {
     /// Moves to the design where the run of a confirmation has ended: the last cycle.
-    fn adopt(&mut self, end: State) {
+    fn adopt(&mut self, end: RunState) {
         let Some(cycle) = end.history.into_iter().rfind(|cycle| cycle.accepted) else { return };
         self.history.push(Cycle { cycle: self.cycles() + 1, ..cycle });
         self.active = end.active;
-        let State { design, responses, evaluation, .. } = end;
+        let RunState { design, responses, evaluation, .. } = end;
         self.last_step = Some(design.iter().zip(&self.design).map(|(to, from)| to - from).collect());
         (self.design, self.responses, self.evaluation, self.data) = (design, responses, evaluation, None);
     }
@@ -211,13 +211,13 @@ impl State {
 
 /// Continues with the automatic method from the design of a state, or from a clearly better one before it, until it ends. Returns its
 /// last state, too.
-fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<(Confirmation, State)> {
+fn confirm(problem: &Problem, state: &mut RunState, accuracy: f64) -> Result<(Confirmation, RunState)> {
     let better = clearly_better(state, accuracy);
     let mut history: Vec<_> = state.history.iter().filter(|cycle| cycle.accepted).cloned().collect();
     history.extend(better.map(|cycle| Cycle { accepted: true, ..cycle.clone() }));
     let max_cycles = history.len() - 1 + MOST_TRIALS;
     let method = Method::automatic().with_stop(Stop { max_cycles, ..Stop::default() });
-    let mut run = State { history, data: None, automatic: None, confirmation: None, active: None, ..state.clone() };
+    let mut run = RunState { history, data: None, automatic: None, confirmation: None, active: None, ..state.clone() };
     (run.status, run.reason) = (Status::Running, String::new());
     let begin = run.counters;
     if let Some(cycle) = better {
@@ -236,7 +236,7 @@ fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<(Confi
         run = method.step(problem, run)?;
     }
     let end = run.counters;
-    let violation = |state: &State| state.evaluation.max_violation_pct().max(0.0);
+    let violation = |state: &RunState| state.evaluation.max_violation_pct().max(0.0);
     let confirmation = Confirmation {
         trials: state.history.len(),
         fingerprint: problem.fingerprint(),
@@ -257,11 +257,11 @@ fn confirm(problem: &Problem, state: &mut State, accuracy: f64) -> Result<(Confi
 }
 
 /// The best design of a run if it is better than the last one by more than the accuracy can explain.
-fn clearly_better(state: &State, accuracy: f64) -> Option<&Cycle> {
+fn clearly_better(state: &RunState, accuracy: f64) -> Option<&Cycle> {
     let objective = state.evaluation.objective;
     let size = objective.abs();
     // A run that starts at an optimum has no range to speak of.
-    let least = (CLEARLY * state.trace().objective.width().min(size)).max(accuracy * size);
+    let least = (CLEAR_GAIN * state.trace().objective.width().min(size)).max(accuracy * size);
     let is_clear = |cycle: &&Cycle| {
         let is_equally_feasible = state.evaluation.max_violation_pct() <= 100.0 * accuracy;
         !is_equally_feasible || objective - cycle.objective > least
@@ -279,7 +279,7 @@ fn unit(objectives: &[f64], by_slopes: f64) -> f64 {
     let change = (range(RECENT.max(objectives.len() / 2)) * whole).sqrt().max(by_slopes.min(whole)).max(LEAST * whole);
     let unit = |last: &f64| {
         let unit = last.abs().min(change).max(LEAST * change);
-        if whole < HIDDEN * last.abs() { UNSEEN * unit } else { unit }
+        if whole < HIDDEN_SIZE * last.abs() { HIDDEN_UNIT_FACTOR * unit } else { unit }
     };
     objectives.last().map_or(0.0, unit)
 }

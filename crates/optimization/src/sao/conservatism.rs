@@ -1,6 +1,6 @@
 //! Conservative approximations: the inner loop of GCMMA.
 
-use super::{Globalization, GlobalizationState, Trial, Verdict};
+use super::{Globalization, GlobalizationState, StepVerdict, Trial};
 use crate::problem::{Evaluation, Problem};
 use error::{Error, Result};
 
@@ -54,21 +54,21 @@ impl Conservatism {
         (0..outcome.shortfall.len()).all(|i| outcome.shortfall[i] <= self.tolerance * scale(trial, i))
     }
 
-    /// Increases the conservatism of approximations that were too low; [`Verdict::Reject`] beyond the largest conservatism.
-    pub(super) fn increase(&self, trial: &Trial, state: &mut GlobalizationState) -> Verdict {
-        let Some(outcome) = &trial.outcome else { return Verdict::Reject };
+    /// Increases the conservatism of approximations that were too low; [`StepVerdict::Reject`] beyond the largest conservatism.
+    pub(super) fn increase(&self, trial: &Trial, state: &mut GlobalizationState) -> StepVerdict {
+        let Some(outcome) = &trial.outcome else { return StepVerdict::Reject };
         for (i, rho) in state.conservatism.iter_mut().enumerate() {
             let unit = scale(trial, i);
             if outcome.shortfall[i] > self.tolerance * unit {
                 let wanted = 1.1 * (*rho + outcome.shortfall[i] / trial.distance);
                 let capped = if *rho > 2.0 * self.least * unit { wanted.min(10.0 * *rho) } else { wanted };
                 if !(capped < self.most * unit) {
-                    return Verdict::Reject;
+                    return StepVerdict::Reject;
                 }
                 *rho = capped;
             }
         }
-        Verdict::IncreaseConservatism
+        StepVerdict::IncreaseConservatism
     }
 
     /// Reduces the conservatism after an accepted design.
@@ -103,10 +103,10 @@ impl Globalization for Conservatism {
         self.initial(problem, first)
     }
 
-    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> Verdict {
+    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> StepVerdict {
         if self.is_conservative(trial) {
             self.relax(trial, state);
-            return Verdict::Accept;
+            return StepVerdict::Accept;
         }
         self.increase(trial, state)
     }

@@ -1,7 +1,7 @@
 //! Rows of the history of a run.
 
-use super::trial::Proposal;
-use super::{Region, Trial, Verdict};
+use super::trial::AnalysedProposal;
+use super::{Region, StepVerdict, Trial};
 use crate::problem::{Evaluation, Problem, RowId};
 use serde::{Deserialize, Serialize};
 
@@ -61,7 +61,7 @@ pub struct Cycle {
     /// Rows that are active in its solution.
     pub active: Vec<ActiveRow>,
     /// Status of the subproblem solver; `None` for the start.
-    pub subproblem: Option<nlp::Status>,
+    pub subproblem: Option<nlp::ProgramStatus>,
     /// Iterations of the subproblem solver.
     pub iterations: usize,
     /// Largest scaled KKT residual of the subproblem's solution, computed independently of the solver.
@@ -128,10 +128,10 @@ impl Cycle {
         number: usize,
         factors: &[f64],
         trial: &Trial,
-        verdict: Verdict,
-        proposal: &Proposal,
+        verdict: StepVerdict,
+        proposal: &AnalysedProposal,
     ) -> Self {
-        let (outcome, Proposal { data, region, solution, analyzed, .. }) = (trial.outcome.as_ref(), proposal);
+        let (outcome, AnalysedProposal { data, region, solution, analyzed, .. }) = (trial.outcome.as_ref(), proposal);
         let analyzed = analyzed.as_ref();
         let found = analyzed.ok().map(|analyzed| &analyzed.evaluation);
         let active = data.retained.iter().zip(&solution.multipliers).filter(|(_, m)| **m != 0.0);
@@ -144,7 +144,7 @@ impl Cycle {
         };
         Self {
             cycle: number,
-            accepted: verdict == Verdict::Accept,
+            accepted: verdict == StepVerdict::Accept,
             active_limits: trial.at_limit.iter().filter(|a| **a).count(),
             design: solution.x.clone(),
             objective: outcome.map_or(trial.objective_before, |o| o.objective),

@@ -1,8 +1,8 @@
 //! The sequence of cycles (Section 4 of the paper).
 
 use super::trace::Trace;
-use super::trial::Proposal;
-use super::{Counters, Cycle, Method, STATE_VERSION, State, Status, Trial, Verdict, optimality};
+use super::trial::AnalysedProposal;
+use super::{Counters, Cycle, Method, RunState, STATE_VERSION, Status, StepVerdict, Trial, optimality};
 use crate::approximation::{ApproximateProblem, ApproximationOptions, CycleData, SubproblemBox};
 use crate::problem::{AnalyzedDesign, Problem, RowId};
 use error::{Error, Result};
@@ -13,7 +13,7 @@ impl Method {
     /// # Errors
     ///
     /// As [`start`](Self::start) and [`step`](Self::step).
-    pub fn solve(&self, problem: &Problem, mut observe: impl FnMut(&State)) -> Result<State> {
+    pub fn solve(&self, problem: &Problem, mut observe: impl FnMut(&RunState)) -> Result<RunState> {
         let state = self.start(problem)?;
         observe(&state);
         self.resume(problem, state, observe)
@@ -24,7 +24,12 @@ impl Method {
     /// # Errors
     ///
     /// As [`step`](Self::step); also if settings are out of range, or if the state belongs to another problem.
-    pub fn resume(&self, problem: &Problem, mut state: State, mut observe: impl FnMut(&State)) -> Result<State> {
+    pub fn resume(
+        &self,
+        problem: &Problem,
+        mut state: RunState,
+        mut observe: impl FnMut(&RunState),
+    ) -> Result<RunState> {
         state = self.restart(problem, state)?;
         while state.status == Status::Running {
             state = self.step(problem, state)?;
@@ -38,7 +43,7 @@ impl Method {
     /// # Errors
     ///
     /// If settings are out of range, parts of the problem are inconsistent, or the start cannot be analysed.
-    pub fn start(&self, problem: &Problem) -> Result<State> {
+    pub fn start(&self, problem: &Problem) -> Result<RunState> {
         self.start_at(problem, problem.start())
     }
 
@@ -47,13 +52,13 @@ impl Method {
     /// # Errors
     ///
     /// As [`start`](Self::start).
-    pub fn start_at(&self, problem: &Problem, design: Vec<f64>) -> Result<State> {
+    pub fn start_at(&self, problem: &Problem, design: Vec<f64>) -> Result<RunState> {
         self.check(problem)?;
         problem.check()?;
         problem.check_design(&design)?;
         let AnalyzedDesign { design, responses, evaluation } = problem.analyze_design(&design)?;
         let factors = self.move_limits.start(problem.n());
-        Ok(State {
+        Ok(RunState {
             version: STATE_VERSION,
             problem: problem.name.clone(),
             fingerprint: problem.fingerprint(),
@@ -85,7 +90,7 @@ impl Method {
     /// Those of the sensitivities at the start design, and of the approximation. A failed analysis of the proposed design is not an
     /// error, unless it [ends the run](error::Error::ends_run): it rejects the design. Where a later design cannot be differentiated, or
     /// the approximate problem cannot be solved, the run has [stalled](Status::Stalled).
-    pub fn step(&self, problem: &Problem, mut state: State) -> Result<State> {
+    pub fn step(&self, problem: &Problem, mut state: RunState) -> Result<RunState> {
         let rules = self.approximation.asymptotes();
         state.follow(&rules);
         state.active = None;
@@ -97,7 +102,7 @@ impl Method {
         Ok(state)
     }
 
-    fn trial_step(&self, problem: &Problem, mut state: State) -> Result<State> {
+    fn trial_step(&self, problem: &Problem, mut state: RunState) -> Result<RunState> {
         // 1. Responses and 2. objective and constraints at the design of the state: from the analysis that accepted it.
         // 3. Screening and 4. sensitivities of the retained responses; a repeated cycle reuses both.
         let data = match state.data.take() {
@@ -127,7 +132,7 @@ impl Method {
         if let Some(error) = analyzed.as_ref().err().filter(|error| error.ends_run()) {
             return Err(error.clone());
         }
-        let proposal = Proposal {
+        let proposal = AnalysedProposal {
             data: &data,
             region: &region,
             solution: &solution,
@@ -148,9 +153,9 @@ impl Method {
         };
         let verdict = match &trial.outcome {
             Some(_) if missed.is_empty() => self.globalization.judge(&trial, &mut globalization),
-            _ => Verdict::Reject,
+            _ => StepVerdict::Reject,
         };
-        if verdict != Verdict::IncreaseConservatism && missed.is_empty() {
+        if verdict != StepVerdict::IncreaseConservatism && missed.is_empty() {
             self.move_limits.update(&mut factors, &trial, verdict);
         }
         let mut cycle = Cycle::new(problem, state.cycles() + 1, &state.factors, &trial, verdict, &proposal);
@@ -160,7 +165,7 @@ impl Method {
         state.history.push(cycle);
         (state.factors, state.globalization) = (factors, globalization);
         match (verdict, analyzed) {
-            (Verdict::Accept, Ok(accepted)) => {
+            (StepVerdict::Accept, Ok(accepted)) => {
                 self.keep(problem, &mut state, &data);
                 state.advance(accepted, data.sensitivities, self.memory());
             }
@@ -173,7 +178,7 @@ impl Method {
         self.conclude(problem, state)
     }
 
-    pub(super) fn screen_and_differentiate(&self, problem: &Problem, state: &mut State) -> Result<CycleData> {
+    pub(super) fn screen_and_differentiate(&self, problem: &Problem, state: &mut RunState) -> Result<CycleData> {
         let retained = self.screening.retain(problem, &state.evaluation);
         self.differentiate_rows(problem, state, retained)
     }
@@ -181,11 +186,11 @@ impl Method {
     pub(super) fn differentiate_rows(
         &self,
         problem: &Problem,
-        state: &mut State,
+        state: &mut RunState,
         mut retained: Vec<RowId>,
     ) -> Result<CycleData> {
         retained.sort_unstable();
-        let State { design, responses, evaluation, .. } = &*state;
+        let RunState { design, responses, evaluation, .. } = &*state;
         let second_order = self.approximation.wants_curvature();
         let data = CycleData::differentiate(problem, design, responses, evaluation, retained, second_order)?;
         state.counters.sensitivity_analyses += usize::from(data.has_derivatives());
@@ -195,7 +200,7 @@ impl Method {
     fn approximate<'a>(
         &self,
         problem: &'a Problem,
-        state: &State,
+        state: &RunState,
         data: &CycleData,
         sides: (Vec<f64>, Vec<f64>),
     ) -> Result<ApproximateProblem<'a>> {
@@ -215,7 +220,7 @@ impl Method {
     /// # Errors
     ///
     /// Another error of the solver, and those of the confirmation.
-    fn without_step(&self, problem: &Problem, state: State, error: Error) -> Result<State> {
+    fn without_step(&self, problem: &Problem, state: RunState, error: Error) -> Result<RunState> {
         if !matches!(error, Error::NotFinite { .. }) {
             return Err(error);
         }
@@ -223,7 +228,7 @@ impl Method {
     }
 }
 
-impl State {
+impl RunState {
     /// The end of a run at a design that cannot be differentiated.
     ///
     /// # Errors

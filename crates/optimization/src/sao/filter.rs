@@ -1,6 +1,6 @@
 //! Filters: a design is accepted if it is better than every earlier one in the objective or in the violation.
 
-use super::{Conservatism, Globalization, GlobalizationState, Trial, Verdict};
+use super::{Conservatism, Globalization, GlobalizationState, StepVerdict, Trial};
 use crate::problem::{Evaluation, Problem};
 use error::{Error, Result};
 
@@ -94,8 +94,8 @@ impl Globalization for Filter {
         GlobalizationState { filter: vec![self.ceiling(first)], ..Default::default() }
     }
 
-    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> Verdict {
-        if self.accepts(trial, state) { Verdict::Accept } else { Verdict::Reject }
+    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> StepVerdict {
+        if self.accepts(trial, state) { StepVerdict::Accept } else { StepVerdict::Reject }
     }
 }
 
@@ -124,12 +124,12 @@ impl Globalization for FilteredConservatism {
         GlobalizationState { filter: vec![self.filter.ceiling(first)], ..self.conservatism.initial(problem, first) }
     }
 
-    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> Verdict {
+    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> StepVerdict {
         if self.filter.accepts(trial, state) {
             self.conservatism.relax(trial, state);
-            Verdict::Accept
+            StepVerdict::Accept
         } else if self.conservatism.is_conservative(trial) {
-            Verdict::Reject
+            StepVerdict::Reject
         } else {
             self.conservatism.increase(trial, state)
         }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// The decision on a proposed design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Verdict {
+pub enum StepVerdict {
     /// The design is accepted and starts the next cycle.
     Accept,
     /// The cycle is repeated from the same design with other move limits.
@@ -44,7 +44,7 @@ pub trait Globalization: Send + Sync + std::fmt::Debug {
         GlobalizationState::default()
     }
     /// The decision on a trial step; one whose analysis failed is rejected without this method.
-    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> Verdict;
+    fn judge(&self, trial: &Trial, state: &mut GlobalizationState) -> StepVerdict;
 }
 
 /// Accepts a design unless the approximation errors there are too large: the paper's rule.
@@ -66,9 +66,9 @@ impl Globalization for ErrorBased {
         Error::check_option("error above which a cycle is rejected", "positive", limit, limit > 0.0)
     }
 
-    fn judge(&self, trial: &Trial, _: &mut GlobalizationState) -> Verdict {
+    fn judge(&self, trial: &Trial, _: &mut GlobalizationState) -> StepVerdict {
         let error = trial.outcome.as_ref().map_or(f64::INFINITY, |o| o.error_pct());
-        if error > self.reject_above_pct { Verdict::Reject } else { Verdict::Accept }
+        if error > self.reject_above_pct { StepVerdict::Reject } else { StepVerdict::Accept }
     }
 }
 
@@ -99,12 +99,12 @@ impl Globalization for StayFeasible {
         true
     }
 
-    fn judge(&self, trial: &Trial, _: &mut GlobalizationState) -> Verdict {
+    fn judge(&self, trial: &Trial, _: &mut GlobalizationState) -> StepVerdict {
         let violation = trial.outcome.as_ref().map_or(f64::INFINITY, |o| o.violation_pct);
         if violation > self.violation_pct.max(100.0 * trial.violation_before) {
-            Verdict::Reject
+            StepVerdict::Reject
         } else {
-            Verdict::Accept
+            StepVerdict::Accept
         }
     }
 }
@@ -114,8 +114,8 @@ impl Globalization for StayFeasible {
 pub struct AcceptAlways;
 
 impl Globalization for AcceptAlways {
-    fn judge(&self, _: &Trial, _: &mut GlobalizationState) -> Verdict {
-        Verdict::Accept
+    fn judge(&self, _: &Trial, _: &mut GlobalizationState) -> StepVerdict {
+        StepVerdict::Accept
     }
 }
 
@@ -152,8 +152,8 @@ mod tests {
             };
             StayFeasible::default().judge(&trial, &mut GlobalizationState::default())
         };
-        assert_eq!([judge(-5.0, -1.0), judge(-5.0, 2.9), judge(20.0, 15.0)], [Verdict::Accept; 3]);
-        assert_eq!([judge(-5.0, 3.1), judge(20.0, 25.0)], [Verdict::Reject; 2]);
+        assert_eq!([judge(-5.0, -1.0), judge(-5.0, 2.9), judge(20.0, 15.0)], [StepVerdict::Accept; 3]);
+        assert_eq!([judge(-5.0, 3.1), judge(20.0, 25.0)], [StepVerdict::Reject; 2]);
         assert!(StayFeasible { violation_pct: -1.0 }.check().is_err());
     }
 }

@@ -1,12 +1,12 @@
 //! The settings of a method.
 
-use super::{Automatic, ErrorBased, Globalization, MoveLimits, RelativeLimits, Screening, State, Stop};
+use super::{Automatic, ErrorBased, Globalization, MoveLimits, RelativeLimits, RunState, Screening, Stop};
 use crate::approximation::{Approximation, CycleData, LagrangianCurvature, Linear};
 use crate::problem::{AnalyzedDesign, Evaluation, Problem, RowId, Selection};
 use error::Result;
 use nlp::SubproblemSolver;
 
-/// A method: a choice of interchangeable parts. It contains settings only; data that change are in the [`State`].
+/// A method: a choice of interchangeable parts. It contains settings only; data that change are in the [`RunState`].
 ///
 /// # Examples
 ///
@@ -56,7 +56,7 @@ impl Method {
             curvature: None,
             screening: Screening::default(),
             move_limits: Box::new(RelativeLimits::default()),
-            solver: Box::new(nlp::Automatic::default()),
+            solver: Box::new(nlp::AutoSolver::default()),
             globalization: Box::new(ErrorBased::default()),
             moving_peaks: true,
             stop: Stop::default(),
@@ -152,7 +152,7 @@ impl Method {
 
     /// Name of the method by which the analysis differentiates the retained responses at this design; `None` if it has one
     /// method only.
-    pub fn differentiation(&self, problem: &Problem, state: &State) -> Option<&'static str> {
+    pub fn differentiation(&self, problem: &Problem, state: &RunState) -> Option<&'static str> {
         let retained = self.screening.retain(problem, &state.evaluation);
         problem.analysis.differentiation(problem.n(), &CycleData::needed(problem, &retained))
     }

@@ -1,7 +1,7 @@
 //! The sequence of approximate optimization cycles (Sections 3 and 4 of the paper).
 //!
 //! A [`Method`] is a choice of interchangeable parts, and its [`Method::step`] does one cycle. All data that change are in
-//! one [`State`]. It can be written to a file, and a run that continues from the file has the same bits.
+//! one [`RunState`]. It can be written to a file, and a run that continues from the file has the same bits.
 
 mod automatic;
 mod by_hand;
@@ -20,27 +20,27 @@ mod region;
 mod screening;
 mod state;
 mod state_shape;
-mod stop;
+mod stop_test;
 mod trace;
 mod trial;
 mod trust_region;
 
 pub use automatic::{
-    AcceptedPoint, Automatic, AutomaticState, Candidate, FilterEntry, Number, NumberGroup, NumberId, RejectedPoint,
-    Scores,
+    AcceptedPoint, ApproximatedValue, ApproximationKind, Automatic, AutomaticState, FilterEntry, NumberGroup, NumberId,
+    RejectedPoint, Scores,
 };
 pub use conservatism::Conservatism;
 pub use cycle::{ActiveRow, Cycle, Prediction};
 pub use filter::{Filter, FilteredConservatism};
-pub use globalization::{AcceptAlways, ErrorBased, Globalization, GlobalizationState, StayFeasible, Verdict};
+pub use globalization::{AcceptAlways, ErrorBased, Globalization, GlobalizationState, StayFeasible, StepVerdict};
 pub use method::Method;
 pub use move_limits::{MoveLimits, RelativeLimits};
 pub use post_optimal::{Parameter, PostOptimal};
 pub use presets::{DEFAULT_PRESET, Preset, preset, presets};
 pub use region::Region;
 pub use screening::Screening;
-pub use state::{Confirmation, Counters, STATE_VERSION, State, Status};
-pub use stop::Stop;
+pub use state::{Confirmation, Counters, RunState, STATE_VERSION, Status};
+pub use stop_test::Stop;
 pub use trial::{Outcome, Trial};
 pub use trust_region::{FixedLimits, Merit, TrustRegion};
 

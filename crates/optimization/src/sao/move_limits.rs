@@ -1,6 +1,6 @@
 //! Move limits: the search subregion of a cycle.
 
-use super::{Region, Trial, Verdict};
+use super::{Region, StepVerdict, Trial};
 use crate::problem::Problem;
 use error::{Error, Result};
 
@@ -17,7 +17,7 @@ pub trait MoveLimits: Send + Sync + std::fmt::Debug {
     /// The search subregion around design `b`.
     fn region(&self, problem: &Problem, b: &[f64], factors: &[f64]) -> Region;
     /// Updates the factors for the next trial step, after the decision on a trial step.
-    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict);
+    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: StepVerdict);
 }
 
 /// The move limits of the paper: one relative factor for each design variable, controlled by the approximation errors.
@@ -112,8 +112,8 @@ impl MoveLimits for RelativeLimits {
         Region::around(problem, b, &(0..b.len()).map(width).collect::<Vec<_>>())
     }
 
-    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict) {
-        let Some(outcome) = trial.outcome.as_ref().filter(|_| verdict == Verdict::Accept) else {
+    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: StepVerdict) {
+        let Some(outcome) = trial.outcome.as_ref().filter(|_| verdict == StepVerdict::Accept) else {
             factors.iter_mut().for_each(|f| *f *= self.on_rejection);
             return;
         };

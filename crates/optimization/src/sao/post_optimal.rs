@@ -1,6 +1,6 @@
 //! Post-optimality analysis: multipliers at the optimum, and derivatives of the optimum with respect to parameters.
 
-use super::{ActiveRow, State};
+use super::{ActiveRow, RunState};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Goal, Problem, RowId, Sensitivities};
 use error::{Error, Result};
@@ -76,7 +76,7 @@ fn gradients(problem: &Problem, b: &[f64], rows: &[RowId]) -> Result<(Vec<f64>, 
 impl PostOptimal {
     /// The multipliers at the last design of a run, for the rows that are active there; one analysis and one
     /// sensitivity analysis.
-    pub fn new(problem: &Problem, state: &State) -> Result<Self> {
+    pub fn new(problem: &Problem, state: &RunState) -> Result<Self> {
         let rows: Vec<RowId> = state.active_rows().iter().map(|active| active.row).collect();
         let b = &state.design;
         let (objective, gradients) = gradients(problem, b, &rows)?;
@@ -216,7 +216,7 @@ impl PostOptimal {
 
     /// Active constraints and bounds with their effect on the objective, in words, the largest multiplier first:
     /// `displacement upper at time 2.28 s: relaxing it by 1 % changes peak acceleration by -0.0028 m/s²`.
-    pub fn in_words(&self, problem: &Problem, state: &State) -> Vec<String> {
+    pub fn in_words(&self, problem: &Problem, state: &RunState) -> Vec<String> {
         let percent = |row: &ActiveRow| {
             let sign = if problem.objective.goal == Goal::Maximize { -1.0 } else { 1.0 };
             let change = -0.01 * sign * row.multiplier;
@@ -245,7 +245,7 @@ fn singular(problem: &Problem, why: &str) -> Error {
     )
 }
 
-impl State {
+impl RunState {
     /// A constraint and its time in words; a peak in continuous time with its own time.
     pub fn row_in_words(&self, problem: &Problem, row: RowId) -> String {
         let constraint = &problem.constraints[row.constraint];

@@ -48,7 +48,7 @@ pub struct Counters {
 
 /// Everything that changes during a run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct State {
+pub struct RunState {
     /// [`STATE_VERSION`] of the writer.
     pub version: u32,
     /// Name of the problem.
@@ -136,7 +136,7 @@ pub struct Confirmation {
     pub is_adopted: bool,
 }
 
-impl State {
+impl RunState {
     /// The state as JSON; every number reads back with the same bits.
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("a state holds finite numbers and strings only")
@@ -208,11 +208,11 @@ impl State {
         })
     }
 
-    /// Reads a state that [`State::save`] wrote, for continuing a run of `problem` with the same bits.
+    /// Reads a state that [`RunState::save`] wrote, for continuing a run of `problem` with the same bits.
     ///
     /// # Errors
     ///
-    /// As [`State::from_json`], and if the file cannot be read; the message names the file.
+    /// As [`RunState::from_json`], and if the file cannot be read; the message names the file.
     pub fn load(path: &Path, problem: &Problem) -> Result<Self> {
         let unreadable =
             |e: std::io::Error| file_fault(path, &format!("it cannot be read: {e}"), "give a file that a run wrote");

@@ -1,6 +1,6 @@
 //! Checks of a state from a file: every length and every index agrees with the problem, so that cycles and reports may rely on it.
 
-use super::{Counters, Cycle, State};
+use super::{Counters, Cycle, RunState};
 use crate::approximation::{CycleData, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Peak, Problem, ResponseAt, RowId, Sensitivities};
 use error::{Error, Result};
@@ -9,14 +9,14 @@ use nalgebra::DMatrix;
 /// Largest number of analyses and iterations; far beyond any run, far from the largest number that can be stored.
 const MOST: usize = usize::MAX / 1024;
 
-impl State {
+impl RunState {
     /// Rejects a state whose parts do not have the shape of the problem, or contradict each other.
     pub(super) fn check_shape(&self, problem: &Problem) -> Result<()> {
         check(self, problem)
     }
 }
 
-fn check(state: &State, problem: &Problem) -> Result<()> {
+fn check(state: &RunState, problem: &Problem) -> Result<()> {
     let n = problem.n();
     Error::check_length("design of the state", n, state.design.len())?;
     let Counters { analyses, sensitivity_analyses, subproblem_iterations } = state.counters;
@@ -41,7 +41,7 @@ fn check(state: &State, problem: &Problem) -> Result<()> {
     state.data.as_ref().map_or(Ok(()), |data| check_data(data, &state.evaluation, problem))?;
     state.points.iter().try_for_each(|point| point.check(problem))?;
     if let (Some(memory), Some(data)) = (&state.automatic, &state.data) {
-        let State { design, responses, evaluation, .. } = state.clone();
+        let RunState { design, responses, evaluation, .. } = state.clone();
         memory.check(problem, &AnalyzedDesign { design, responses, evaluation }, data)?;
     }
     rows_exist(state.active.iter().flatten().map(|active| active.row), problem)?;

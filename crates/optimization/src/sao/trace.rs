@@ -32,12 +32,12 @@ pub(super) struct Trace {
     /// True if a step was rejected.
     pub has_rejected: bool,
     /// Steps without a failure of which no other one has a smaller or equal violation and objective, by ascending violation.
-    best: Vec<Candidate>,
+    best: Vec<RankedStep>,
 }
 
 /// A step that may be the best one.
 #[derive(Clone, Copy, Debug)]
-struct Candidate {
+struct RankedStep {
     violation: f64,
     objective: f64,
     step: usize,
@@ -120,13 +120,13 @@ impl Trace {
         }
         self.has_rejected |= !cycle.accepted;
         if cycle.failure.is_none() {
-            self.consider(Candidate { violation: cycle.violation(), objective: stated, step: self.steps });
+            self.consider(RankedStep { violation: cycle.violation(), objective: stated, step: self.steps });
         }
         self.last = Some((cycle.accepted, cycle.design.clone(), cycle.objective));
         self.steps += 1;
     }
 
-    fn consider(&mut self, new: Candidate) {
+    fn consider(&mut self, new: RankedStep) {
         let not_more = self.best.partition_point(|c| c.violation.total_cmp(&new.violation).is_le());
         if not_more > 0 && self.best[not_more - 1].objective.total_cmp(&new.objective).is_le() {
             return;

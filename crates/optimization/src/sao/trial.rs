@@ -11,7 +11,7 @@ use nlp::{Solution, Values};
 const SMALL: f64 = 0.5;
 
 /// The solution of an approximate problem and its analysis.
-pub(super) struct Proposal<'a> {
+pub(super) struct AnalysedProposal<'a> {
     pub data: &'a CycleData,
     /// The search subregion.
     pub region: &'a Region,
@@ -82,9 +82,9 @@ impl<'a> Trial<'a> {
         screening: &Screening,
         (from, before): (&'a [f64], &Evaluation),
         last_step: Option<&'a [f64]>,
-        proposal: &Proposal<'a>,
+        proposal: &AnalysedProposal<'a>,
     ) -> Self {
-        let Proposal { data, solution, distance, at_limit, analyzed, .. } = proposal;
+        let AnalysedProposal { data, solution, distance, at_limit, analyzed, .. } = proposal;
         let approximate = Values { objective: solution.objective, rows: solution.rows.clone() };
         let after = analyzed.as_ref().ok().map(|analyzed| &analyzed.evaluation);
         Self {

@@ -1,6 +1,6 @@
 //! Fixed move limits and the classical trust region.
 
-use super::{MoveLimits, Region, Trial, Verdict};
+use super::{MoveLimits, Region, StepVerdict, Trial};
 use crate::problem::Problem;
 use error::{Error, Result};
 
@@ -44,12 +44,12 @@ impl MoveLimits for FixedLimits {
         scaled_box(problem, b, factors)
     }
 
-    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict) {
+    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: StepVerdict) {
         for (k, factor) in factors.iter_mut().enumerate() {
             *factor = match verdict {
-                Verdict::Accept if trial.at_limit[k] && !trial.is_bounded[k] => 2.0 * factor.max(self.width),
-                Verdict::Accept if trial.is_bounded[k] => self.width,
-                Verdict::Accept => factor.max(self.width),
+                StepVerdict::Accept if trial.at_limit[k] && !trial.is_bounded[k] => 2.0 * factor.max(self.width),
+                StepVerdict::Accept if trial.is_bounded[k] => self.width,
+                StepVerdict::Accept => factor.max(self.width),
                 _ => 0.5 * *factor,
             };
         }
@@ -144,9 +144,9 @@ impl MoveLimits for TrustRegion {
         scaled_box(problem, b, factors)
     }
 
-    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: Verdict) {
+    fn update(&self, factors: &mut [f64], trial: &Trial, verdict: StepVerdict) {
         let ratio = self.ratio(trial);
-        let factor = if verdict != Verdict::Accept || ratio.is_some_and(|r| r < self.poor) {
+        let factor = if verdict != StepVerdict::Accept || ratio.is_some_and(|r| r < self.poor) {
             self.shrink
         } else if ratio.is_some_and(|r| r > self.good) && trial.at_limit.contains(&true) {
             self.grow

@@ -1,6 +1,6 @@
 //! Files of one folder, each by its name alone.
 
-use super::entry::Entry;
+use super::entry::EntryKind;
 use super::system;
 use std::collections::hash_map::RandomState;
 use std::fs::{File, TryLockError};
@@ -83,7 +83,7 @@ impl Directory {
     pub fn subfolder(&self, name: &str) -> io::Result<Self> {
         self.before(Operation::Create, name)?;
         let handle = match self.entry(name)? {
-            Some(Entry::Folder) => system::open_subfolder(&self.handle, name),
+            Some(EntryKind::Folder) => system::open_subfolder(&self.handle, name),
             Some(other) => Err(other.unsuitable()),
             None => system::make_folder(&self.handle, name).and_then(|()| system::open_subfolder(&self.handle, name)),
         }?;
@@ -94,7 +94,7 @@ impl Directory {
     ///
     /// # Errors
     /// Those of the file system; `InvalidInput` for a name that is a path.
-    pub fn entry(&self, name: &str) -> io::Result<Option<Entry>> {
+    pub fn entry(&self, name: &str) -> io::Result<Option<EntryKind>> {
         check_name(name)?;
         absent_is_none(system::entry(&self.handle, name))
     }
@@ -371,14 +371,14 @@ fn regular(file: File) -> io::Result<File> {
     if kind.is_file() {
         return Ok(file);
     }
-    Err(if kind.is_dir() { Entry::Folder } else { Entry::Special }.unsuitable())
+    Err(if kind.is_dir() { EntryKind::Folder } else { EntryKind::Special }.unsuitable())
 }
 
 fn absent_is_none<T>(result: io::Result<T>) -> io::Result<Option<T>> {
     match result {
         Ok(value) => Ok(Some(value)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(if system::is_link_error(&error) { Entry::Link.unsuitable() } else { error }),
+        Err(error) => Err(if system::is_link_error(&error) { EntryKind::Link.unsuitable() } else { error }),
     }
 }
 
@@ -512,7 +512,7 @@ mod tests {
             std::os::unix::fs::symlink("victim", folder.path().join(name)).unwrap();
         }
         std::os::unix::fs::symlink(".", folder.path().join("here")).unwrap();
-        assert_eq!(folder.entry("a").unwrap(), Some(Entry::Link));
+        assert_eq!(folder.entry("a").unwrap(), Some(EntryKind::Link));
         for error in [
             folder.read("a", 9).unwrap_err(),
             folder.appender("a").map(drop).unwrap_err(),

@@ -4,7 +4,7 @@ use std::io;
 
 /// Kind of an entry of a folder. Links are not followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Entry {
+pub enum EntryKind {
     /// A regular file.
     File,
     /// A folder.
@@ -15,7 +15,7 @@ pub enum Entry {
     Special,
 }
 
-impl Entry {
+impl EntryKind {
     /// The error about an entry of this kind where another kind is needed.
     pub(super) fn unsuitable(self) -> io::Error {
         io::Error::new(

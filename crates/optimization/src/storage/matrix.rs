@@ -8,9 +8,9 @@ use serde::{Deserialize, Deserializer};
 
 /// A matrix in its stored form.
 #[derive(Deserialize)]
-struct Stored(Vec<f64>, usize, usize);
+struct StoredMatrix(Vec<f64>, usize, usize);
 
-impl Stored {
+impl StoredMatrix {
     fn matrix<E: Error>(self) -> Result<DMatrix<f64>, E> {
         let Self(entries, rows, columns) = self;
         match rows.checked_mul(columns) {
@@ -22,18 +22,18 @@ impl Stored {
 
 /// For `#[serde(deserialize_with)]` of a matrix.
 pub fn one<'de, D: Deserializer<'de>>(from: D) -> Result<DMatrix<f64>, D::Error> {
-    Stored::deserialize(from)?.matrix()
+    StoredMatrix::deserialize(from)?.matrix()
 }
 
 /// For `#[serde(deserialize_with)]` of a list of matrices.
 pub fn several<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<DMatrix<f64>>, D::Error> {
-    Vec::<Stored>::deserialize(from)?.into_iter().map(Stored::matrix).collect()
+    Vec::<StoredMatrix>::deserialize(from)?.into_iter().map(StoredMatrix::matrix).collect()
 }
 
 /// For `#[serde(deserialize_with)]` of an optional list of matrices.
 pub fn maybe<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<DMatrix<f64>>>, D::Error> {
-    let stored = Option::<Vec<Stored>>::deserialize(from)?;
-    stored.map(|all| all.into_iter().map(Stored::matrix).collect()).transpose()
+    let stored = Option::<Vec<StoredMatrix>>::deserialize(from)?;
+    stored.map(|all| all.into_iter().map(StoredMatrix::matrix).collect()).transpose()
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! | file | content |
 //! |---|---|
 //! | `directory` | [`Directory`]: files of a folder, without following links; temporary names; bounded reads |
-//! | `entry` | [`Entry`]: kinds of entries of a folder |
+//! | `entry` | [`EntryKind`]: kinds of entries of a folder |
 //! | `system` | the calls of the operating system |
 //! | `matrix` | matrices from a file, with checked sizes |
 
@@ -14,7 +14,7 @@ pub(crate) mod matrix;
 mod system;
 
 pub use directory::{Appender, Directory, Lock, Operation, Watch, read_file};
-pub use entry::Entry;
+pub use entry::EntryKind;
 
 use std::io;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Calls of Unix systems, relative to an open folder.
 
-use super::entry::Entry;
+use super::entry::EntryKind;
 use rustix::fs::{AtFlags, CWD, Dir, FileType, Mode, OFlags};
 use std::fs::File;
 use std::io;
@@ -53,7 +53,7 @@ pub fn open_file(folder: &Handle, name: &str, purpose: Use) -> io::Result<File> 
     };
     let opened = rustix::fs::openat(folder, name, flags | PLAIN | OFlags::NOFOLLOW, Mode::from_raw_mode(0o666));
     let explained = |error: io::Error| match is_link_error(&error) {
-        true => Entry::Link.unsuitable(),
+        true => EntryKind::Link.unsuitable(),
         false => error,
     };
     opened.map(File::from).map_err(|error| explained(error.into()))
@@ -64,13 +64,13 @@ pub fn is_link_error(error: &io::Error) -> bool {
     error.raw_os_error() == Some(rustix::io::Errno::LOOP.raw_os_error())
 }
 
-pub fn entry(folder: &Handle, name: &str) -> io::Result<Entry> {
+pub fn entry(folder: &Handle, name: &str) -> io::Result<EntryKind> {
     let found = rustix::fs::statat(folder, name, AtFlags::SYMLINK_NOFOLLOW)?;
     Ok(match FileType::from_raw_mode(found.st_mode) {
-        FileType::RegularFile => Entry::File,
-        FileType::Directory => Entry::Folder,
-        FileType::Symlink => Entry::Link,
-        _ => Entry::Special,
+        FileType::RegularFile => EntryKind::File,
+        FileType::Directory => EntryKind::Folder,
+        FileType::Symlink => EntryKind::Link,
+        _ => EntryKind::Special,
     })
 }
 

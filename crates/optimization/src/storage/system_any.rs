@@ -1,6 +1,6 @@
 //! Calls of the standard library, for systems without open folders. A name is checked before the call that uses it.
 
-use super::entry::Entry;
+use super::entry::EntryKind;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -39,8 +39,8 @@ pub fn open_path(path: &Path) -> io::Result<File> {
 }
 
 pub fn open_file(folder: &Handle, name: &str, purpose: Use) -> io::Result<File> {
-    if let Ok(Entry::Link) = entry(folder, name) {
-        return Err(Entry::Link.unsuitable());
+    if let Ok(EntryKind::Link) = entry(folder, name) {
+        return Err(EntryKind::Link.unsuitable());
     }
     let mut options = OpenOptions::new();
     match purpose {
@@ -56,13 +56,13 @@ pub fn is_link_error(_: &io::Error) -> bool {
     false
 }
 
-pub fn entry(folder: &Handle, name: &str) -> io::Result<Entry> {
+pub fn entry(folder: &Handle, name: &str) -> io::Result<EntryKind> {
     let kind = std::fs::symlink_metadata(folder.join(name))?.file_type();
     Ok(match kind {
-        kind if kind.is_symlink() => Entry::Link,
-        kind if kind.is_file() => Entry::File,
-        kind if kind.is_dir() => Entry::Folder,
-        _ => Entry::Special,
+        kind if kind.is_symlink() => EntryKind::Link,
+        kind if kind.is_file() => EntryKind::File,
+        kind if kind.is_dir() => EntryKind::Folder,
+        _ => EntryKind::Special,
     })
 }
 

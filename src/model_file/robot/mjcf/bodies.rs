@@ -1,12 +1,12 @@
 //! Bodies with their joints, shapes and sites.
 
 use super::defaults::Defaults;
-use super::settings::{MassSource, Settings};
+use super::settings::{MassSource, MjcfSettings};
 use super::shapes;
 use crate::Result;
 use crate::model_file::robot::inertia::MassData;
-use crate::model_file::robot::parts::{Joint, JointType, Link};
-use crate::model_file::robot::xml::{Counts, Element};
+use crate::model_file::robot::parts::{JointType, Link, RobotJoint};
+use crate::model_file::robot::xml::{Counts, XmlElement};
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 use std::collections::HashMap;
 
@@ -44,10 +44,10 @@ pub const WORLD: usize = 0;
 
 /// Links and joints of a file, and what they lack.
 pub struct Bodies<'a> {
-    settings: &'a Settings,
+    settings: &'a MjcfSettings,
     defaults: &'a Defaults,
     pub links: Vec<Link>,
-    pub joints: Vec<Joint>,
+    pub joints: Vec<RobotJoint>,
     /// Pose of each link in the world with all joints at zero.
     pub poses: Vec<Isometry3<f64>>,
     /// Numbers of links by the names of bodies and of sites, and of joints.
@@ -61,7 +61,7 @@ pub struct Bodies<'a> {
 
 /// Where the contents of a body are: its link, the pose of their frame in it, their class, and whether shapes have masses.
 #[derive(Clone)]
-struct Place<'c> {
+struct BodyScope<'c> {
     link: usize,
     frame: Isometry3<f64>,
     class: &'c str,
@@ -70,7 +70,7 @@ struct Place<'c> {
 
 impl<'a> Bodies<'a> {
     /// A world without bodies.
-    pub fn new(settings: &'a Settings, defaults: &'a Defaults) -> Self {
+    pub fn new(settings: &'a MjcfSettings, defaults: &'a Defaults) -> Self {
         let world = Link { name: "world".into(), mass: None };
         Self {
             settings,
@@ -88,9 +88,9 @@ impl<'a> Bodies<'a> {
     }
 
     /// Adds all that an element `worldbody` contains.
-    pub fn world(&mut self, element: &Element) -> Result<()> {
+    pub fn world(&mut self, element: &XmlElement) -> Result<()> {
         let class = element.attribute("childclass").unwrap_or(super::defaults::MAIN);
-        let place = Place { link: WORLD, frame: Isometry3::identity(), class, has_masses: false };
+        let place = BodyScope { link: WORLD, frame: Isometry3::identity(), class, has_masses: false };
         self.contents(element, &place, &mut vec![])
     }
 
@@ -111,7 +111,7 @@ impl<'a> Bodies<'a> {
     }
 
     /// Adds the shapes, sites, bodies and frames in an element, and the masses of the shapes to `masses`.
-    fn contents(&mut self, element: &Element, at: &Place<'_>, masses: &mut Vec<MassData>) -> Result<()> {
+    fn contents(&mut self, element: &XmlElement, at: &BodyScope<'_>, masses: &mut Vec<MassData>) -> Result<()> {
         for child in &element.children {
             match &*child.name {
                 "geom" => {
@@ -132,7 +132,7 @@ impl<'a> Bodies<'a> {
                         return Err(joint.bad(&what, "it contains a joint", "move the joint into the body"));
                     }
                     let frame = at.frame * self.settings.pose(child, &what)?;
-                    self.contents(child, &Place { frame, class, ..at.clone() }, masses)?;
+                    self.contents(child, &BodyScope { frame, class, ..at.clone() }, masses)?;
                 }
                 "joint" | "freejoint" | "inertial" => {}
                 "replicate" | "attach" | "composite" | "flexcomp" => {
@@ -147,27 +147,27 @@ impl<'a> Bodies<'a> {
     }
 
     /// A description of an element for messages.
-    fn what(&self, kind: &str, element: &Element, link: usize) -> String {
+    fn what(&self, kind: &str, element: &XmlElement, link: usize) -> String {
         match element.attribute("name") {
             Some(name) => format!("{kind} `{name}`"),
             None => format!("{kind} of body `{}`", self.links[link].name),
         }
     }
 
-    fn site(&mut self, element: &Element, at: &Place<'_>) -> Result<()> {
+    fn site(&mut self, element: &XmlElement, at: &BodyScope<'_>) -> Result<()> {
         let Some(name) = element.attribute("name") else { return Ok(()) };
         let what = format!("site `{name}`");
         let own = self.defaults.apply(element, at.class)?;
         let place = at.frame * self.settings.pose(&own, &what)?;
         let link = self.link(name.to_owned(), self.poses[at.link] * place);
-        self.joints.push(Joint::new(format!("{name}_site"), JointType::Fixed, [at.link, link], place));
+        self.joints.push(RobotJoint::new(format!("{name}_site"), JointType::Fixed, [at.link, link], place));
         match self.sites.insert(name.to_owned(), link) {
             Some(_) => Err(element.bad(&what, "there are two sites of this name", "rename one")),
             None => Ok(()),
         }
     }
 
-    fn body(&mut self, element: &Element, at: &Place<'_>) -> Result<()> {
+    fn body(&mut self, element: &XmlElement, at: &BodyScope<'_>) -> Result<()> {
         let name = element.attribute("name").map_or_else(|| format!("body_{}", self.links.len()), str::to_owned);
         let what = format!("body `{name}`");
         let class = element.attribute("childclass").unwrap_or(at.class);
@@ -181,7 +181,7 @@ impl<'a> Bodies<'a> {
         for key in ["gravcomp", "mocap"].into_iter().filter(|key| is_moved(key)) {
             self.left_out.push(format!("`{key}` of body `{name}` was left out"));
         }
-        let joints: Vec<&Element> =
+        let joints: Vec<&XmlElement> =
             element.children.iter().filter(|child| matches!(&*child.name, "joint" | "freejoint")).collect();
         let mut parent = at.link;
         let mut origin = pose;
@@ -197,12 +197,12 @@ impl<'a> Bodies<'a> {
                     "rename one",
                 ));
             }
-            self.joints.push(Joint { parent, child, origin, ..own });
+            self.joints.push(RobotJoint { parent, child, origin, ..own });
             parent = child;
         }
         let link = if joints.is_empty() {
             let link = self.link(name.clone(), in_world);
-            self.joints.push(Joint::new(format!("{name}_fixed"), JointType::Fixed, [at.link, link], pose));
+            self.joints.push(RobotJoint::new(format!("{name}_fixed"), JointType::Fixed, [at.link, link], pose));
             link
         } else {
             parent
@@ -214,7 +214,7 @@ impl<'a> Bodies<'a> {
         let inertial = element.first("inertial").filter(|_| self.settings.masses != MassSource::Shapes);
         let has_masses = inertial.is_none() && self.settings.masses != MassSource::Inertial;
         let mut masses = vec![];
-        self.contents(element, &Place { link, frame: Isometry3::identity(), class, has_masses }, &mut masses)?;
+        self.contents(element, &BodyScope { link, frame: Isometry3::identity(), class, has_masses }, &mut masses)?;
         self.links[link].mass = match inertial {
             Some(inertial) => self.inertial(inertial, &what)?,
             None => masses.into_iter().reduce(|a, b| a.and(&b)).map(|mass| self.balanced(mass)),
@@ -223,7 +223,7 @@ impl<'a> Bodies<'a> {
     }
 
     /// The joint number `k` of a body; its origin is not yet known.
-    fn joint(&mut self, element: &Element, body: &str, k: usize, count: usize, class: &str) -> Result<Joint> {
+    fn joint(&mut self, element: &XmlElement, body: &str, k: usize, count: usize, class: &str) -> Result<RobotJoint> {
         let own = match &*element.name {
             "joint" => self.defaults.apply(element, class)?,
             _ => element.clone(),
@@ -244,7 +244,7 @@ impl<'a> Bodies<'a> {
         if kind == JointType::Floating && count > 1 {
             return Err(own.bad(&what, "a free joint is the only one of its body", "remove the other joints"));
         }
-        let mut joint = Joint::new(name, kind, [WORLD, WORLD], Isometry3::identity());
+        let mut joint = RobotJoint::new(name, kind, [WORLD, WORLD], Isometry3::identity());
         // A free joint is at the frame of its body and has no limits.
         let is_free = kind == JointType::Floating;
         if !is_free {
@@ -288,7 +288,7 @@ impl<'a> Bodies<'a> {
     }
 
     /// The mass of an element `inertial`.
-    fn inertial(&self, element: &Element, what: &str) -> Result<Option<MassData>> {
+    fn inertial(&self, element: &XmlElement, what: &str) -> Result<Option<MassData>> {
         let Some(mass) = element.number(what, "mass")? else {
             return Err(element.bad(what, "its <inertial> has no mass", "add mass=\"…\" in kg"));
         };

@@ -1,6 +1,6 @@
 //! Default classes: attributes that elements of a class have unless they say otherwise.
 
-use crate::model_file::robot::xml::Element;
+use crate::model_file::robot::xml::XmlElement;
 use crate::{Error, Result};
 use std::collections::HashMap;
 
@@ -20,7 +20,7 @@ pub const MAIN: &str = "main";
 
 impl Defaults {
     /// Reads all elements `default` of the root.
-    pub fn of(root: &Element) -> Result<Self> {
+    pub fn of(root: &XmlElement) -> Result<Self> {
         let mut all = Self { classes: HashMap::from([(MAIN.to_owned(), Attributes::new())]) };
         for element in root.all("default") {
             let name = element.attribute("class").unwrap_or(MAIN);
@@ -30,7 +30,7 @@ impl Defaults {
     }
 
     /// Adds the class of an element `default`, which begins with the attributes of the class `outer`, and the classes in it.
-    fn add(&mut self, element: &Element, name: &str, outer: &str, depth: usize) -> Result<()> {
+    fn add(&mut self, element: &XmlElement, name: &str, outer: &str, depth: usize) -> Result<()> {
         let Some(depth) = depth.checked_sub(1) else {
             return Err(element.bad(
                 "<default>",
@@ -55,7 +55,7 @@ impl Defaults {
     }
 
     /// An element with the attributes of its class, or of `class` if it names none.
-    pub fn apply(&self, element: &Element, class: &str) -> Result<Element> {
+    pub fn apply(&self, element: &XmlElement, class: &str) -> Result<XmlElement> {
         let name = element.attribute("class").unwrap_or(class);
         let Some(class) = self.classes.get(name) else {
             let error = Error::unknown("class", name, self.classes.keys().map(String::as_str));
@@ -64,7 +64,7 @@ impl Defaults {
         let Some(own) = class.get(&element.name) else { return Ok(element.clone()) };
         let mut own = own.clone();
         element.attributes.iter().for_each(|(key, _)| forget_alternatives(&mut own, key));
-        let mut all = Element { children: vec![], ..element.clone() };
+        let mut all = XmlElement { children: vec![], ..element.clone() };
         // A size with fewer numbers replaces the first ones only.
         if let (Some(size), Some(default)) = (all.attributes.iter_mut().find(|(key, _)| key == "size"), own.get("size"))
         {

@@ -2,14 +2,14 @@
 
 use super::bodies::{Bodies, WORLD};
 use crate::model_file::robot::parts::{Closure, Mimic};
-use crate::model_file::robot::xml::Element;
+use crate::model_file::robot::xml::XmlElement;
 use crate::{Error, Result};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use std::collections::HashMap;
 
 /// Adds the constraints of an element `equality` to the joints of `bodies`. Returns those that close loops; others are named
 /// in `left_out`.
-pub fn read(section: &Element, bodies: &mut Bodies<'_>, left_out: &mut Vec<String>) -> Result<Vec<Closure>> {
+pub fn read(section: &XmlElement, bodies: &mut Bodies<'_>, left_out: &mut Vec<String>) -> Result<Vec<Closure>> {
     let mut closures = vec![];
     for (k, element) in section.children.iter().enumerate() {
         let name = element.attribute("name").map_or_else(|| format!("{}_{}", element.name, k + 1), str::to_owned);
@@ -19,7 +19,7 @@ pub fn read(section: &Element, bodies: &mut Bodies<'_>, left_out: &mut Vec<Strin
             continue;
         }
         match &*element.name {
-            "connect" | "weld" => closures.push(closure(element, name, &what, bodies)?),
+            "connect" | "weld" => closures.push(closing_joint(element, name, &what, bodies)?),
             "joint" => left_out.extend(follow(element, &what, bodies)?),
             _ => left_out.push(format!("{what}, a <{}>, was left out", element.name)),
         }
@@ -27,7 +27,7 @@ pub fn read(section: &Element, bodies: &mut Bodies<'_>, left_out: &mut Vec<Strin
     Ok(closures)
 }
 
-fn named(element: &Element, what: &str, key: &str, known: &HashMap<String, usize>) -> Result<Option<usize>> {
+fn named(element: &XmlElement, what: &str, key: &str, known: &HashMap<String, usize>) -> Result<Option<usize>> {
     let Some(name) = element.attribute(key) else { return Ok(None) };
     let error = || {
         let kind = key.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -37,7 +37,7 @@ fn named(element: &Element, what: &str, key: &str, known: &HashMap<String, usize
     known.get(name).copied().map(Some).ok_or_else(error)
 }
 
-fn closure(element: &Element, name: String, what: &str, bodies: &Bodies<'_>) -> Result<Closure> {
+fn closing_joint(element: &XmlElement, name: String, what: &str, bodies: &Bodies<'_>) -> Result<Closure> {
     let is_fixed = element.name == "weld";
     let sites = [named(element, what, "site1", &bodies.sites)?, named(element, what, "site2", &bodies.sites)?];
     if let [Some(a), Some(b)] = sites {
@@ -67,7 +67,7 @@ fn closure(element: &Element, name: String, what: &str, bodies: &Bodies<'_>) -> 
 }
 
 /// Lets a joint follow another one. Returns a sentence if that is not possible.
-fn follow(element: &Element, what: &str, bodies: &mut Bodies<'_>) -> Result<Option<String>> {
+fn follow(element: &XmlElement, what: &str, bodies: &mut Bodies<'_>) -> Result<Option<String>> {
     let Some(own) = named(element, what, "joint1", &bodies.joint_names)? else {
         return Err(element.bad(what, "it has no attribute `joint1`", "name a joint"));
     };

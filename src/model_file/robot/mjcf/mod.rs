@@ -18,11 +18,11 @@ mod settings;
 mod shapes;
 
 use super::parts::{JointType, Robot, changed};
-use super::xml::Element;
+use super::xml::XmlElement;
 use crate::{Error, Result};
 use bodies::Bodies;
 use defaults::Defaults;
-use settings::Settings;
+use settings::MjcfSettings;
 
 /// Sections of which each element is left out and counted.
 const LISTS: [&str; 6] = ["actuator", "sensor", "tendon", "contact", "keyframe", "deformable"];
@@ -30,9 +30,9 @@ const LISTS: [&str; 6] = ["actuator", "sensor", "tendon", "contact", "keyframe",
 const READ: [&str; 5] = ["compiler", "option", "default", "worldbody", "equality"];
 
 /// Reads the outermost element of a file.
-pub fn read(file: &str, root: &Element) -> Result<Robot> {
+pub fn read(file: &str, root: &XmlElement) -> Result<Robot> {
     let mut left_out = vec![];
-    let settings = Settings::of(root, &mut left_out)?;
+    let settings = MjcfSettings::of(root, &mut left_out)?;
     let defaults = Defaults::of(root)?;
     let mut bodies = Bodies::new(&settings, &defaults);
     for world in root.all("worldbody") {

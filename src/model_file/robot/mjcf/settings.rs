@@ -1,7 +1,7 @@
 //! Settings of the compiler of a file: units of angles, orders of Euler angles, sources of masses.
 
 use crate::Result;
-use crate::model_file::robot::xml::Element;
+use crate::model_file::robot::xml::XmlElement;
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// Where the masses of bodies come from.
@@ -14,7 +14,7 @@ pub enum MassSource {
 }
 
 /// Settings of the elements `compiler` and `option`.
-pub struct Settings {
+pub struct MjcfSettings {
     /// Radians of an angle of 1 in the file.
     angle: f64,
     /// Axes of Euler angles, and true if they are fixed.
@@ -52,9 +52,9 @@ const HARMLESS: [&str; 20] = [
     "fitaabb",
 ];
 
-impl Settings {
+impl MjcfSettings {
     /// Reads the settings of a file; adds a sentence for each that is left out.
-    pub fn of(root: &Element, left_out: &mut Vec<String>) -> Result<Self> {
+    pub fn of(root: &XmlElement, left_out: &mut Vec<String>) -> Result<Self> {
         let mut all = Self {
             angle: std::f64::consts::PI / 180.0,
             euler: [(0, false), (1, false), (2, false)],
@@ -92,7 +92,7 @@ impl Settings {
         Ok(all)
     }
 
-    fn read(&mut self, element: &Element) -> Result<()> {
+    fn read(&mut self, element: &XmlElement) -> Result<()> {
         let what = "<compiler>";
         if element.attribute("coordinate") == Some("global") {
             let remedy = "convert the file by an old version of MuJoCo";
@@ -131,12 +131,12 @@ impl Settings {
     }
 
     /// The pose by `pos` and one of the ways to give an orientation.
-    pub fn pose(&self, element: &Element, what: &str) -> Result<Isometry3<f64>> {
+    pub fn pose(&self, element: &XmlElement, what: &str) -> Result<Isometry3<f64>> {
         let at = element.triple(what, "pos")?.unwrap_or_else(Vector3::zeros);
         Ok(Isometry3::from_parts(Translation3::from(at), self.orientation(element, what)?))
     }
 
-    fn orientation(&self, element: &Element, what: &str) -> Result<UnitQuaternion<f64>> {
+    fn orientation(&self, element: &XmlElement, what: &str) -> Result<UnitQuaternion<f64>> {
         let zero = |key: &str| element.bad(what, &format!("`{key}` has length zero"), "give a direction or a rotation");
         let direction = |key: &str, v: Vector3<f64>| Unit::try_new(v, 1e-12).ok_or_else(|| zero(key));
         if let Some(text) = element.attribute("quat") {

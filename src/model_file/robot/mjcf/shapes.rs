@@ -1,9 +1,9 @@
 //! Masses of shapes: spheres, capsules, cylinders, ellipsoids and boxes.
 
-use super::settings::{Settings, along};
+use super::settings::{MjcfSettings, along};
 use crate::Result;
 use crate::model_file::robot::inertia::MassData;
-use crate::model_file::robot::xml::Element;
+use crate::model_file::robot::xml::XmlElement;
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 const DENSITY: f64 = 1000.0;
 
 /// Mass, centre and inertia of a shape in the frame of its body; `None` if it has no mass.
-pub fn mass(geom: &Element, settings: &Settings, what: &str) -> Result<Option<MassData>> {
+pub fn mass(geom: &XmlElement, settings: &MjcfSettings, what: &str) -> Result<Option<MassData>> {
     let kind = geom.attribute("type").unwrap_or(if geom.attribute("mesh").is_some() { "mesh" } else { "sphere" });
     let group = geom.number(what, "group")?.unwrap_or(0.0);
     let given = geom.number(what, "mass")?;

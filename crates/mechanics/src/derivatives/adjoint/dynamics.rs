@@ -3,7 +3,7 @@
 use crate::analyses::dynamics::{Dynamics, InitialAcceleration, is_before, simulate_recorded};
 use crate::analyses::sampling::{Weights, interpolate};
 use crate::checkpointing::recording::Recording;
-use crate::checkpointing::recording::StepRecord;
+use crate::checkpointing::recording::StepInterval;
 use crate::checkpointing::reverse_playback::ReversePlayback;
 use crate::derivatives::adjoint::adjoint_state::{AdjointState, add};
 use crate::derivatives::adjoint::batch::{AdjointBatch, SystemVjp};
@@ -121,9 +121,9 @@ struct ReverseImplicitSteps<'m> {
     old: State<f64>,
     new: State<f64>,
     /// Number of the step whose end is in `old`, and its record.
-    old_step: Option<(usize, StepRecord)>,
+    old_step: Option<(usize, StepInterval)>,
     /// Record of the step.
-    step: StepRecord,
+    step: StepInterval,
     /// The steps around an event, up to the current one.
     window: EventWindow,
     at: State<f64>,
@@ -157,7 +157,7 @@ impl<'m> ReverseImplicitSteps<'m> {
             old: state(),
             new: state(),
             old_step: None,
-            step: StepRecord::default(),
+            step: StepInterval::default(),
             window: EventWindow::new(problem),
             at: state(),
             adjoint_at: AdjointState::new(mechanism),
@@ -187,15 +187,15 @@ impl<'m> ReverseImplicitSteps<'m> {
     /// Adds the current step to those around an event; with the first of them, propagates the adjoint states to its beginning.
     fn propagate_around_event(&mut self) -> Result<()> {
         self.factorize()?;
-        let (factor, StepRecord { h, events }) = (self.system.factor().clone(), self.step);
+        let (factor, StepInterval { h, events }) = (self.system.factor().clone(), self.step);
         self.window.steps.push(ConvergedStep { h, end: self.new.clone(), factor, events });
         if events.begins_with_event() {
             return Ok(());
         }
         let (auxiliary, length) = match self.old_step {
-            Some((number, StepRecord { h, .. })) => {
+            Some((number, StepInterval { h, .. })) => {
                 let row = self.playback.row(number)?;
-                (StepRecord::auxiliary(row, self.old.q.len()).to_vec(), Some(h))
+                (StepInterval::auxiliary(row, self.old.q.len()).to_vec(), Some(h))
             }
             None => (self.old.a.clone(), None),
         };
@@ -264,10 +264,10 @@ impl ReverseSteps for ReverseImplicitSteps<'_> {
                 std::mem::swap(&mut self.old, &mut self.new);
                 self.step = step;
             }
-            _ => self.step = StepRecord::read(self.playback.row(k)?, &mut self.new),
+            _ => self.step = StepInterval::read(self.playback.row(k)?, &mut self.new),
         }
         self.old_step = match k.checked_sub(1) {
-            Some(number) => Some((number, StepRecord::read(self.playback.row(number)?, &mut self.old))),
+            Some(number) => Some((number, StepInterval::read(self.playback.row(number)?, &mut self.old))),
             None => {
                 self.old.copy_from(&self.recording.start);
                 None
@@ -336,7 +336,7 @@ impl ReverseSteps for ReverseImplicitSteps<'_> {
     fn load_start(&mut self) -> Result<()> {
         self.old.copy_from(&self.recording.start);
         self.new.copy_from(&self.recording.start);
-        self.step = StepRecord::default();
+        self.step = StepInterval::default();
         Ok(())
     }
 }

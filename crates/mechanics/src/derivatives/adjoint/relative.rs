@@ -28,10 +28,10 @@ use crate::mechanism::scalars::Dual8;
 use crate::system::System;
 use crate::system::modes::Modes;
 use crate::system::state::State;
-use crate::tree::articulated::SolveWorkspace;
+use crate::tree::articulated::ArticulatedWorkspace;
 use crate::tree::cut;
 use crate::tree::dynamics::{ProjectionRecord, TreeDynamics};
-use crate::tree::joint::Node;
+use crate::tree::joint::TreeBody;
 use crate::tree::joint::{Joint, joint_coordinate, motion_of};
 use crate::tree::plan::CutRow;
 use crate::tree::plan::Tree;
@@ -426,13 +426,13 @@ struct RelativeAdjoint {
     /// Virtual displacements ψ of the joint coordinates, and of all coordinates.
     psi: Vec<BatchValues>,
     body_psi: Vec<BatchValues>,
-    work: SolveWorkspace<BATCH>,
-    lane: Lane,
+    work: ArticulatedWorkspace<BATCH>,
+    lane: ResponseSweep,
 }
 
 /// Workspace for the sweeps of one response.
 #[derive(Clone, Default)]
-struct Lane {
+struct ResponseSweep {
     joints: Vec<f64>,
     bodies: Vec<f64>,
     /// Virtual displacements of the bodies in space, and wrenches.
@@ -451,13 +451,14 @@ impl RelativeAdjoint {
         let (joints, bodies, out) = (vec![0.0; count], vec![0.0; n], vec![0.0; 2 * count]);
         let twists = vec![[0.0; 6]; tree.space.nodes.len()];
         let wrenches = twists.clone();
-        let lane = Lane { joints, bodies, twists, wrenches, gaps: vec![0.0; mechanism.multipliers], adjoint, out };
+        let lane =
+            ResponseSweep { joints, bodies, twists, wrenches, gaps: vec![0.0; mechanism.multipliers], adjoint, out };
         Self {
             batch: AdjointBatch::new(mechanism, system.size()),
             rates: vec![zeros.clone(); method.slots()],
             psi: vec![[0.0; BATCH]; count + tree.cuts.len()],
             body_psi: vec![[0.0; BATCH]; n],
-            work: SolveWorkspace::default(),
+            work: ArticulatedWorkspace::default(),
             joints: zeros.clone(),
             begin: zeros.clone(),
             end: zeros,
@@ -514,7 +515,7 @@ impl RelativeAdjoint {
     fn load_reactions(&mut self, stage: &RelativeStage<'_>) {
         let (dynamics, tree, geometry) = (&stage.dynamics, &stage.dynamics.tree, &stage.dynamics.geometry);
         let q = &stage.y[..tree.count];
-        let Lane { joints, bodies, twists, wrenches, gaps, adjoint, .. } = &mut self.lane;
+        let ResponseSweep { joints, bodies, twists, wrenches, gaps, adjoint, .. } = &mut self.lane;
         for lane in 0..BATCH {
             joints.fill(0.0);
             gaps.iter_mut().zip(&self.batch.state.l).for_each(|(gap, l)| *gap = l[lane]);
@@ -547,7 +548,9 @@ impl RelativeAdjoint {
         let (tree, mechanism) = (&dynamics.tree, &problem.mechanism);
         self.psi.iter_mut().for_each(|psi| *psi = psi.map(|x| -x));
         dynamics.factor.solve(tree, &mut self.psi, &mut self.work);
-        let Self { batch, psi, body_psi, lane: Lane { joints, bodies, twists, gaps, adjoint, out, .. }, .. } = self;
+        let Self {
+            batch, psi, body_psi, lane: ResponseSweep { joints, bodies, twists, gaps, adjoint, out, .. }, ..
+        } = self;
         let load = |lane: usize, psi: &[BatchValues], l: &[BatchValues], joints: &mut [f64], gaps: &mut [f64]| {
             joints.iter_mut().zip(psi).for_each(|(to, from)| *to = from[lane]);
             if has_reactions {
@@ -639,7 +642,7 @@ impl RelativeAdjoint {
             stage.place_at_rest(record.t, &still, Some((correction, multipliers)));
             self.batch.state.clear();
             for lane in 0..BATCH {
-                let Lane { joints, bodies, twists, .. } = &mut self.lane;
+                let ResponseSweep { joints, bodies, twists, .. } = &mut self.lane;
                 joints.iter_mut().zip(&self.psi).for_each(|(to, from)| *to = from[lane]);
                 stage.dynamics.tree.place_virtual(&still, joints, None, &stage.dynamics.geometry, (twists, bodies));
                 self.body_psi.iter_mut().zip(&*bodies).for_each(|(to, from)| to[lane] = *from);
@@ -674,7 +677,7 @@ impl RelativeAdjoint {
         for lane in 0..BATCH {
             let by_cuts: Vec<f64> = self.psi[n..].iter().map(|psi| psi[lane]).collect();
             let by_joints: Vec<f64> = self.psi[..n].iter().map(|psi| psi[lane]).collect();
-            let Self { batch, lane: Lane { bodies, twists, wrenches, adjoint, out, .. }, end, .. } = self;
+            let Self { batch, lane: ResponseSweep { bodies, twists, wrenches, adjoint, out, .. }, end, .. } = self;
             let AdjointBatch { state: by, design, .. } = batch;
             for (to, from) in [(&mut adjoint.q, &by.q), (&mut adjoint.v, &by.v), (&mut adjoint.a, &by.a)] {
                 to.iter_mut().zip(from).for_each(|(to, from)| *to = from[lane]);
@@ -785,7 +788,7 @@ impl RelativeAdjoint {
 /// velocity.
 fn take_joint(
     batch: &mut AdjointBatch,
-    node: &Node,
+    node: &TreeBody,
     element: usize,
     parameters: &[f64],
     values: &State<f64>,

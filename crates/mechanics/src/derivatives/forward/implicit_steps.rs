@@ -2,7 +2,7 @@
 
 use crate::analyses::dynamics::{Dynamics, Work, is_before};
 use crate::analyses::sampling::OutputRecorder;
-use crate::checkpointing::recording::{Recording, StepRecord};
+use crate::checkpointing::recording::{Recording, StepInterval};
 use crate::derivatives::propagation::StepSource;
 use crate::initial_conditions::Projection;
 use crate::integrators::generalized_alpha::GeneralizedAlpha;
@@ -140,7 +140,7 @@ impl<'m> ImplicitSteps<'m> {
             }
             StepOrigin::Recording { next, end, .. } if next == end => return Ok(false),
             StepOrigin::Recording { recording, next, .. } => {
-                StepRecord { h: step.h, events: step.events } = recording.load(*next, &mut step.end);
+                StepInterval { h: step.h, events: step.events } = recording.load(*next, &mut step.end);
                 *next += 1;
             }
         }

@@ -159,7 +159,7 @@ where
             return Err(Error::unsupported(&self.plain.coordinates[held[0]].name, why, remedy));
         }
         let matrix = VelocityMatrix::new(self.system, self.plain, values, &held)?;
-        matrix.stop(&rates, &mut self.changes);
+        matrix.stopping_change(&rates, &mut self.changes);
         for (change, unknown) in self.changes.iter().zip(self.system.unknowns()) {
             if let Unknown::Coordinate(i) = *unknown {
                 state.v[i] += T::with(0.0, *change);

@@ -35,7 +35,7 @@ enum Guess {
 }
 
 /// Right-hand sides for one design variable.
-type Rows = Vec<[f64; 1]>;
+type RightHandSides = Vec<[f64; 1]>;
 
 impl InitialDifferences<'_> {
     /// Derivatives of the initial state `values` of a motion.
@@ -94,10 +94,10 @@ impl InitialDifferences<'_> {
             return Ok(());
         }
         let matrix = VelocityMatrix::new(self.system, self.plain, values, &held)?;
-        let mut changes: Rows = vec![[0.0]; self.system.size()];
+        let mut changes: RightHandSides = vec![[0.0]; self.system.size()];
         for sensitivity in sensitivities {
-            let rates: Rows = held.iter().map(|&i| [sensitivity.v[i]]).collect();
-            matrix.stop(&rates, &mut changes);
+            let rates: RightHandSides = held.iter().map(|&i| [sensitivity.v[i]]).collect();
+            matrix.stopping_change(&rates, &mut changes);
             for ([change], unknown) in changes.iter().zip(self.system.unknowns()) {
                 if let Unknown::Coordinate(i) = *unknown {
                     sensitivity.v[i] += change;
@@ -136,13 +136,14 @@ impl InitialDifferences<'_> {
                     let deviations = velocity.deviations(mechanism, &state.v);
                     matrix.add_momenta(self.system, mechanism, (state, &deviations), &mut jets, rows);
                 });
-                let mut rows: Rows = derivatives.map(|derivative| [-derivative]).collect();
+                let mut rows: RightHandSides = derivatives.map(|derivative| [-derivative]).collect();
                 for (&i, p) in held.iter().zip(&impulses) {
                     if let Some(equation) = self.system.equation_of(i) {
                         rows[equation][0] += p;
                     }
                 }
-                let mut changes: Rows = held.iter().zip(&given).map(|(&i, g)| [g - sensitivity.v[i]]).collect();
+                let mut changes: RightHandSides =
+                    held.iter().zip(&given).map(|(&i, g)| [g - sensitivity.v[i]]).collect();
                 matrix.solve(self.system, &mut rows, &mut changes);
                 for (row, unknown) in rows.iter().zip(self.system.unknowns()) {
                     match *unknown {
@@ -227,7 +228,7 @@ impl InitialDifferences<'_> {
         role: Guess,
         mut residual: impl FnMut(&System, &Mechanism<f64>, &State<f64>, &mut [f64]),
     ) {
-        let (size, mut rows) = (self.system.size(), Rows::new());
+        let (size, mut rows) = (self.system.size(), RightHandSides::new());
         for (difference, sensitivity) in differences.iter_mut().zip(sensitivities) {
             let guess = which(sensitivity).clone();
             for pass in 0..PASSES {

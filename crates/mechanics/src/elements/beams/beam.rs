@@ -3,7 +3,7 @@
 use crate::elements::beams::section::{BeamSection, Deflection, Shear};
 use crate::elements::beams::shape::BeamShape;
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
-use crate::mechanism::{Body, ElementIndex, Mechanism, Term};
+use crate::mechanism::{Body, ElementIndex, Mechanism, WeightedQuantity};
 use crate::{as_object, element_inputs};
 use autodiff::Scalar;
 
@@ -265,7 +265,7 @@ impl<S: Scalar> Mechanism<S> {
         section: &BeamSection<S>,
         young: S,
         distance: S,
-    ) -> crate::Result<[Term<S>; 2]> {
+    ) -> crate::Result<[WeightedQuantity<S>; 2]> {
         let end = ["moment_i", "moment_j"].get(end).copied().unwrap_or("a third end");
         let normal = self.measure(element, "normal_force")?.times(young / section.axial);
         Ok([normal, self.measure(element, end)?.times(-young * distance / section.bending)])

@@ -1,6 +1,6 @@
 //! Contact force from the depth of penetration and its rate.
 
-use crate::mechanism::element::Sides;
+use crate::mechanism::element::SwitchSides;
 use autodiff::Scalar;
 
 /// Contact force of Hunt and Crossley: k δ^{3/2} (1 + 1.5 c δ̇) for δ > 0, never negative.
@@ -12,7 +12,7 @@ use autodiff::Scalar;
 ///
 /// # Sources
 /// Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.
-pub fn contact_force<T: Scalar>(stiffness: T, damping: T, depth: T, rate: T, sides: Sides) -> T {
+pub fn contact_force<T: Scalar>(stiffness: T, damping: T, depth: T, rate: T, sides: SwitchSides) -> T {
     let factor = damping * rate * 1.5 + 1.0;
     let pushes = sides.is_positive(0, depth.re()) && sides.is_positive(1, factor.re());
     // On the side of contact the force and its derivative are zero at depth zero, and there is no force beyond it.
@@ -45,8 +45,8 @@ mod tests {
 
     #[test]
     fn the_contact_force_is_zero_without_contact_and_never_negative() {
-        assert_eq!(contact_force(1000.0, 0.2, 0.04, 0.5, Sides::default()), 1000.0 * 0.008 * 1.15);
-        assert_eq!(contact_force(1000.0, 0.2, -0.04, 5.0, Sides::default()), 0.0);
-        assert_eq!(contact_force(1000.0, 0.2, 0.04, -5.0, Sides::default()), 0.0);
+        assert_eq!(contact_force(1000.0, 0.2, 0.04, 0.5, SwitchSides::default()), 1000.0 * 0.008 * 1.15);
+        assert_eq!(contact_force(1000.0, 0.2, -0.04, 5.0, SwitchSides::default()), 0.0);
+        assert_eq!(contact_force(1000.0, 0.2, 0.04, -5.0, SwitchSides::default()), 0.0);
     }
 }

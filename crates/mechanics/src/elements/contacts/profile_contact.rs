@@ -52,7 +52,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 };
 
 /// The contact in one state.
-struct Contact<T> {
+struct ProfileContactState<T> {
     depth: T,
     rate: T,
     force: T,
@@ -62,7 +62,7 @@ struct Contact<T> {
     levers: [[T; 2]; 2],
 }
 
-impl<T: Scalar> Contact<T> {
+impl<T: Scalar> ProfileContactState<T> {
     fn of(x: &ElementState<'_, T>) -> Self {
         let (p, frame_a, frame_b) = (ProfileContactInputs(x.p), Frame::of(x, 0), Frame::of(x, 3));
         let ([ax, ay], [bx, by]) = (p.a(), p.b());
@@ -86,7 +86,7 @@ impl<T: Scalar> Contact<T> {
 
 impl Element for ProfileContact {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
-        let Contact { force, normal: [nx, ny], levers: [a, b], .. } = Contact::of(x);
+        let ProfileContactState { force, normal: [nx, ny], levers: [a, b], .. } = ProfileContactState::of(x);
         add_force(dynamics, 0, a, [force * nx, force * ny]);
         add_force(dynamics, 3, b, [-force * nx, -force * ny]);
     }
@@ -104,7 +104,7 @@ impl Element for ProfileContact {
     }
 
     fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {
-        let Contact { depth, rate, .. } = Contact::of(x);
+        let ProfileContactState { depth, rate, .. } = ProfileContactState::of(x);
         hunt_crossley::switching_functions(ProfileContactInputs(x.p).damping(), depth, rate, out);
     }
 
@@ -117,7 +117,7 @@ impl Element for ProfileContact {
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        let Contact { force, depth, .. } = Contact::of(x);
+        let ProfileContactState { force, depth, .. } = ProfileContactState::of(x);
         (out[0], out[1]) = (force, -depth);
     }
 }

@@ -50,7 +50,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 };
 
 /// The contact in one state.
-struct Contact<T> {
+struct ProfileFaceState<T> {
     depth: T,
     rate: T,
     force: T,
@@ -60,7 +60,7 @@ struct Contact<T> {
     levers: [[T; 2]; 2],
 }
 
-impl<T: Scalar> Contact<T> {
+impl<T: Scalar> ProfileFaceState<T> {
     fn of(x: &ElementState<'_, T>) -> Self {
         let (p, frame_a, frame_b) = (ProfileFaceInputs(x.p), Frame::of(x, 0), Frame::of(x, 3));
         let ([ax, ay], [bx, by]) = (p.a(), p.b());
@@ -83,7 +83,7 @@ impl<T: Scalar> Contact<T> {
 
 impl Element for ProfileFace {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
-        let Contact { force, normal: [nx, ny], levers: [a, b], .. } = Contact::of(x);
+        let ProfileFaceState { force, normal: [nx, ny], levers: [a, b], .. } = ProfileFaceState::of(x);
         add_force(dynamics, 0, a, [-force * nx, -force * ny]);
         add_force(dynamics, 3, b, [force * nx, force * ny]);
     }
@@ -101,7 +101,7 @@ impl Element for ProfileFace {
     }
 
     fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {
-        let Contact { depth, rate, .. } = Contact::of(x);
+        let ProfileFaceState { depth, rate, .. } = ProfileFaceState::of(x);
         hunt_crossley::switching_functions(ProfileFaceInputs(x.p).damping(), depth, rate, out);
     }
 
@@ -111,7 +111,7 @@ impl Element for ProfileFace {
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        let Contact { force, depth, .. } = Contact::of(x);
+        let ProfileFaceState { force, depth, .. } = ProfileFaceState::of(x);
         (out[0], out[1]) = (force, -depth);
     }
 }

@@ -1,7 +1,7 @@
 //! The straight line between two points of two bodies in space.
 
 use crate::mechanism::element::ElementState;
-use crate::mechanism::frame3::{Frame3, Placed, WIDTH3, check_marker};
+use crate::mechanism::frame3::{Frame3, PlacedMarker, WIDTH3, check_marker};
 use crate::mechanism::rotation::Rotation;
 use crate::mechanism::vector::{dot, norm, scaled, subtract};
 use crate::mechanism::{Coordinate, Marker3};
@@ -9,14 +9,14 @@ use autodiff::Scalar;
 
 /// The markers A and B of an element whose first inputs they are.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ends<T> {
+pub(crate) struct MarkerPair<T> {
     /// The marker A.
-    pub a: Placed<T>,
+    pub a: PlacedMarker<T>,
     /// The marker B.
-    pub b: Placed<T>,
+    pub b: PlacedMarker<T>,
 }
 
-impl<T: Scalar> Ends<T> {
+impl<T: Scalar> MarkerPair<T> {
     pub fn of(x: &ElementState<'_, T>) -> Self {
         let p = |first: usize| [0, 1, 2, 3, 4, 5, 6].map(|k| x.p[first + k]);
         Self { a: Frame3::of(x, 0).marker(p(0)), b: Frame3::of(x, WIDTH3).marker(p(7)) }
@@ -67,13 +67,13 @@ pub(crate) struct Line3<T> {
     /// Rate of the length.
     pub rate: T,
     direction: [T; 3],
-    ends: Ends<T>,
+    ends: MarkerPair<T>,
 }
 
 impl<T: Scalar> Line3<T> {
     /// The line of an element whose first inputs are the points A and B.
     pub fn of(x: &ElementState<'_, T>) -> Self {
-        let ends = Ends::of(x);
+        let ends = MarkerPair::of(x);
         let (gap, gap_rate) = (ends.gap(), ends.gap_rate(x));
         let length = norm(gap);
         if length.re() == 0.0 {
@@ -95,7 +95,7 @@ impl<T: Scalar> Line3<T> {
 
     /// Adds the force `f` on A and −`f` on B as rows inertia − force.
     pub fn apply(&self, f: [T; 3], dynamics: &mut [T]) {
-        let Ends { a, b } = &self.ends;
+        let MarkerPair { a, b } = &self.ends;
         a.frame.add_force(dynamics, a.lever, f.map(|f| -f));
         b.frame.add_force(dynamics, b.lever, f);
     }

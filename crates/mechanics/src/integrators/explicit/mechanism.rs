@@ -4,7 +4,7 @@ pub use crate::integrators::explicit::tableau::SAMPLE;
 
 use crate::constraint_rank::singular_position;
 use crate::diagnostics::not_finite;
-use crate::elements::element::{ElementState, ElementWorkspace, Sides};
+use crate::elements::element::{ElementState, ElementWorkspace, SwitchSides};
 use crate::events::settling::{assemble_closed, settle_start};
 use crate::initial_conditions::{Projection, assemble, make_velocities_consistent};
 use crate::integrators::event_location::{Before, EventLocator, TrialStep};
@@ -167,7 +167,7 @@ impl<'m> MechanismRhs<'m> {
         let instance = &self.mechanism.elements[k];
         gather(instance, &self.state, &mut self.workspace);
         let local = self.workspace.local(self.state.t);
-        let local = ElementState { p: &instance.parameters, sides: Sides::default(), ..local };
+        let local = ElementState { p: &instance.parameters, sides: SwitchSides::default(), ..local };
         f64::switching_functions(instance.element.as_ref(), &local, out);
     }
 
@@ -349,7 +349,7 @@ impl OdeRhs for MechanismRhs<'_> {
             let instance = &self.mechanism.elements[k];
             let count = instance.element.num_switching_functions();
             let Some((these, others)) = sides.split_at_checked(count) else { return };
-            self.state.modes.set_sides(instance, Sides::held(these));
+            self.state.modes.set_sides(instance, SwitchSides::held(these));
             sides = others;
         }
     }

@@ -36,6 +36,6 @@ pub use grading::Grading;
 pub use mechanism::MechanismRhs;
 pub use ode::{Ode, OdeHistory, integrate};
 pub use ode_driver::OdeDriver;
-pub use settings::{Coordinates, Explicit, StepControl, TakenStep, Tolerance};
+pub use settings::{Coordinates, Explicit, ReplayedStep, StepControl, Tolerance};
 pub use stepper::{OdeRhs, Stepper};
 pub use tableau::{DOPRI5, Tableau};

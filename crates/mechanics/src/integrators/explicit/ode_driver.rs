@@ -2,7 +2,7 @@
 
 use crate::integrators::explicit::defect::DefectControl;
 use crate::integrators::explicit::grading::Grading;
-use crate::integrators::explicit::settings::{Explicit, StepControl, TakenStep};
+use crate::integrators::explicit::settings::{Explicit, ReplayedStep, StepControl};
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
 use crate::integrators::explicit::switching::SwitchLocator;
 use crate::integrators::inspection::InspectionTimes;
@@ -25,21 +25,21 @@ pub struct OdeDriver<F> {
     end: f64,
     pub(crate) next: f64,
     pub(crate) switches: SwitchLocator,
-    pub(crate) given: GivenStep,
+    pub(crate) given: SplitStep,
     inspections: InspectionTimes,
     defect: DefectControl,
 }
 
 /// The current one of given steps, which events may split.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct GivenStep {
+pub(crate) struct SplitStep {
     /// End in s.
     end: f64,
     /// Number of given steps up to this end.
     count: usize,
 }
 
-impl GivenStep {
+impl SplitStep {
     /// Sets the end of the step that begins at the time `t` (s): that of the given step which an event has split, or of the next one.
     /// `length`: that of the step of a number (s).
     fn begin_step(&mut self, t: f64, length: impl Fn(usize) -> Option<f64>) -> Result<()> {
@@ -90,7 +90,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         };
         let steps = Vec::with_capacity(EXPECTED_STEPS);
         let (start, step_control, scratch) = (settings.start, settings.step_control.clone(), Vec::new());
-        let given = GivenStep { end: start, count: 0 };
+        let given = SplitStep { end: start, count: 0 };
         let inspected = settings.inspected.as_deref().unwrap_or(times);
         let inspections = InspectionTimes::new(start, end, inspected, &stepper.rhs.breaks());
         let defect = DefectControl::new(stepper.old.len());
@@ -150,9 +150,9 @@ impl<F: OdeRhs> OdeDriver<F> {
             }
             StepControl::Taken(steps) => {
                 self.given.begin_step(old, |k| steps.get(k).map(|step| step.length))?;
-                let TakenStep { sides, grading, .. } = &steps[self.given.count - 1];
+                let ReplayedStep { sides, grading, .. } = &steps[self.given.count - 1];
                 self.stepper.grading = *grading;
-                self.switches.begin_taken_step(&mut self.stepper, sides)?;
+                self.switches.begin_replayed_step(&mut self.stepper, sides)?;
                 self.stepper.attempt(self.given.end, None)?;
             }
             StepControl::Adaptive { .. } => self.advance_adaptive()?,
@@ -216,9 +216,9 @@ impl<F: OdeRhs> OdeDriver<F> {
     }
 
     /// The current step, to be taken in another simulation.
-    pub fn taken_step(&self) -> TakenStep {
+    pub fn replayed_step(&self) -> ReplayedStep {
         let (sides, grading) = (self.switches.held.clone(), self.stepper.grading);
-        TakenStep { length: self.steps.last().copied().unwrap_or(0.0), sides, grading }
+        ReplayedStep { length: self.steps.last().copied().unwrap_or(0.0), sides, grading }
     }
 
     /// Writes the state at the time `t` (s) in the current step to `y`. Returns whether dense output was

@@ -90,12 +90,12 @@ pub enum StepControl {
     /// Given steps in s, for example those of an earlier simulation. An event in a step splits it.
     Given(Vec<f64>),
     /// The steps of an earlier simulation of another design, for differences: the contacts of a step are closed or open as they were.
-    Taken(Vec<TakenStep>),
+    Taken(Vec<ReplayedStep>),
 }
 
 /// A step of a simulation.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TakenStep {
+pub struct ReplayedStep {
     /// Length in s.
     pub length: f64,
     /// Signs of the switching functions of all elements along the step, true for positive ones.
@@ -209,7 +209,7 @@ impl Explicit {
                 }
             }
             StepControl::Taken(steps) => {
-                for TakenStep { length, .. } in steps {
+                for ReplayedStep { length, .. } in steps {
                     Error::check_option("taken step", "positive", *length, positive(*length))?;
                 }
             }

@@ -107,7 +107,7 @@ impl SwitchLocator {
     ///
     /// # Errors
     /// [`Error::Definition`] if they are not one for each switching function, and errors of the rates.
-    pub fn begin_taken_step<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>, sides: &[bool]) -> Result<()> {
+    pub fn begin_replayed_step<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>, sides: &[bool]) -> Result<()> {
         if sides.len() != self.held.len() {
             let why = format!(
                 "a step has the sides of {} switching functions, the mechanism {}",

@@ -2,7 +2,7 @@
 
 use crate::mechanism::element::descriptor::{ElementDescriptor, Measure};
 use crate::mechanism::element::interface::{
-    ConstraintDerivatives, Element, ElementState, Energy, Sides, TangentWeights, Variable,
+    ConstraintDerivatives, Element, ElementState, Energy, SwitchSides, TangentWeights, Variable,
 };
 use autodiff::{Dual4, Dual8, DualVec, HyperDual4, Jet2, Scalar};
 
@@ -216,7 +216,7 @@ pub struct ElementWorkspace<T> {
     /// Multipliers.
     pub l: Vec<T>,
     /// Signs of switching functions.
-    pub sides: Sides,
+    pub sides: SwitchSides,
     /// Rows of the coordinates.
     pub dynamics: Vec<T>,
     /// Rows of the multipliers.
@@ -225,7 +225,7 @@ pub struct ElementWorkspace<T> {
 
 impl<T> Default for ElementWorkspace<T> {
     fn default() -> Self {
-        let (none, sides) = (Vec::new, Sides::default());
+        let (none, sides) = (Vec::new, SwitchSides::default());
         Self { p: none(), q: none(), v: none(), a: none(), l: none(), sides, dynamics: none(), constraint: none() }
     }
 }

@@ -21,7 +21,7 @@ pub struct ElementState<'a, T> {
     /// Its multipliers λ (reactions), one per constraint equation; those of the joint whose reactions it reads.
     pub l: &'a [T],
     /// Signs of its switching functions.
-    pub sides: Sides,
+    pub sides: SwitchSides,
 }
 
 /// Signs of an element's [switching functions](Element::switching_functions), if they are held.
@@ -29,13 +29,13 @@ pub struct ElementState<'a, T> {
 /// Along an explicit step that ends at a zero of such a function its sign is held: the law of the element is smooth, in values and in
 /// derivatives, also where a stage is beyond the zero by rounding or by the error of the stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Sides {
+pub struct SwitchSides {
     is_held: bool,
     /// Bit k is set if function k is positive.
     positive: u8,
 }
 
-impl Sides {
+impl SwitchSides {
     /// Held sides: for each function, true if it is positive.
     pub fn held(positive: &[bool]) -> Self {
         let bits = positive.iter().enumerate().map(|(k, &is_positive)| u8::from(is_positive) << k);

@@ -6,4 +6,4 @@ pub(crate) mod interface;
 
 pub use descriptor::{ElementDescriptor, Family, Input, Measure, Role, Symbol};
 pub use evaluation::{AnyElement, ElementWorkspace, Evaluate, JacobianWorkspace, Observe};
-pub use interface::{ConstraintDerivatives, Element, ElementState, Energy, Sides, TangentWeights, Variable};
+pub use interface::{ConstraintDerivatives, Element, ElementState, Energy, SwitchSides, TangentWeights, Variable};

@@ -10,7 +10,7 @@
 use crate::mechanism::rotation::{e_times, e_transposed_times, square};
 use crate::mechanism::vector::{cross, product};
 use crate::tree::space::joint::Joint3;
-use crate::tree::space::placed::{Placed, Twist};
+use crate::tree::space::placed::{PlacedBody, Twist};
 use crate::tree::space::plan::{Node3, Slot, Space};
 use crate::tree::space::rigid::RigidProperties;
 
@@ -24,7 +24,7 @@ pub(crate) struct Inertia3 {
 
 /// One eliminated joint coordinate.
 #[derive(Clone, Copy, Debug, Default)]
-struct Column {
+struct EliminatedCoordinate {
     /// Motion of the body at the rate one.
     direction: Twist<f64>,
     /// U = I s.
@@ -46,7 +46,7 @@ struct NodeFactor3 {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Articulated3 {
     nodes: Vec<NodeFactor3>,
-    columns: Vec<Column>,
+    columns: Vec<EliminatedCoordinate>,
     inertias: Vec<Inertia3>,
 }
 
@@ -132,7 +132,7 @@ impl Articulated3 {
         &mut self,
         space: &Space,
         inertias: &[Inertia3],
-        placed: &[Placed<f64>],
+        placed: &[PlacedBody<f64>],
         q: &[f64],
         masses: &[f64],
     ) -> std::result::Result<(), usize> {
@@ -153,7 +153,7 @@ impl Articulated3 {
                 }
                 let inverse = 1.0 / stiffness;
                 inertia.reduce(&force, inverse);
-                self.columns.push(Column { direction, force, inverse });
+                self.columns.push(EliminatedCoordinate { direction, force, inverse });
                 Ok(())
             };
             match node.joint {
@@ -203,12 +203,12 @@ impl Articulated3 {
         // Inwards: forces that the parts of the tree exert on their parents.
         for (k, node) in space.nodes.iter().enumerate().rev() {
             let (factor, mut p) = (&self.nodes[k], work[k]);
-            let rows = Rows::of(node);
+            let rows = JointRows::of(node);
             if let Some(first) = rows.quaternion {
                 to_moments(&factor.e, &mut b[first..first + 4]);
             }
             for at in rows.eliminated() {
-                let Column { direction, force, inverse } = &self.columns[next];
+                let EliminatedCoordinate { direction, force, inverse } = &self.columns[next];
                 next += 1;
                 let row = &mut b[at];
                 for lane in 0..W {
@@ -254,10 +254,10 @@ impl Articulated3 {
                     }
                 }
             }
-            let rows = Rows::of(node);
+            let rows = JointRows::of(node);
             for at in rows.eliminated().rev() {
                 next -= 1;
-                let Column { direction, force, inverse } = &self.columns[next];
+                let EliminatedCoordinate { direction, force, inverse } = &self.columns[next];
                 let row = &mut b[at];
                 for lane in 0..W {
                     let mut rest = row[lane];
@@ -292,7 +292,7 @@ fn unit(i: usize) -> Twist<f64> {
 }
 
 /// The rows of the joint coordinates of a node.
-struct Rows {
+struct JointRows {
     /// Rows of angles and displacements, and the number of them.
     scalars: [usize; 6],
     count: usize,
@@ -300,7 +300,7 @@ struct Rows {
     quaternion: Option<usize>,
 }
 
-impl Rows {
+impl JointRows {
     #[inline(always)]
     fn of(node: &Node3) -> Self {
         let (mut scalars, mut count, mut quaternion) = ([0; 6], 0, None);

@@ -1,6 +1,6 @@
 //! One joint of a tree in space: its coordinates, and the motion of its second marker relative to the first.
 
-use crate::elements::spatial::joints::rows::Row;
+use crate::elements::spatial::joints::rows::ConstraintRow;
 use crate::elements::spatial::joints::{lower_pairs, point_joints};
 use crate::elements::spatial::{Cylindrical, FixedJoint3, Planar, Prismatic3, Revolute3, Spherical, Universal};
 use crate::mechanism::ElementInstance;
@@ -39,7 +39,7 @@ pub(crate) enum Joint3 {
 
 /// Direction of a joint coordinate, in the axes of the first marker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Axis {
+pub(crate) enum JointAxis {
     /// A rotation about z.
     Turn,
     /// A rotation about z of the second marker, which the rotation about z turns in the plane of x and y.
@@ -50,20 +50,20 @@ pub(crate) enum Axis {
 
 impl Joint3 {
     /// Directions of the coordinates; none for Euler parameters and free bodies.
-    pub fn axes(self) -> &'static [Axis] {
+    pub fn axes(self) -> &'static [JointAxis] {
         match self {
-            Self::Revolute => &[Axis::Turn],
-            Self::Prismatic => &[Axis::Slide(2)],
-            Self::Cylindrical => &[Axis::Turn, Axis::Slide(2)],
-            Self::Planar => &[Axis::Slide(0), Axis::Slide(1), Axis::Turn],
-            Self::Universal => &[Axis::Turn, Axis::Cross],
+            Self::Revolute => &[JointAxis::Turn],
+            Self::Prismatic => &[JointAxis::Slide(2)],
+            Self::Cylindrical => &[JointAxis::Turn, JointAxis::Slide(2)],
+            Self::Planar => &[JointAxis::Slide(0), JointAxis::Slide(1), JointAxis::Turn],
+            Self::Universal => &[JointAxis::Turn, JointAxis::Cross],
             Self::Spherical | Self::Pin | Self::Fixed | Self::Free { .. } => &[],
         }
     }
 }
 
 /// The joint of a tree and its constraint equations for an element that is a joint of two bodies in space.
-pub(crate) fn joint_of<S>(instance: &ElementInstance<S>) -> Option<(Joint3, &'static [Row])> {
+pub(crate) fn joint_of<S>(instance: &ElementInstance<S>) -> Option<(Joint3, &'static [ConstraintRow])> {
     let own = instance.element.descriptor()?;
     let is = |descriptor: &'static ElementDescriptor| std::ptr::eq(own, descriptor);
     match () {
@@ -115,7 +115,7 @@ pub(crate) struct RelativeMotion<T> {
     /// Displacement and its rate.
     pub displacement: [T; 3],
     pub rate: [T; 3],
-    /// Direction of [`Axis::Cross`].
+    /// Direction of [`JointAxis::Cross`].
     pub cross: [T; 3],
 }
 
@@ -170,7 +170,7 @@ impl<T: StateScalar> RelativeMotion<T> {
             _ => {
                 for (k, axis) in joint.axes().iter().enumerate() {
                     match *axis {
-                        Axis::Slide(i) => (motion.displacement[i], motion.rate[i]) = (q[k], v[k]),
+                        JointAxis::Slide(i) => (motion.displacement[i], motion.rate[i]) = (q[k], v[k]),
                         _ => {
                             motion.e = about(2, q[k]);
                             motion.spin[2] = v[k];
@@ -235,7 +235,7 @@ pub(crate) fn joint_coordinates<T: StateScalar>(
         _ => {
             for (k, axis) in joint.axes().iter().enumerate() {
                 match *axis {
-                    Axis::Slide(i) => (q[k], v[k]) = (displacement[i], rate[i]),
+                    JointAxis::Slide(i) => (q[k], v[k]) = (displacement[i], rate[i]),
                     _ => {
                         let sign = if e[0].re() < 0.0 { -1.0 } else { 1.0 };
                         (q[k], v[k]) = ((e[3] * sign).atan2(e[0] * sign) * 2.0, spin[2]);

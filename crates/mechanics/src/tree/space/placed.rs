@@ -9,7 +9,7 @@ pub(crate) type Twist<T> = [T; 6];
 
 /// A body of a tree at an instant, in world axes, and the joint by which it hangs on its parent.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Placed<T> {
+pub(crate) struct PlacedBody<T> {
     pub origin: [T; 3],
     pub e: [T; 4],
     pub rotation: [[T; 3]; 3],
@@ -34,7 +34,7 @@ pub(crate) struct Placed<T> {
     pub bias: Twist<T>,
 }
 
-impl<T: StateScalar> Placed<T> {
+impl<T: StateScalar> PlacedBody<T> {
     /// At the origin.
     pub fn zero() -> Self {
         let (zero, one) = (T::from(0.0), T::from(1.0));

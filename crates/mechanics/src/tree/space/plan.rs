@@ -4,11 +4,11 @@ use crate::Result;
 use crate::elements::spatial::bodies::normalization::normalized_frame;
 use crate::elements::spatial::bodies::rigid_body3;
 use crate::elements::spatial::drives::joint_coordinate;
-use crate::elements::spatial::joints::rows::Row;
+use crate::elements::spatial::joints::rows::ConstraintRow;
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::State;
-use crate::tree::space::joint::{Axis, BodyMotion, Joint3, JointMarkers, joint_of, markers};
+use crate::tree::space::joint::{BodyMotion, Joint3, JointAxis, JointMarkers, joint_of, markers};
 use crate::tree::space::placed::of_body;
 use crate::tree::space::rigid::is_body;
 use crate::tree::unsupported;
@@ -25,7 +25,7 @@ pub(crate) enum Slot {
 
 /// A coordinate of the mechanism that is a joint coordinate.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Attached {
+pub(crate) struct JointCoordinateSource {
     /// The coordinate.
     pub coordinate: usize,
     /// Number of the joint coordinate in the joint.
@@ -54,9 +54,9 @@ pub(crate) struct Node3 {
     /// Angles and displacements, in the order of [`Joint3::axes`].
     pub slots: Vec<Slot>,
     /// Coordinates of the mechanism that are those of the joint.
-    pub attached: Vec<Attached>,
+    pub attached: Vec<JointCoordinateSource>,
     /// Constraint equations of the element.
-    pub rows: &'static [Row],
+    pub rows: &'static [ConstraintRow],
     /// First multiplier of the element.
     pub first_multiplier: usize,
     /// Sign of the Euler parameters of the body, as e and −e are the same rotation.
@@ -203,10 +203,10 @@ impl Space {
             }
             for (axis, slot) in node.joint.axes().iter().zip(&node.slots) {
                 let what = match axis {
-                    Axis::Turn => "angle",
-                    Axis::Cross => "second angle",
-                    Axis::Slide(k) if node.joint == Joint3::Planar => ["displacement x", "displacement y", ""][*k],
-                    Axis::Slide(_) => "displacement",
+                    JointAxis::Turn => "angle",
+                    JointAxis::Cross => "second angle",
+                    JointAxis::Slide(k) if node.joint == Joint3::Planar => ["displacement x", "displacement y", ""][*k],
+                    JointAxis::Slide(_) => "displacement",
                 };
                 if let Slot::Free(_) = slot {
                     names.push(format!("{what} of {name}"));
@@ -217,20 +217,20 @@ impl Space {
 }
 
 /// The direction of the coordinate that an element defines: an angle or a displacement of a joint.
-fn coordinate_axis(instance: &ElementInstance<f64>) -> Option<Axis> {
+fn coordinate_axis(instance: &ElementInstance<f64>) -> Option<JointAxis> {
     let own = instance.element.descriptor()?;
     match () {
-        () if std::ptr::eq(own, &joint_coordinate::ANGLE) => Some(Axis::Turn),
-        () if std::ptr::eq(own, &joint_coordinate::DISPLACEMENT) => Some(Axis::Slide(2)),
+        () if std::ptr::eq(own, &joint_coordinate::ANGLE) => Some(JointAxis::Turn),
+        () if std::ptr::eq(own, &joint_coordinate::DISPLACEMENT) => Some(JointAxis::Slide(2)),
         () => None,
     }
 }
 
 /// A joint between two bodies.
-struct Edge {
+struct JointEdge {
     element: usize,
     joint: Joint3,
-    rows: &'static [Row],
+    rows: &'static [ConstraintRow],
     bodies: [usize; 2],
     /// Elements that define coordinates of the joint, with the numbers of these in the joint.
     coordinates: Vec<(usize, usize)>,
@@ -241,7 +241,7 @@ struct Plan3<'m> {
     mechanism: &'m Mechanism<f64>,
     bodies: Vec<[usize; 7]>,
     numbers: BTreeMap<[usize; 7], usize>,
-    edges: Vec<Edge>,
+    edges: Vec<JointEdge>,
     edges_of: Vec<Vec<usize>>,
     nodes: Vec<Node3>,
     /// Node of each body that is reached; `None` inside for a body whose motion is prescribed.
@@ -263,7 +263,7 @@ impl<'m> Plan3<'m> {
                 bodies.len() - 1
             })
         };
-        let (mut edges, mut cuts): (Vec<Edge>, _) = (Vec::new(), Vec::new());
+        let (mut edges, mut cuts): (Vec<JointEdge>, _) = (Vec::new(), Vec::new());
         for (element, instance) in mechanism.elements.iter().enumerate() {
             let is_rigid = instance.element.descriptor().is_some_and(|own| std::ptr::eq(own, &rigid_body3::DESCRIPTOR));
             if is_rigid || normalized_frame(instance).is_some() {
@@ -271,19 +271,19 @@ impl<'m> Plan3<'m> {
             }
             if let Some((joint, rows)) = joint_of(instance) {
                 let bodies = [body_of(&instance.coordinates[..7]), body_of(&instance.coordinates[7..14])];
-                edges.push(Edge { element, joint, rows, bodies, coordinates: Vec::new() });
+                edges.push(JointEdge { element, joint, rows, bodies, coordinates: Vec::new() });
             }
         }
         for (element, instance) in mechanism.elements.iter().enumerate() {
             let Some(axis) = coordinate_axis(instance) else { continue };
-            let fits = |edge: &&mut Edge| {
+            let fits = |edge: &&mut JointEdge| {
                 let on = &mechanism.elements[edge.element];
                 // The angle between the markers of a universal joint is none of its coordinates.
                 edge.joint != Joint3::Universal
                     && on.coordinates[..] == instance.coordinates[..14]
                     && on.parameters == instance.parameters
             };
-            let slot = |edge: &Edge| edge.joint.axes().iter().position(|own| *own == axis);
+            let slot = |edge: &JointEdge| edge.joint.axes().iter().position(|own| *own == axis);
             let found = edges.iter_mut().filter(fits).find_map(|edge| slot(edge).map(|slot| (edge, slot)));
             let Some((edge, slot)) = found else {
                 if mechanism.coordinates[instance.coordinates[14]].motion.is_some() {
@@ -383,7 +383,7 @@ impl<'m> Plan3<'m> {
         let held: Vec<usize> = (0..self.bodies.len()).filter(is_held).collect();
         held.iter().for_each(|&body| parts[body] = held[0]);
         let mut order: Vec<usize> = (0..self.edges.len()).collect();
-        let is_free = |edge: &Edge| {
+        let is_free = |edge: &JointEdge| {
             let coordinate = |element: usize| self.mechanism.elements[element].coordinates[14];
             edge.coordinates.iter().any(|(element, _)| self.is_unknown(coordinate(*element)))
         };
@@ -494,7 +494,7 @@ impl<'m> Plan3<'m> {
                 }
                 prescribed[slot] = Some(coordinate);
             }
-            node.attached.push(Attached { coordinate, slot, multiplier: definition.first_multiplier });
+            node.attached.push(JointCoordinateSource { coordinate, slot, multiplier: definition.first_multiplier });
         }
         let mut next = node.first;
         for prescribed in prescribed {

@@ -4,7 +4,7 @@ use crate::elements::spatial::bodies::{point_mass3, rigid_body3};
 use crate::mechanism::ElementInstance;
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::vector::{add, cross, product, scaled, subtract, transposed_product};
-use crate::tree::space::placed::Placed;
+use crate::tree::space::placed::PlacedBody;
 
 /// Mass properties of a body in its own axes.
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +50,7 @@ impl<T: StateScalar> RigidProperties<T> {
 
     /// Wrench (moment about the reference point, force) of the inertia minus the weight, in world axes.
     #[inline(always)]
-    pub fn wrench(&self, body: &Placed<T>) -> [T; 6] {
+    pub fn wrench(&self, body: &PlacedBody<T>) -> [T; 6] {
         let centre = product(&body.rotation, self.centre);
         let omega = transposed_product(&body.rotation, body.spin);
         let alpha = transposed_product(&body.rotation, body.turn);

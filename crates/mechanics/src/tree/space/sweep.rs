@@ -1,14 +1,14 @@
 //! Sweeps over a tree in space: positions, velocities and accelerations from the ground to the tips, rows of the joints back.
 
-use crate::elements::spatial::joints::rows::Row;
+use crate::elements::spatial::joints::rows::ConstraintRow;
 use crate::mechanism::rotation::{conjugate, matrix, quaternion_product, square};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::vector::{add, cross, product, scaled, subtract};
 use crate::system::state::State;
 use crate::tree::space::joint::{
-    Axis, BodyMotion, Joint3, JointMarkers, RelativeMotion, angular_velocity, joint_coordinates,
+    BodyMotion, Joint3, JointAxis, JointMarkers, RelativeMotion, angular_velocity, joint_coordinates,
 };
-use crate::tree::space::placed::{Placed, Twist, halves, joined, moment_of_rows, of_body, power, rows_of_moment};
+use crate::tree::space::placed::{PlacedBody, Twist, halves, joined, moment_of_rows, of_body, power, rows_of_moment};
 use crate::tree::space::plan::{Node3, Slot, Space};
 
 /// Places a body on its parent: everything but accelerations. `own` has the Euler parameters and angular velocity of a body whose
@@ -17,16 +17,16 @@ use crate::tree::space::plan::{Node3, Slot, Space};
 pub(crate) fn place_joint<T: StateScalar>(
     node: &Node3,
     markers: &JointMarkers<T>,
-    parent: &Placed<T>,
-    own: &Placed<T>,
+    parent: &PlacedBody<T>,
+    own: &PlacedBody<T>,
     q: &[T; 4],
     v: &[T; 4],
-) -> Placed<T> {
+) -> PlacedBody<T> {
     let motion = RelativeMotion::new(node.joint, q, v);
     let [a, b] = markers;
     let sign = node.sign();
     let signed = |x: [T; 3]| x.map(|x| x * sign);
-    let mut placed = Placed::zero();
+    let mut placed = PlacedBody::zero();
     let slide;
     if node.is_reversed {
         let marker_b = quaternion_product(&parent.e, &b.e);
@@ -86,9 +86,9 @@ pub(crate) fn place_joint<T: StateScalar>(
     let mut columns = placed.columns;
     for (to, axis) in columns.iter_mut().zip(node.joint.axes()) {
         *to = match *axis {
-            Axis::Turn => turned(column(2)),
-            Axis::Cross => turned(signed(product(&placed.axes, motion.cross))),
-            Axis::Slide(k) => joined([zero, column(k)]),
+            JointAxis::Turn => turned(column(2)),
+            JointAxis::Cross => turned(signed(product(&placed.axes, motion.cross))),
+            JointAxis::Slide(k) => joined([zero, column(k)]),
         };
     }
     placed.columns = columns;
@@ -100,9 +100,9 @@ pub(crate) fn place_joint<T: StateScalar>(
 #[inline(always)]
 pub(crate) fn accelerate_joint<T: StateScalar>(
     node: &Node3,
-    placed: &mut Placed<T>,
-    parent: &Placed<T>,
-    own: &Placed<T>,
+    placed: &mut PlacedBody<T>,
+    parent: &PlacedBody<T>,
+    own: &PlacedBody<T>,
     (q, a): (&[T; 4], &[T; 4]),
 ) {
     let [turn, shift] = halves(&placed.bias);
@@ -149,10 +149,10 @@ impl Space {
 
     /// The placed parent of a node: a body of the tree, or one whose motion is prescribed.
     #[inline(always)]
-    fn parent<T: StateScalar>(&self, node: &Node3, state: &State<T>, placed: &[Placed<T>]) -> Placed<T> {
+    fn parent<T: StateScalar>(&self, node: &Node3, state: &State<T>, placed: &[PlacedBody<T>]) -> PlacedBody<T> {
         match node.parent_node {
             Some(parent) => placed[parent],
-            None => Placed::of(&of_body(&state.q, &node.parent), &of_body(&state.v, &node.parent)),
+            None => PlacedBody::of(&of_body(&state.q, &node.parent), &of_body(&state.v, &node.parent)),
         }
     }
 
@@ -164,20 +164,23 @@ impl Space {
         markers: &[JointMarkers<T>],
         (q, v): (&[T], &[T]),
         state: &mut State<T>,
-        placed: &mut [Placed<T>],
+        placed: &mut [PlacedBody<T>],
     ) {
         for (k, node) in self.nodes.iter().enumerate() {
             if let Joint3::Free { .. } = node.joint {
                 for (at, i) in node.free_coordinates() {
                     (state.q[i], state.v[i]) = (q[at], v[at]);
                 }
-                placed[k] = Placed::of(&of_body(&state.q, &node.coordinates), &of_body(&state.v, &node.coordinates));
+                placed[k] =
+                    PlacedBody::of(&of_body(&state.q, &node.coordinates), &of_body(&state.v, &node.coordinates));
                 continue;
             }
             let parent = self.parent(node, state, placed);
             let own = match node.joint {
-                Joint3::Pin => Placed::of(&of_body(&state.q, &node.coordinates), &of_body(&state.v, &node.coordinates)),
-                _ => Placed::zero(),
+                Joint3::Pin => {
+                    PlacedBody::of(&of_body(&state.q, &node.coordinates), &of_body(&state.v, &node.coordinates))
+                }
+                _ => PlacedBody::zero(),
             };
             let own_q = self.of_joint(node, q, &state.q);
             let own_v = self.of_joint(node, v, &state.v);
@@ -197,7 +200,7 @@ impl Space {
 
     /// Writes accelerations of all bodies to `state`, for the accelerations `a` of all joint coordinates at the coordinates `q`.
     #[inline(always)]
-    pub fn accelerate<T: StateScalar>(&self, (q, a): (&[T], &[T]), state: &mut State<T>, placed: &mut [Placed<T>]) {
+    pub fn accelerate<T: StateScalar>(&self, (q, a): (&[T], &[T]), state: &mut State<T>, placed: &mut [PlacedBody<T>]) {
         for (k, node) in self.nodes.iter().enumerate() {
             let mut body = placed[k];
             if let Joint3::Free { .. } = node.joint {
@@ -212,7 +215,7 @@ impl Space {
                 Some(parent) => placed[parent],
                 None => {
                     let v = of_body(&state.v, &node.parent);
-                    let mut parent = Placed::of(&of_body(&state.q, &node.parent), &v);
+                    let mut parent = PlacedBody::of(&of_body(&state.q, &node.parent), &v);
                     parent.accelerate(&v, &of_body(&state.a, &node.parent));
                     parent
                 }
@@ -239,7 +242,7 @@ impl Space {
 
     /// Adds the rows of the coordinates of the bodies to their wrenches.
     #[inline(always)]
-    pub fn add_rows<T: StateScalar>(&self, placed: &[Placed<T>], rows: &[T], wrenches: &mut [Twist<T>]) {
+    pub fn add_rows<T: StateScalar>(&self, placed: &[PlacedBody<T>], rows: &[T], wrenches: &mut [Twist<T>]) {
         for ((node, placed), wrench) in self.nodes.iter().zip(placed).zip(wrenches) {
             let [x, y, z, e0, e1, e2, e3] = of_body(rows, &node.coordinates);
             let moment = if node.rotates() { moment_of_rows(&placed.e, &[e0, e1, e2, e3]) } else { [T::from(0.0); 3] };
@@ -254,7 +257,7 @@ impl Space {
     #[inline(always)]
     pub fn collect<T: StateScalar>(
         &self,
-        placed: &[Placed<T>],
+        placed: &[PlacedBody<T>],
         q: &[T],
         rows: &[T],
         wrenches: &mut [Twist<T>],
@@ -325,7 +328,7 @@ impl Space {
     /// Writes the multipliers of the joints in equilibrium to `multipliers`, from the wrenches that [`Self::collect`] has left.
     pub fn reactions<T: StateScalar>(
         &self,
-        placed: &[Placed<T>],
+        placed: &[PlacedBody<T>],
         rows: &[T],
         wrenches: &[Twist<T>],
         multipliers: &mut [T],
@@ -365,18 +368,18 @@ pub(crate) fn normalized<T: StateScalar>(e: [T; 4], rate: [T; 4]) -> ([T; 4], [T
 
 /// The motion of a body relative to its parent on which the multiplier of a constraint equation of the joint acts, with its sign.
 #[inline(always)]
-pub(crate) fn reaction_column<T: StateScalar>(node: &Node3, body: &Placed<T>, row: Row) -> Twist<T> {
+pub(crate) fn reaction_column<T: StateScalar>(node: &Node3, body: &PlacedBody<T>, row: ConstraintRow) -> Twist<T> {
     let zero = T::from(0.0);
     let axis = |k: usize| [0, 1, 2].map(|i| body.axes[i][k]);
     let sign = node.sign();
     let column = match row {
-        Row::Coincident(k) => {
+        ConstraintRow::Coincident(k) => {
             let mut world = [zero; 3];
             world[k] = T::from(1.0);
             [[zero; 3], world]
         }
-        Row::InPlane(k) => [[zero; 3], axis(k)],
-        Row::Perpendicular(i, j) => {
+        ConstraintRow::InPlane(k) => [[zero; 3], axis(k)],
+        ConstraintRow::Perpendicular(i, j) => {
             // In the position of the joint the axes of both markers are the same, but for the cross of a universal joint.
             let second = match node.joint {
                 Joint3::Universal => halves(&body.columns[1])[0].map(|x| x * sign),
@@ -386,7 +389,7 @@ pub(crate) fn reaction_column<T: StateScalar>(node: &Node3, body: &Placed<T>, ro
             [about, cross(body.tip, about)]
         }
         // No joint of a tree has this row; at equal axes it is a torque about z.
-        Row::Untwisted => {
+        ConstraintRow::Untwisted => {
             let about = axis(2).map(|x| x * 2.0);
             [about, cross(body.tip, about)]
         }

@@ -9,14 +9,14 @@ use crate::mechanism::scalars::{Dual8, StateScalar};
 use crate::mechanism::vector::cross;
 use crate::system::state::State;
 use crate::tree::space::joint::{BodyMotion, Joint3, angular_velocity, markers};
-use crate::tree::space::placed::{Placed, Twist, halves, joined, of_body, rates, rows_of_moment};
+use crate::tree::space::placed::{PlacedBody, Twist, halves, joined, of_body, rates, rows_of_moment};
 use crate::tree::space::plan::{Node3, Slot, Space};
 use crate::tree::space::sweep::{accelerate_joint, normalized, place_joint, reaction_column};
 use autodiff::WIDTH;
 
 /// A variable on which a body depends through its joint.
 #[derive(Clone, Copy, Debug)]
-enum Input {
+enum BodyInput {
     /// Position (0), velocity (1) or acceleration (2) of a coordinate of the mechanism.
     Coordinate(usize, usize),
     /// A joint coordinate (0) or its velocity (1).
@@ -28,7 +28,7 @@ enum Input {
 /// Derivatives of a body and of the columns of its joint.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct NodeJacobian {
-    inputs: Vec<Input>,
+    inputs: Vec<BodyInput>,
     /// Number of outputs: coordinates with velocities and accelerations, the arm, columns.
     outputs: usize,
     /// By input, then by output.
@@ -43,7 +43,7 @@ pub(crate) struct SpacePoint<'a> {
     pub state: &'a State<f64>,
     /// Joint coordinates, their velocities and their accelerations.
     pub joints: [&'a [f64]; 3],
-    pub placed: &'a [Placed<f64>],
+    pub placed: &'a [PlacedBody<f64>],
     /// Wrenches of the parts of the trees, and those of the elements on each body alone.
     pub wrenches: &'a [Twist<f64>],
     pub own: &'a [Twist<f64>],
@@ -58,12 +58,12 @@ pub(crate) struct BodyAdjoint {
 }
 
 /// The seven coordinates of a body in numbers that are seeded.
-struct Seeds {
+struct SeededCoordinates {
     first: usize,
     next: usize,
 }
 
-impl Seeds {
+impl SeededCoordinates {
     fn seed(&mut self, value: f64) -> Dual8 {
         let k = self.next;
         self.next += 1;
@@ -79,8 +79,8 @@ impl Seeds {
 }
 
 /// A body with these positions, velocities and accelerations of its coordinates.
-fn placed_body([q, v, a]: [[Dual8; 7]; 3]) -> Placed<Dual8> {
-    let mut body = Placed::of(&q, &v);
+fn placed_body([q, v, a]: [[Dual8; 7]; 3]) -> PlacedBody<Dual8> {
+    let mut body = PlacedBody::of(&q, &v);
     body.accelerate(&v, &a);
     body
 }
@@ -98,8 +98,8 @@ impl NodeJacobian {
         let State { q, v, a, .. } = x.state;
         let of = |coordinates: &[usize; 7]| [q, v, a].map(|x| of_body(x, coordinates));
         let mut inputs = Vec::new();
-        let add_body = |inputs: &mut Vec<Input>, c: &[usize; 7]| {
-            (0..3).for_each(|order| inputs.extend(c.iter().map(|&i| Input::Coordinate(order, i))));
+        let add_body = |inputs: &mut Vec<BodyInput>, c: &[usize; 7]| {
+            (0..3).for_each(|order| inputs.extend(c.iter().map(|&i| BodyInput::Coordinate(order, i))));
         };
         add_body(&mut inputs, &node.parent);
         let is_pin = node.joint == Joint3::Pin;
@@ -109,22 +109,22 @@ impl NodeJacobian {
         let width = if node.joint == Joint3::Spherical { 4 } else { node.slots.len() };
         for order in 0..3 {
             inputs.extend((0..width).map(|i| match node.slots.get(i) {
-                Some(Slot::Prescribed(coordinate)) => Input::Coordinate(order, *coordinate),
-                Some(Slot::Free(at)) => Input::Joint(order, *at),
-                None => Input::Joint(order, node.first + i),
+                Some(Slot::Prescribed(coordinate)) => BodyInput::Coordinate(order, *coordinate),
+                Some(Slot::Free(at)) => BodyInput::Joint(order, *at),
+                None => BodyInput::Joint(order, node.first + i),
             }));
         }
         if has_parameters {
-            inputs.extend((0..14).map(Input::Parameter));
+            inputs.extend((0..14).map(BodyInput::Parameter));
         }
         let values: [[f64; 4]; 3] = [0, 1, 2].map(|order| space.of_joint(node, x.joints[order], [q, v, a][order]));
         let mut jacobian = Self { inputs, outputs: 0, values: Vec::new() };
         for first in (0..jacobian.inputs.len()).step_by(WIDTH) {
-            let mut seeds = Seeds { first, next: 0 };
+            let mut seeds = SeededCoordinates { first, next: 0 };
             let parent = placed_body(of(&node.parent).map(|x| seeds.all(&x)));
             let own = match is_pin {
                 true => placed_body(of(&node.coordinates).map(|x| seeds.all(&x))),
-                false => Placed::zero(),
+                false => PlacedBody::zero(),
             };
             let mut joint = values.map(|x| x.map(Dual8::constant));
             for joint in &mut joint {
@@ -152,7 +152,7 @@ impl NodeJacobian {
 }
 
 /// Appends the motions of a body at the rate one of each joint coordinate.
-fn columns<T: StateScalar>(node: &Node3, body: &Placed<T>, q: &[T; 4], out: &mut Vec<T>) {
+fn columns<T: StateScalar>(node: &Node3, body: &PlacedBody<T>, q: &[T; 4], out: &mut Vec<T>) {
     if node.joint == Joint3::Spherical {
         for k in 0..4 {
             let mut unit = [T::from(0.0); 4];
@@ -186,7 +186,7 @@ impl Space {
     /// negative `gaps`, see [`Tree::place_virtual`](crate::tree::Tree::place_virtual).
     pub fn place_virtual(
         &self,
-        placed: &[Placed<f64>],
+        placed: &[PlacedBody<f64>],
         q: &[f64],
         psi: &[f64],
         gaps: Option<&[f64]>,
@@ -337,14 +337,14 @@ impl Space {
             for (input, values) in jacobian.inputs.iter().zip(jacobian.values.chunks_exact(jacobian.outputs)) {
                 let derivative = values.iter().zip(&bars).map(|(a, b)| a * b).sum::<f64>();
                 match *input {
-                    Input::Coordinate(order, i) => {
+                    BodyInput::Coordinate(order, i) => {
                         let to = [&mut bodies.q, &mut bodies.v, &mut bodies.a][order].get_mut(i);
                         to.into_iter().for_each(|to| *to += derivative);
                     }
-                    Input::Joint(0, at) => by_q[at] += derivative,
-                    Input::Joint(1, at) => by_v[at] += derivative,
-                    Input::Joint(..) => {}
-                    Input::Parameter(i) => node.element.into_iter().for_each(|element| add(element, i, derivative)),
+                    BodyInput::Joint(0, at) => by_q[at] += derivative,
+                    BodyInput::Joint(1, at) => by_v[at] += derivative,
+                    BodyInput::Joint(..) => {}
+                    BodyInput::Parameter(i) => node.element.into_iter().for_each(|element| add(element, i, derivative)),
                 }
             }
             debug_assert!(jacobian.outputs <= bars.len() && jacobian.outputs >= FIXED);
@@ -362,7 +362,7 @@ impl Space {
 
     /// Adds the derivatives with respect to the part along e of the second derivatives of the Euler parameters of free bodies, which
     /// [`Space::collect`] leaves out, from those of all coordinates.
-    pub fn collect_lengths(&self, placed: &[Placed<f64>], bodies: &[f64], out: &mut [f64]) {
+    pub fn collect_lengths(&self, placed: &[PlacedBody<f64>], bodies: &[f64], out: &mut [f64]) {
         for (node, body) in self.nodes.iter().zip(placed) {
             if let Joint3::Free { turns: true, .. } = node.joint {
                 let [.., a, b, c, d] = of_body(bodies, &node.coordinates);
@@ -454,7 +454,7 @@ impl Space {
             variables.extend((0..14).map(|i| StartVariable::Parameter(element, i)));
             values.extend_from_slice(&parameters(element)[..14]);
             for first in (0..values.len()).step_by(WIDTH) {
-                let mut seeds = Seeds { first, next: 0 };
+                let mut seeds = SeededCoordinates { first, next: 0 };
                 let seeded: Vec<Dual8> = values.iter().map(|&x| seeds.seed(x)).collect();
                 let body = |from: usize| {
                     BodyMotion::of(
@@ -474,7 +474,7 @@ impl Space {
 }
 
 /// Angular part of the virtual displacement of a body.
-fn virtual_spin(body: &Placed<f64>, node: &Node3, virtuals: &[f64]) -> [f64; 3] {
+fn virtual_spin(body: &PlacedBody<f64>, node: &Node3, virtuals: &[f64]) -> [f64; 3] {
     if !node.rotates() {
         return [0.0; 3];
     }

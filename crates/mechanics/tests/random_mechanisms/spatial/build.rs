@@ -1,7 +1,7 @@
 //! The mechanism of a random list of parts.
 
 use crate::random::{Class, prescribe};
-use crate::spatial::{Action, Along, Joint, Part, RandomMechanism3};
+use crate::spatial::{Action, Joint, JointMotion, MechanismPart, RandomMechanism3};
 use autodiff::Scalar;
 use linkwright_mechanics::elements::Shear;
 use linkwright_mechanics::elements::spatial::{BeamSection3, MassProperties3};
@@ -44,7 +44,7 @@ struct Builder<S> {
     /// Initial velocities and angular velocities of the bodies.
     velocities: Vec<[[S; 3]; 2]>,
     joints: Vec<ElementIndex>,
-    coordinates: Vec<(Along, Coordinate)>,
+    coordinates: Vec<(JointMotion, Coordinate)>,
     /// Elements and their measures that may become outputs.
     reactions: Vec<(ElementIndex, &'static str)>,
 }
@@ -68,7 +68,7 @@ impl<S: Scalar> Builder<S> {
         self.frame(frame).at(triple(p, 0)).turned(euler(p, 3))
     }
 
-    fn coordinate(&self, along: Along) -> Result<Coordinate> {
+    fn coordinate(&self, along: JointMotion) -> Result<Coordinate> {
         let found = self.coordinates.iter().find(|(own, _)| *own == along);
         let why = || Error::definition("random mechanism", "a joint has no such coordinate", "take another seed");
         found.map(|(_, coordinate)| *coordinate).ok_or_else(why)
@@ -78,9 +78,9 @@ impl<S: Scalar> Builder<S> {
         let [a, b] = self.markers(frames, p);
         let number = self.joints.len();
         let m = &mut self.m;
-        let screw = |m: &mut Mechanism<S>, own: &mut Vec<(Along, Coordinate)>| {
+        let screw = |m: &mut Mechanism<S>, own: &mut Vec<(JointMotion, Coordinate)>| {
             let [angle, displacement] = m.screw(name, a, b, p[12]);
-            own.extend([(Along::Angle(number), angle), (Along::Displacement(number), displacement)]);
+            own.extend([(JointMotion::Angle(number), angle), (JointMotion::Displacement(number), displacement)]);
         };
         let index = match joint {
             Joint::Revolute => m.revolute3(name, a, b),
@@ -99,10 +99,11 @@ impl<S: Scalar> Builder<S> {
         };
         self.joints.push(index);
         if matches!(joint, Joint::Revolute | Joint::Cylindrical | Joint::Planar) {
-            self.coordinates.push((Along::Angle(number), m.joint_angle(&format!("{name} angle"), a, b)));
+            self.coordinates.push((JointMotion::Angle(number), m.joint_angle(&format!("{name} angle"), a, b)));
         }
         if matches!(joint, Joint::Prismatic | Joint::Cylindrical) {
-            self.coordinates.push((Along::Displacement(number), m.joint_displacement(&format!("{name} way"), a, b)));
+            self.coordinates
+                .push((JointMotion::Displacement(number), m.joint_displacement(&format!("{name} way"), a, b)));
         }
         if joint != Joint::Screw {
             self.reactions.push((index, if number.is_multiple_of(2) { "force" } else { "torque" }));
@@ -214,7 +215,7 @@ impl ParametricMechanism for RandomMechanism3 {
         for (k, part) in self.parts.iter().enumerate() {
             let name = format!("part {k}");
             match *part {
-                Part::Body { at } => {
+                MechanismPart::Body { at } => {
                     let p = &values[at..];
                     let properties = MassProperties3 {
                         mass: p[0],
@@ -228,7 +229,7 @@ impl ParametricMechanism for RandomMechanism3 {
                     x.bodies.push(body);
                     x.masses.push(properties);
                 }
-                Part::PointMass { at } => {
+                MechanismPart::PointMass { at } => {
                     let p = &values[at..];
                     let body = x.m.point_mass3(&name, p[0], triple(p, 1));
                     x.m.set_velocity3(body, triple(p, 4), [S::from(0.0); 3]);
@@ -236,8 +237,8 @@ impl ParametricMechanism for RandomMechanism3 {
                     x.bodies.push(body);
                     x.masses.push(MassProperties3::principal(p[0], [S::from(0.0); 3]));
                 }
-                Part::Joint { joint, frames, at } => x.join(&name, joint, frames, &values[at..]),
-                Part::On { along, action, at } => {
+                MechanismPart::Joint { joint, frames, at } => x.join(&name, joint, frames, &values[at..]),
+                MechanismPart::On { along, action, at } => {
                     let (on, p) = (x.coordinate(along)?, &values[at..]);
                     match action {
                         Action::Spring => {
@@ -255,32 +256,32 @@ impl ParametricMechanism for RandomMechanism3 {
                         Action::Drive(profile) => prescribe(&mut x.m, on, profile, p),
                     }
                 }
-                Part::Gears { along: [a, b], at } => {
+                MechanismPart::Gears { along: [a, b], at } => {
                     let (wheels, p) = ([x.coordinate(a)?, x.coordinate(b)?], &values[at..]);
                     x.m.gear_pair(&name, wheels, still, [p[0], p[1], p[2]]);
                 }
-                Part::Rod { frames, at } => {
+                MechanismPart::Rod { frames, at } => {
                     let [a, b] = x.points(frames, &values[at..]);
                     let index = x.m.distance_constraint3(&name, a, b, values[at + 6]);
                     x.reactions.push((index, "tension"));
                 }
-                Part::LengthDrive { frames, at } => {
+                MechanismPart::LengthDrive { frames, at } => {
                     let [a, b] = x.points(frames, &values[at..]);
                     x.m.drive_distance(&name, a, b, Harmonic, &values[at + 6..at + 10]);
                 }
-                Part::Spring { frames, at } => {
+                MechanismPart::Spring { frames, at } => {
                     let ([a, b], p) = (x.points(frames, &values[at..]), &values[at + 6..]);
                     x.m.nonlinear_spring3(&name, a, b, [p[0], p[1], p[2], p[3]]);
                 }
-                Part::Bushing { frames, at } => {
+                MechanismPart::Bushing { frames, at } => {
                     let ([a, b], p) = (x.markers(frames, &values[at..]), &values[at + 12..]);
                     x.m.bushing3(&name, a, b, six(p), six(&p[6..]));
                 }
-                Part::Load { kind, body, at } => {
+                MechanismPart::Load { kind, body, at } => {
                     let (marker, p) = (x.marker(Some(body), &values[at..]), &values[at + 6..]);
                     x.m.load3(&name, kind, marker, triple(p, 0), Harmonic, &p[3..7]);
                 }
-                Part::Beam { body, elements, at } => x.beam(&name, body, elements, &values[at..]),
+                MechanismPart::Beam { body, elements, at } => x.beam(&name, body, elements, &values[at..]),
             }
         }
         x.outputs(self.class)?;

@@ -2,7 +2,8 @@
 
 use crate::random::{Class, Profile, Random, random_motion};
 use crate::spatial::{
-    Action, Along, Frame, Joint, Part, RandomMechanism3, difference, distance, orientation, point, random_pose,
+    Action, Frame, Joint, JointMotion, MechanismPart, RandomMechanism3, difference, distance, orientation, point,
+    random_pose,
 };
 use linkwright_mechanics::elements::spatial::LoadKind3;
 use linkwright_mechanics::mechanism::Rotation;
@@ -78,7 +79,7 @@ impl RandomMechanism3 {
             let body = random.below(count);
             let at = self.add_numbers(&point(random).map(|x| 0.2 * x));
             self.add_numbers(&[random.between(0.3, 0.6), random.between(-0.1, 0.1), 0.03, 0.02]);
-            self.parts.push(Part::Beam { body, elements: 2 + random.below(2), at });
+            self.parts.push(MechanismPart::Beam { body, elements: 2 + random.below(2), at });
         }
         for _ in 0..1 + random.below(3) {
             let a = random.below(count);
@@ -99,7 +100,7 @@ impl RandomMechanism3 {
             1 => self.join(random, Joint::PointOnPlane, frames),
             _ => {
                 let start = point(random);
-                self.rod(frames, [start, end]);
+                self.distance_constraint(frames, [start, end]);
             }
         }
         if self.class == Class::Static {
@@ -149,8 +150,9 @@ impl RandomMechanism3 {
         }
         let number = self.joints;
         self.joints += 1;
-        self.parts.push(Part::Joint { joint, frames, at });
-        let (angle, displacement) = ((Along::Angle(number), twist), (Along::Displacement(number), distance(a, b)));
+        self.parts.push(MechanismPart::Joint { joint, frames, at });
+        let (angle, displacement) =
+            ((JointMotion::Angle(number), twist), (JointMotion::Displacement(number), distance(a, b)));
         match joint {
             Joint::Revolute | Joint::Planar => self.coordinates.push(angle),
             Joint::Prismatic => self.coordinates.push(displacement),
@@ -161,14 +163,17 @@ impl RandomMechanism3 {
     }
 
     fn is_point_mass(&self, body: usize) -> bool {
-        let mut bodies = self.parts.iter().filter(|part| matches!(part, Part::Body { .. } | Part::PointMass { .. }));
-        matches!(bodies.nth(body), Some(Part::PointMass { .. }))
+        let mut bodies = self
+            .parts
+            .iter()
+            .filter(|part| matches!(part, MechanismPart::Body { .. } | MechanismPart::PointMass { .. }));
+        matches!(bodies.nth(body), Some(MechanismPart::PointMass { .. }))
     }
 
-    fn rod(&mut self, frames: [Frame; 2], [p, q]: [[f64; 3]; 2]) {
+    fn distance_constraint(&mut self, frames: [Frame; 2], [p, q]: [[f64; 3]; 2]) {
         let at = self.add_numbers(&self.points(frames, [p, q]));
         self.add_numbers(&[distance(p, q)]);
-        self.parts.push(Part::Rod { frames, at });
+        self.parts.push(MechanismPart::Rod { frames, at });
     }
 
     /// Adds one or two constraints that close a loop.
@@ -185,33 +190,33 @@ impl RandomMechanism3 {
                 }
                 let radii = [random.between(0.1, 0.3), random.between(0.1, 0.3)];
                 let at = self.add_numbers(&[radii[0], radii[1], radii[0] * p + radii[1] * q]);
-                self.parts.push(Part::Gears { along: [a, b], at });
+                self.parts.push(MechanismPart::Gears { along: [a, b], at });
             }
             3 if matches!(self.class, Class::Rigid | Class::Contact) => {
                 let at = self.add_numbers(&self.points(frames, ends));
                 let (length, phase) = (distance(ends[0], ends[1]), random.between(0.2, 1.2));
                 let amplitude = 0.1 * length;
                 self.add_numbers(&[length - amplitude * f64::sin(phase), amplitude, random.between(2.0, 6.0), phase]);
-                self.parts.push(Part::LengthDrive { frames, at });
+                self.parts.push(MechanismPart::LengthDrive { frames, at });
             }
             4 => self.join(random, Joint::Spherical, frames),
-            _ => self.rod(frames, ends),
+            _ => self.distance_constraint(frames, ends),
         }
     }
 
-    fn drive(&mut self, random: &mut Random, along: Along, start: f64) {
+    fn drive(&mut self, random: &mut Random, along: JointMotion, start: f64) {
         if !self.driven.contains(&along) {
-            let size = if matches!(along, Along::Angle(_)) { 1.0 } else { 0.3 };
+            let size = if matches!(along, JointMotion::Angle(_)) { 1.0 } else { 0.3 };
             let (profile, numbers) = random_motion(random, start, size);
             let at = self.add_numbers(&numbers);
             self.driven.push(along);
-            self.parts.push(Part::On { along, action: Action::Drive(profile), at });
+            self.parts.push(MechanismPart::On { along, action: Action::Drive(profile), at });
         }
     }
 
     /// Lets a spring, friction, a load or a stop act on the coordinate of a joint.
-    pub(super) fn on(&mut self, random: &mut Random, (along, value): (Along, f64), action: Action) {
-        let scale = if matches!(along, Along::Angle(_)) { 1.0 } else { 10.0 };
+    pub(super) fn on(&mut self, random: &mut Random, (along, value): (JointMotion, f64), action: Action) {
+        let scale = if matches!(along, JointMotion::Angle(_)) { 1.0 } else { 10.0 };
         let at = match action {
             Action::Spring => {
                 let stiff = if self.class == Class::Static { 10.0 } else { 1.0 };
@@ -229,7 +234,7 @@ impl RandomMechanism3 {
             }
             Action::Drive(_) => return self.drive(random, along, value),
         };
-        self.parts.push(Part::On { along, action, at });
+        self.parts.push(MechanismPart::On { along, action, at });
     }
 
     fn bushing(&mut self, random: &mut Random, frames: [Frame; 2]) {
@@ -246,7 +251,7 @@ impl RandomMechanism3 {
         self.add_numbers(&[0; 3].map(|_| stiff * random.between(2.0, 20.0)));
         let damping = if self.is_conservative() { 0.0 } else { 1.0 };
         self.add_numbers(&[0; 6].map(|_| damping * random.between(0.1, 1.0)));
-        self.parts.push(Part::Bushing { frames, at });
+        self.parts.push(MechanismPart::Bushing { frames, at });
     }
 
     fn spring(&mut self, random: &mut Random, frames: [Frame; 2], ends: [[f64; 3]; 2]) {
@@ -254,7 +259,7 @@ impl RandomMechanism3 {
         let damping = if self.is_conservative() { 0.0 } else { random.between(0.1, 2.0) };
         let rest = distance(ends[0], ends[1]) * random.between(0.5, 1.1);
         self.add_numbers(&[random.between(5.0, 80.0), damping, rest, random.between(0.5, 5.0)]);
-        self.parts.push(Part::Spring { frames, at });
+        self.parts.push(MechanismPart::Spring { frames, at });
     }
 
     fn force(&mut self, random: &mut Random, frames: [Frame; 2]) {
@@ -275,7 +280,7 @@ impl RandomMechanism3 {
                 let at = self.add_numbers(&self.marker(frames[1], ends[0], orientation(random)));
                 self.add_numbers(&[0; 3].map(|_| random.between(0.2, 1.0)));
                 self.add_numbers(&[0.5, random.between(0.5, 2.0), random.between(2.0, 9.0), 0.3]);
-                self.parts.push(Part::Load { kind: kinds[random.below(4)], body, at });
+                self.parts.push(MechanismPart::Load { kind: kinds[random.below(4)], body, at });
             }
             _ => self.bushing(random, frames),
         }
@@ -304,13 +309,13 @@ impl RandomMechanism3 {
             let mass = self.add_point_mass(random, end);
             self.join(random, Joint::PointOnLine, [None, Some(mass)]);
             let start = point(random);
-            self.rod([parent, Some(mass)], [start, end]);
+            self.distance_constraint([parent, Some(mass)], [start, end]);
         }
     }
 
     /// A drive with an acceleration that begins at `start`.
-    pub(super) fn accelerate(&mut self, random: &mut Random, along: Along, start: f64) {
+    pub(super) fn accelerate(&mut self, random: &mut Random, along: JointMotion, start: f64) {
         let at = self.add_numbers(&[start, random.between(-1.0, 1.0), random.between(1.0, 5.0)]);
-        self.parts.push(Part::On { along, action: Action::Drive(Profile::Accelerated), at });
+        self.parts.push(MechanismPart::On { along, action: Action::Drive(Profile::Accelerated), at });
     }
 }

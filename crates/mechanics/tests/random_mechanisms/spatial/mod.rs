@@ -32,7 +32,7 @@ enum Joint {
 
 /// The angle or the displacement of the joint with this number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Along {
+enum JointMotion {
     Angle(usize),
     Displacement(usize),
 }
@@ -49,12 +49,12 @@ enum Action {
 
 /// Parts of a mechanism. `at` is the index of the first of their numbers; a marker has a point and three Euler angles.
 #[derive(Clone, Debug)]
-enum Part {
+enum MechanismPart {
     Body { at: usize },
     PointMass { at: usize },
     Joint { joint: Joint, frames: [Frame; 2], at: usize },
-    On { along: Along, action: Action, at: usize },
-    Gears { along: [Along; 2], at: usize },
+    On { along: JointMotion, action: Action, at: usize },
+    Gears { along: [JointMotion; 2], at: usize },
     Rod { frames: [Frame; 2], at: usize },
     LengthDrive { frames: [Frame; 2], at: usize },
     Spring { frames: [Frame; 2], at: usize },
@@ -67,7 +67,7 @@ enum Part {
 #[derive(Clone, Debug)]
 pub struct RandomMechanism3 {
     class: Class,
-    parts: Vec<Part>,
+    parts: Vec<MechanismPart>,
     numbers: Vec<f64>,
     /// Indices of the numbers that are design variables.
     variables: Vec<usize>,
@@ -78,8 +78,8 @@ pub struct RandomMechanism3 {
     /// Number of joints.
     joints: usize,
     /// Coordinates of joints and their initial values, and those of them that move by themselves.
-    coordinates: Vec<(Along, f64)>,
-    driven: Vec<Along>,
+    coordinates: Vec<(JointMotion, f64)>,
+    driven: Vec<JointMotion>,
 }
 
 impl RandomModel for RandomMechanism3 {
@@ -186,7 +186,7 @@ impl RandomMechanism3 {
         self.add_numbers(&pose.position);
         self.add_numbers(&angles(pose.orientation));
         self.add_numbers(&velocity);
-        self.parts.push(Part::Body { at });
+        self.parts.push(MechanismPart::Body { at });
         self.poses.push(pose);
         self.poses.len() - 1
     }
@@ -195,7 +195,7 @@ impl RandomMechanism3 {
         let at = self.add_numbers(&[random.between(0.5, 2.0)]);
         self.add_numbers(&position);
         self.add_numbers(&[0; 3].map(|_| random.between(-1.0, 1.0)));
-        self.parts.push(Part::PointMass { at });
+        self.parts.push(MechanismPart::PointMass { at });
         self.poses.push(Pose3::at(position));
         self.poses.len() - 1
     }

@@ -1,7 +1,7 @@
 //! Mechanisms in space whose constraints depend on each other.
 
 use crate::random::Random;
-use crate::spatial::{Action, Along, Joint, Part, RandomMechanism3, orientation, point};
+use crate::spatial::{Action, Joint, JointMotion, MechanismPart, RandomMechanism3, orientation, point};
 use linkwright_mechanics::mechanism::{Pose3, Rotation};
 
 impl RandomMechanism3 {
@@ -69,9 +69,9 @@ impl RandomMechanism3 {
                     self.harmless.extend([at + 6 * end, at + 6 * end + 1]);
                 }
             }
-            self.coordinates.push((Along::Angle(self.joints), to - from));
+            self.coordinates.push((JointMotion::Angle(self.joints), to - from));
             self.joints += 1;
-            self.parts.push(Part::Joint { joint: Joint::Revolute, frames, at });
+            self.parts.push(MechanismPart::Joint { joint: Joint::Revolute, frames, at });
         }
     }
 
@@ -87,12 +87,12 @@ impl RandomMechanism3 {
                 let at = self.add_numbers(&self.marker(parent, place, pair.orientation));
                 self.add_numbers(&self.marker(Some(body), place, pair.orientation));
                 let along = match joint {
-                    Joint::Revolute => Along::Angle(self.joints),
-                    _ => Along::Displacement(self.joints),
+                    Joint::Revolute => JointMotion::Angle(self.joints),
+                    _ => JointMotion::Displacement(self.joints),
                 };
                 self.coordinates.push((along, 0.0));
                 self.joints += 1;
-                self.parts.push(Part::Joint { joint, frames: [parent, Some(body)], at });
+                self.parts.push(MechanismPart::Joint { joint, frames: [parent, Some(body)], at });
             }
             parent = Some(body);
         }

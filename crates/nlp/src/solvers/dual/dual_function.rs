@@ -4,7 +4,7 @@ use super::state::FalkState;
 use crate::kkt::{KktAccumulator, VariableBounds};
 use crate::program::{DualSums, Program, Separable};
 use crate::separable::CHUNK;
-use crate::solution::{Evaluations, Solution, Status};
+use crate::solution::{Evaluations, ProgramStatus, Solution};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -46,7 +46,7 @@ fn minimizer(program: &dyn Separable, weights: &[f64]) -> Vec<f64> {
 ///
 /// The residual is accumulated variable by variable; no matrix of size m × n is stored.
 pub(super) fn solution(program: &dyn Program, separable: &dyn Separable, start: &[f64], state: &FalkState) -> Solution {
-    let (multipliers, status) = (state.multipliers.clone(), state.status.unwrap_or(Status::IterationLimit));
+    let (multipliers, status) = (state.multipliers.clone(), state.status.unwrap_or(ProgramStatus::IterationLimit));
     let weights: Vec<f64> = [1.0].into_iter().chain(multipliers.iter().copied()).collect();
     let x = minimizer(separable, &weights);
     let (mut lower, mut upper) = (vec![0.0; x.len()], vec![0.0; x.len()]);

@@ -15,7 +15,7 @@ mod state;
 pub use state::{Falk, FalkState};
 
 use crate::program::{Program, Separable, check_finite, feasible_start};
-use crate::solution::{Evaluations, Solution, Status, SubproblemSolver};
+use crate::solution::{Evaluations, ProgramStatus, Solution, SubproblemSolver};
 use crate::solvers::argmin_state;
 use argmin::core::State;
 use error::{Error, Result};
@@ -49,11 +49,11 @@ impl SubproblemSolver for Falk {
         }
         solution.iterations = state.get_iter() as usize;
         solution.evaluations = Evaluations { values: state.evaluations, gradients: 2, hessians: 0 };
-        if solution.status == Status::Stalled && solution.kkt.largest() <= ACCEPTED {
-            solution.status = Status::Solved;
+        if solution.status == ProgramStatus::Stalled && solution.kkt.largest() <= ACCEPTED {
+            solution.status = ProgramStatus::Solved;
         }
         let solution = solution.checked(ACCEPTED);
-        if solution.status == Status::Solved {
+        if solution.status == ProgramStatus::Solved {
             return Ok(solution);
         }
         let fallback = self.fallback.solve(program, &start)?;
@@ -86,7 +86,7 @@ impl Falk {
             let solver = Self { tolerance: SAMPLE_TOLERANCE, ..*self };
             let found = solver.maximize(&sample, FalkState { multipliers, damping, ..begin })?;
             let whole = FalkState::new(sample.units_of_program(units));
-            if found.status != Some(Status::Solved) {
+            if found.status != Some(ProgramStatus::Solved) {
                 return Ok(whole);
             }
             first = Some(FalkState { multipliers: found.multipliers, damping: found.damping, ..whole });

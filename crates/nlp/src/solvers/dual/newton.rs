@@ -3,7 +3,7 @@
 use super::dual_function::{self, DualEvaluation};
 use super::state::{Falk, FalkState};
 use crate::program::Separable;
-use crate::solution::Status;
+use crate::solution::ProgramStatus;
 use crate::solvers::argmin_state::{IterationResult, termination};
 use argmin::core::{Problem, Solver, TerminationStatus};
 use argmin::kv;
@@ -56,7 +56,8 @@ impl<'a> Solver<&'a dyn Separable, FalkState> for Falk {
             let next: Vec<f64> =
                 (0..m).map(|i| if is_equality[i] { λ[i] + d[i] } else { (λ[i] + d[i]).max(0.0) }).collect();
             if self.converges_next(program, &state) {
-                (state.multipliers, state.convergence_predicted, state.status) = (next, true, Some(Status::Solved));
+                (state.multipliers, state.convergence_predicted, state.status) =
+                    (next, true, Some(ProgramStatus::Solved));
                 return Ok((state, None));
             }
             let dual = evaluate(program, problem, &next)?;
@@ -82,7 +83,7 @@ impl<'a> Solver<&'a dyn Separable, FalkState> for Falk {
             }
             state.damping = (8.0 * state.damping).max(1e-12);
         }
-        state.status = Some(Status::Stalled);
+        state.status = Some(ProgramStatus::Stalled);
         Ok((state, None))
     }
 
@@ -115,9 +116,9 @@ impl Falk {
         state.residual = state.residual(&state.multipliers, dual.rows.as_slice(), &equalities(program));
         let normalized = |i: usize| state.multipliers[i].abs() * state.row_units[i] / state.objective_unit;
         if state.residual <= self.attainable_tolerance(program) {
-            state.status = Some(Status::Solved);
+            state.status = Some(ProgramStatus::Solved);
         } else if (0..program.rows()).any(|i| normalized(i) > LARGEST_MULTIPLIER) || !state.residual.is_finite() {
-            state.status = Some(Status::Stalled);
+            state.status = Some(ProgramStatus::Stalled);
         }
     }
 

@@ -111,7 +111,7 @@ pub(super) struct DualStart {
 }
 
 /// Largest change, sum of changes and value of each function, the objective first.
-struct Changes {
+struct FunctionChanges {
     largest: Vec<f64>,
     sums: Vec<f64>,
     values: Vec<f64>,
@@ -121,10 +121,10 @@ struct Changes {
 impl DualStart {
     /// The units at `start`, which is within the bounds; `None` if the program is not finite there.
     pub fn at(program: &dyn Separable, start: &[f64]) -> Option<Self> {
-        let chunks: Vec<Changes> =
+        let chunks: Vec<FunctionChanges> =
             start.par_chunks(CHUNK).enumerate().map(|(c, part)| changes(program, c * CHUNK, part)).collect();
         let functions = program.rows() + 1;
-        let mut all = Changes::new(functions);
+        let mut all = FunctionChanges::new(functions);
         for chunk in &chunks {
             all.largest.iter_mut().zip(&chunk.largest).for_each(|(a, b)| *a = a.max(*b));
             all.sums.iter_mut().zip(&chunk.sums).for_each(|(a, b)| *a += b);
@@ -148,7 +148,7 @@ impl DualStart {
     }
 }
 
-impl Changes {
+impl FunctionChanges {
     fn new(functions: usize) -> Self {
         let zeros = || vec![0.0; functions];
         Self { largest: zeros(), sums: zeros(), values: zeros(), finite: true }
@@ -156,9 +156,9 @@ impl Changes {
 }
 
 /// Returns the changes of the functions when each variable from `first` on changes by its scale.
-fn changes(program: &dyn Separable, first: usize, start: &[f64]) -> Changes {
+fn changes(program: &dyn Separable, first: usize, start: &[f64]) -> FunctionChanges {
     let functions = program.rows() + 1;
-    let mut all = Changes::new(functions);
+    let mut all = FunctionChanges::new(functions);
     let (mut values, mut slopes) = (vec![0.0; functions], vec![0.0; functions]);
     let (lower, upper) = (program.lower(), program.upper());
     for (k, &x) in start.iter().enumerate() {

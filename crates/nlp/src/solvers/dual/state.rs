@@ -1,7 +1,7 @@
 //! Settings and state of the dual solver.
 
 use crate::program::Separable;
-use crate::solution::Status;
+use crate::solution::ProgramStatus;
 use crate::solvers::argmin_state::{ExecutorRecord, impl_argmin_state};
 use crate::solvers::interior_point::InteriorPoint;
 use error::{Error, Result};
@@ -86,7 +86,7 @@ pub struct FalkState {
     /// True if the dual function has not been evaluated after the last step, because convergence was predicted.
     pub convergence_predicted: bool,
     /// Status at the end of the run; `None` during the run.
-    pub status: Option<Status>,
+    pub status: Option<ProgramStatus>,
     pub(super) previous_residual: f64,
     /// −∇²W, m × m, column by column.
     pub(super) negative_hessian: Vec<f64>,

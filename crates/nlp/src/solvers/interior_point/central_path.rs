@@ -4,7 +4,7 @@ use super::conditions::{LocalDerivatives, PerturbedConditions, PrimalDualIterate
 use super::newton;
 use crate::kkt::bound_multipliers;
 use crate::program::{Program, check_finite, feasible_start};
-use crate::solution::{Candidate, Evaluations, Solution, Status};
+use crate::solution::{Candidate, Evaluations, ProgramStatus, Solution};
 use crate::solvers::argmin_state::{self, ExecutorRecord, IterationResult, impl_argmin_state, termination};
 use crate::solvers::scaling::Normalized;
 use argmin::core::{Problem, Solver, TerminationStatus};
@@ -89,7 +89,7 @@ impl InteriorPoint {
             }
         }
         if solution.kkt.largest() <= ACCEPTED {
-            solution.status = Status::Solved;
+            solution.status = ProgramStatus::Solved;
         }
         Ok(solution)
     }
@@ -108,7 +108,7 @@ pub(super) struct CentralPathState {
     residual: f64,
     gradients: usize,
     /// Set at the end of the path. The KKT residual decides whether the point is a solution.
-    status: Option<Status>,
+    status: Option<ProgramStatus>,
     record: ExecutorRecord,
 }
 
@@ -133,7 +133,7 @@ impl CentralPathState {
                 return;
             }
             if μ <= tolerance {
-                self.status = Some(Status::Solved);
+                self.status = Some(ProgramStatus::Solved);
                 return;
             }
             self.perturbation = (0.1 * μ).min(μ.powf(1.5)).max(tolerance);
@@ -154,7 +154,7 @@ impl CentralPathState {
             lower: ξ,
             upper: η,
             iterations: self.record.iteration as usize,
-            status: if limit { Status::IterationLimit } else { Status::Stalled },
+            status: if limit { ProgramStatus::IterationLimit } else { ProgramStatus::Stalled },
             relaxation: None,
         }
     }
@@ -184,7 +184,7 @@ impl<'a> Solver<&'a PerturbedConditions<'a>, CentralPathState> for InteriorPoint
         let conditions = problem.problem.expect("argmin holds the problem during a run");
         let μ = state.perturbation;
         let Some(d) = newton::step(conditions, &state.point, &state.derivatives, μ) else {
-            state.status = Some(Status::Stalled);
+            state.status = Some(ProgramStatus::Stalled);
             return Ok((state, None));
         };
         let mut length = conditions.longest_step(&state.point, &d);

@@ -17,7 +17,7 @@ mod working_rows;
 pub use central_path::InteriorPoint;
 
 use crate::program::{Program, check_finite, feasible_start, separable_part};
-use crate::solution::{Candidate, Solution, Status, SubproblemSolver};
+use crate::solution::{Candidate, ProgramStatus, Solution, SubproblemSolver};
 use crate::solvers::elastic;
 use central_path::ACCEPTED;
 use error::{Error, Result};
@@ -31,7 +31,7 @@ impl InteriorPoint {
             let here = program.gradients(&start)?;
             check_finite(program, &start, &here)?;
             let found = working_rows::solve(self, separable, &start, &here)?;
-            if let Some(solution) = found.filter(|solution| solution.status == Status::Solved) {
+            if let Some(solution) = found.filter(|solution| solution.status == ProgramStatus::Solved) {
                 return Ok(solution);
             }
         }
@@ -56,7 +56,7 @@ impl SubproblemSolver for InteriorPoint {
             Some(solution) => solution,
             None => self.run(program, &start)?,
         };
-        if solution.status != Status::Solved {
+        if solution.status != ProgramStatus::Solved {
             let total = Cell::new(solution.evaluations);
             let unrelaxed = |p: &dyn Program, x: &[f64]| {
                 let solution = self.run_with_fallback(p, x)?;

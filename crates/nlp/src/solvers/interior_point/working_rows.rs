@@ -7,7 +7,7 @@ use super::central_path::{ACCEPTED, InteriorPoint};
 use crate::kkt::{row_units, variable_scales};
 use crate::program::{Gradients, Program, Separable, Term, most_violated};
 use crate::separable;
-use crate::solution::{Candidate, Evaluations, Solution, Status};
+use crate::solution::{Candidate, Evaluations, ProgramStatus, Solution};
 use error::Result;
 
 /// Number of rounds after which all rows are used.
@@ -51,7 +51,7 @@ pub(super) fn solve(
         let found = solver.run(&kept, &x)?;
         iterations += found.iterations;
         evaluations = evaluations + found.evaluations;
-        let solved = found.status == Status::Solved;
+        let solved = found.status == ProgramStatus::Solved;
         let values = program.values(&found.x)?;
         let added = worst(&values.rows, VIOLATED, first / 2);
         let new: Vec<usize> = added.into_iter().filter(|i| !kept.rows.contains(i)).collect();
@@ -62,7 +62,7 @@ pub(super) fn solve(
             let gradients = program.gradients(&candidate.x)?;
             let mut solution = candidate.certified(program, start, evaluations, &gradients, Some(&here.objective));
             let good = solved && solution.kkt.largest() <= ACCEPTED;
-            solution.status = if good { Status::Solved } else { Status::Stalled };
+            solution.status = if good { ProgramStatus::Solved } else { ProgramStatus::Stalled };
             return Ok(Some(solution));
         }
         kept.rows.extend(new);

@@ -16,7 +16,7 @@ pub(super) use clarabel_qp::clarabel_error;
 
 use crate::QuadraticProgram;
 use crate::program::Program;
-use crate::solution::{Candidate, Evaluations, Solution, Status, SubproblemSolver};
+use crate::solution::{Candidate, Evaluations, ProgramStatus, Solution, SubproblemSolver};
 use crate::solvers::elastic;
 use clarabel::solver::SolverStatus;
 use error::{Error, Result};
@@ -48,13 +48,13 @@ const ARTIFICIAL_BOUNDS: [f64; 3] = [1e4, 1e6, 1e2];
 ///
 /// # Examples
 /// ```
-/// use linkwright_nlp::{Conic, QuadraticProgram, Status, SubproblemSolver};
+/// use linkwright_nlp::{Conic, QuadraticProgram, ProgramStatus, SubproblemSolver};
 /// // min −x − 2y  subject to  x + y ≤ 4,  0 ≤ x ≤ 3,  0 ≤ y ≤ 2
 /// let program = QuadraticProgram::new(vec![-1.0, -2.0])
 ///     .at_most(&[1.0, 1.0], 4.0)
 ///     .bounds(vec![0.0, 0.0], vec![3.0, 2.0]);
 /// let solution = Conic::default().solve(&program, &[0.0, 0.0])?;
-/// assert_eq!(solution.status, Status::Solved);
+/// assert_eq!(solution.status, ProgramStatus::Solved);
 /// assert!(solution.x.iter().all(|x| (x - 2.0).abs() < 1e-12));
 /// assert!((solution.multipliers[0] - 1.0).abs() < 1e-12 && (solution.upper_multipliers[1] - 1.0).abs() < 1e-12);
 /// # Ok::<(), linkwright_nlp::Error>(())
@@ -101,7 +101,7 @@ impl Conic {
             return Ok(None);
         }
         let mut candidate = self.candidate(&matrices)?;
-        if candidate.status != Status::Solved {
+        if candidate.status != ProgramStatus::Solved {
             let unrelaxed = |p: &dyn Program, x: &[f64]| self.candidate(&QuadraticProgram::of(p, x)?);
             candidate = elastic::resolve(&matrices, &matrices.center, candidate, &unrelaxed)?;
         }
@@ -115,7 +115,7 @@ impl Conic {
     /// Solves `program` without relaxation: contradictory rows give the status `Stalled`.
     pub(crate) fn candidate(&self, program: &QuadraticProgram) -> Result<Candidate> {
         let found = self.scaled_candidate(program)?;
-        if found.status != Status::Unbounded {
+        if found.status != ProgramStatus::Unbounded {
             return Ok(found);
         }
         // The certificate may be wrong for badly scaled numbers: solve again with distant artificial bounds.
@@ -123,16 +123,16 @@ impl Conic {
         for far in ARTIFICIAL_BOUNDS {
             let mut inner = self.scaled_candidate(&with_artificial_bounds(program, far))?;
             iterations += inner.iterations;
-            if inner.status == Status::Solved {
+            if inner.status == ProgramStatus::Solved {
                 let at_artificial =
                     |μ: &[f64], own: &[f64]| μ.iter().zip(own).any(|(μ, b)| *μ > 0.0 && b.is_infinite());
                 if at_artificial(&inner.lower, &program.lower) || at_artificial(&inner.upper, &program.upper) {
-                    inner.status = Status::Unbounded;
+                    inner.status = ProgramStatus::Unbounded;
                 }
                 return Ok(Candidate { iterations, ..inner });
             }
         }
-        Ok(Candidate { iterations, status: Status::Stalled, ..found })
+        Ok(Candidate { iterations, status: ProgramStatus::Stalled, ..found })
     }
 
     /// The better candidate of two scalings; the second one is tried only if the first is not accurate. Curvatures that differ too much
@@ -149,8 +149,8 @@ impl Conic {
         let second = self.in_units(program, units[1])?;
         // Solutions first, then certificates of unboundedness, then the smallest residual.
         let rank = |(c, residual): &(Candidate, f64)| match c.status {
-            Status::Solved => (0, *residual),
-            Status::Unbounded => (1, *residual),
+            ProgramStatus::Solved => (0, *residual),
+            ProgramStatus::Unbounded => (1, *residual),
             _ => (2, *residual),
         };
         let (mut c, other) = if rank(&second) < rank(&first) { (second.0, first.0) } else { (first.0, second.0) };
@@ -165,13 +165,15 @@ impl Conic {
         Ok(match working_rows::solve(&scaled, |rows| self.all_rows(rows))? {
             ScaledResult::Point(mut c, residual) => {
                 if residual > ACCEPTED {
-                    c.status = Status::Stalled;
+                    c.status = ProgramStatus::Stalled;
                 }
                 (scaling.restore(program, &scaled, c), residual)
             }
-            ScaledResult::Infeasible { iterations } => (at_center(program, iterations, Status::Stalled), f64::INFINITY),
+            ScaledResult::Infeasible { iterations } => {
+                (at_center(program, iterations, ProgramStatus::Stalled), f64::INFINITY)
+            }
             ScaledResult::Unbounded { iterations } => {
-                (at_center(program, iterations, Status::Unbounded), f64::INFINITY)
+                (at_center(program, iterations, ProgramStatus::Unbounded), f64::INFINITY)
             }
         })
     }
@@ -191,7 +193,7 @@ impl Conic {
                     lower: found.lower,
                     upper: found.upper,
                     iterations,
-                    status: Status::Solved,
+                    status: ProgramStatus::Solved,
                     relaxation: None,
                 };
                 let (c, residual) = polish::polish(scaled, approximate);
@@ -226,7 +228,7 @@ fn with_artificial_bounds(program: &QuadraticProgram, far: f64) -> QuadraticProg
 }
 
 /// A candidate at the centre, for a program without a point.
-fn at_center(program: &QuadraticProgram, iterations: usize, status: Status) -> Candidate {
+fn at_center(program: &QuadraticProgram, iterations: usize, status: ProgramStatus) -> Candidate {
     let (n, m) = (program.gradient.len(), program.offset.len());
     let zeros = vec![0.0; n];
     let (x, multipliers) = (program.center.clone(), vec![0.0; m]);

@@ -2,11 +2,11 @@
 
 use super::curvature;
 use super::least_squares;
-use super::merit::{Evaluator, MeritFunction};
+use super::merit::{CountedProgram, MeritFunction};
 use super::negative_curvature;
 use super::quadratic_subproblem::{self as subproblem, FullStep};
 use super::state::{Curvature, Sqp, SqpState};
-use crate::Status;
+use crate::ProgramStatus;
 use crate::kkt::{largest_change, positive_or_one, variable_scales};
 use crate::program::{Gradients, Program, Values, check_finite, largest_violation};
 use crate::solvers::argmin_state::{IterationResult, termination};
@@ -59,12 +59,12 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
         store_multipliers(&mut state, &full);
         state.kkt = state.residual(program);
         if state.kkt.largest() <= self.tolerance {
-            state.status = Some(Status::Solved);
+            state.status = Some(ProgramStatus::Solved);
             return Ok(logged(state));
         }
         let merit = merit(program, &mut state, &full);
         state.stagnant_steps = if -merit.slope <= merit.noise { state.stagnant_steps + 1 } else { 0 };
-        let mut evaluator = Evaluator { program, count: state.evaluations };
+        let mut evaluator = CountedProgram { program, count: state.evaluations };
         let corrected = |v: &Values| subproblem::corrected(&qp, &self.conic, &full.to.x, &v.rows);
         let found = merit.search(&state.x, &full.to.x, &mut evaluator, corrected);
         state.evaluations = evaluator.count;
@@ -77,7 +77,7 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
         }
         state.move_to(accepted.x, accepted.gradients);
         if is_unbounded(program, &state) {
-            state.status = Some(Status::Unbounded);
+            state.status = Some(ProgramStatus::Unbounded);
         } else if state.stagnant_steps >= STAGNANT_STEPS {
             state.stagnant_steps = 0;
             state = without_progress(program, state, exact, self.accepted())?;
@@ -177,21 +177,21 @@ fn update_hessian(program: &dyn Program, state: &mut SqpState, x: &[f64], g: &Gr
 fn without_progress(program: &dyn Program, mut state: SqpState, exact: bool, accepted: f64) -> Result<SqpState> {
     let was_reset = if exact { state.has_uniform_floor } else { state.hessian_is_initial };
     if state.kkt.largest() <= accepted {
-        state.status = Some(Status::Stalled);
+        state.status = Some(ProgramStatus::Stalled);
     } else if exact && !was_reset {
         state.has_uniform_floor = true;
     } else if !was_reset {
         state.hessian = curvature::initial(&scales(program, &state), objective_unit(program, &state));
         state.hessian_is_initial = true;
     } else if !exact || !leaves_stationary_violation(program, &mut state)? {
-        state.status = Some(Status::Stalled);
+        state.status = Some(ProgramStatus::Stalled);
     }
     Ok(state)
 }
 
 /// Moves the state along negative curvature of the violation; false if there is none.
 fn leaves_stationary_violation(program: &dyn Program, state: &mut SqpState) -> Result<bool> {
-    let mut evaluator = Evaluator { program, count: state.evaluations };
+    let mut evaluator = CountedProgram { program, count: state.evaluations };
     let found = negative_curvature::step(&mut evaluator, state, &scales(program, state))?;
     state.evaluations = evaluator.count;
     let Some(accepted) = found else { return Ok(false) };

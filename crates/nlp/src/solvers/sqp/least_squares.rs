@@ -32,7 +32,7 @@ pub(super) fn multipliers(program: &dyn Program, state: &SqpState, scale: &[f64]
     let slope: Vec<f64> = free.iter().map(|&j| state.objective_gradient[j] * scale[j]).collect();
     let equality: Vec<bool> = active.iter().map(|&i| program.is_equality(i)).collect();
     let mut λ = vec![0.0; state.rows.len()];
-    active.iter().zip(balance(&slope, &matrix, &equality)).for_each(|(&i, found)| λ[i] = found);
+    active.iter().zip(least_squares_multipliers(&slope, &matrix, &equality)).for_each(|(&i, found)| λ[i] = found);
     λ
 }
 
@@ -63,7 +63,7 @@ pub(super) fn normals(
 /// The multipliers λ that minimize ‖slope + `gradients` λ‖, non-negative except for equalities; zero columns have λ = 0.
 ///
 /// `gradients` has one column for each multiplier.
-pub fn balance(slope: &[f64], gradients: &DMatrix<f64>, equality: &[bool]) -> Vec<f64> {
+pub fn least_squares_multipliers(slope: &[f64], gradients: &DMatrix<f64>, equality: &[bool]) -> Vec<f64> {
     // Columns of unit length; an equality has a second column of the opposite sign.
     let mut columns: Vec<(usize, f64, DVector<f64>)> = vec![];
     for (i, a) in gradients.column_iter().enumerate() {

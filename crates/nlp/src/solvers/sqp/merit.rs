@@ -21,19 +21,19 @@ pub(super) struct MeritFunction<'a> {
 }
 
 /// A point that the line search accepts.
-pub(super) struct AcceptedPoint {
+pub(super) struct LineSearchPoint {
     pub x: Vec<f64>,
     pub gradients: Gradients,
     pub step_length: f64,
 }
 
 /// A program whose evaluations are counted, failed ones included.
-pub(super) struct Evaluator<'a> {
+pub(super) struct CountedProgram<'a> {
     pub program: &'a dyn Program,
     pub count: Evaluations,
 }
 
-impl Evaluator<'_> {
+impl CountedProgram<'_> {
     pub fn values(&mut self, x: &[f64]) -> Result<Values> {
         self.count.values += 1;
         self.program.values(x)
@@ -60,9 +60,9 @@ impl MeritFunction<'_> {
         &self,
         x: &[f64],
         full: &[f64],
-        evaluator: &mut Evaluator<'_>,
+        evaluator: &mut CountedProgram<'_>,
         second_order_correction: impl Fn(&Values) -> Option<Vec<f64>>,
-    ) -> Option<AcceptedPoint> {
+    ) -> Option<LineSearchPoint> {
         let mut step_length = 1.0;
         for _ in 0..REDUCTIONS {
             let y = between(x, full, step_length);
@@ -92,13 +92,13 @@ impl MeritFunction<'_> {
         x: Vec<f64>,
         merit: f64,
         step_length: f64,
-        evaluator: &mut Evaluator<'_>,
-    ) -> Option<AcceptedPoint> {
+        evaluator: &mut CountedProgram<'_>,
+    ) -> Option<LineSearchPoint> {
         if merit > self.here + ARMIJO * step_length * self.slope + self.noise {
             return None;
         }
         let gradients = evaluator.gradients(&x).ok().filter(is_finite)?;
-        Some(AcceptedPoint { x, gradients, step_length })
+        Some(LineSearchPoint { x, gradients, step_length })
     }
 
     /// Factor of the next step length, 0.1 … 0.5: the minimum of the interpolating parabola.

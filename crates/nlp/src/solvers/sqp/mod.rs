@@ -18,11 +18,11 @@ mod negative_curvature;
 mod quadratic_subproblem;
 mod state;
 
-pub use least_squares::balance;
+pub use least_squares::least_squares_multipliers;
 pub use state::{Curvature, Sqp, SqpState};
 
 use crate::program::{Gradients, Program, check_finite, feasible_start};
-use crate::solution::{Candidate, Evaluations, Solution, Status, SubproblemSolver};
+use crate::solution::{Candidate, Evaluations, ProgramStatus, Solution, SubproblemSolver};
 use crate::solvers::scaling::Normalized;
 use crate::solvers::{argmin_state, elastic};
 use argmin::core::Executor;
@@ -41,7 +41,7 @@ impl Sqp {
     /// # Examples
     /// ```
     /// use argmin::core::{State, TerminationReason};
-    /// use linkwright_nlp::{QuadraticProgram, Sqp, Status};
+    /// use linkwright_nlp::{QuadraticProgram, Sqp, ProgramStatus};
     /// use nalgebra::DMatrix;
     /// // min (x − 1)² + y²  subject to  x + y ≥ 2
     /// let program = QuadraticProgram::new(vec![-2.0, 0.0])
@@ -50,7 +50,7 @@ impl Sqp {
     /// let result = Sqp::default().executor(&program, &[0.0, 0.0])?.timer(true).run().expect("it can be evaluated");
     /// assert_eq!(result.state.get_termination_reason(), Some(&TerminationReason::SolverConverged));
     /// let solution = result.state.solution(&program);
-    /// assert_eq!(solution.status, Status::Solved);
+    /// assert_eq!(solution.status, ProgramStatus::Solved);
     /// assert!((solution.x[0] - 1.5).abs() < 1e-9 && (solution.x[1] - 0.5).abs() < 1e-9);
     /// # Ok::<(), linkwright_nlp::Error>(())
     /// ```
@@ -85,8 +85,10 @@ impl Sqp {
     }
 
     fn accept_small_residual(&self, mut s: Solution) -> Solution {
-        if matches!(s.status, Status::Stalled | Status::IterationLimit) && s.kkt.largest() <= self.accepted() {
-            s.status = Status::Solved;
+        if matches!(s.status, ProgramStatus::Stalled | ProgramStatus::IterationLimit)
+            && s.kkt.largest() <= self.accepted()
+        {
+            s.status = ProgramStatus::Solved;
         }
         s
     }

@@ -1,6 +1,6 @@
 //! Steps along negative curvature, from points where no step reduces the violation to first order.
 
-use super::merit::{AcceptedPoint, Evaluator, between, is_finite};
+use super::merit::{CountedProgram, LineSearchPoint, between, is_finite};
 use super::state::SqpState;
 use crate::program::{largest_violation, most_violated};
 use error::Result;
@@ -19,7 +19,11 @@ const ROUNDING: f64 = 1e-12;
 /// v is the eigenvector of the least eigenvalue of D ∇²cᵢ D for the most violated row i and the scales D of the variables, where this
 /// eigenvalue is negative: along v the row decreases in second order. The first t is where it would be zero. The side to which its
 /// slope points down comes first.
-pub(super) fn step(evaluator: &mut Evaluator<'_>, state: &SqpState, scale: &[f64]) -> Result<Option<AcceptedPoint>> {
+pub(super) fn step(
+    evaluator: &mut CountedProgram<'_>,
+    state: &SqpState,
+    scale: &[f64],
+) -> Result<Option<LineSearchPoint>> {
     let (program, n) = (evaluator.program, scale.len());
     let violation = |i: usize| if program.is_equality(i) { state.rows[i].abs() } else { state.rows[i] };
     let Some(worst) = most_violated(0..state.rows.len(), violation, 0.0, 1).pop() else { return Ok(None) };
@@ -56,7 +60,7 @@ pub(super) fn step(evaluator: &mut Evaluator<'_>, state: &SqpState, scale: &[f64
             if largest_violation(program, &values.rows, |_| 1.0) <= LEFT * state.violation
                 && let Some(gradients) = evaluator.gradients(&x).ok().filter(is_finite)
             {
-                return Ok(Some(AcceptedPoint { x, gradients, step_length }));
+                return Ok(Some(LineSearchPoint { x, gradients, step_length }));
             }
         }
     }

@@ -4,7 +4,7 @@ use super::state::SqpState;
 use crate::solution::Candidate;
 use crate::solvers::elastic::Elastic;
 use crate::solvers::qp::Conic;
-use crate::{Program, QuadraticProgram, Status};
+use crate::{Program, ProgramStatus, QuadraticProgram};
 use error::Result;
 
 /// Factor by which the penalty grows while a relaxed step does not reduce the violation enough.
@@ -46,7 +46,7 @@ pub(super) fn full_step(
     penalty: f64,
 ) -> Result<Option<FullStep>> {
     let to = conic.candidate(qp)?;
-    if to.status == Status::Solved {
+    if to.status == ProgramStatus::Solved {
         return Ok(Some(FullStep { to, remaining_violation: 0.0, penalty: 0.0 }));
     }
     let mut penalty = state.penalty.max(penalty);
@@ -55,7 +55,7 @@ pub(super) fn full_step(
         let elastic = Elastic::with_objective(qp, vec![1.0; qp.offset.len()], penalty);
         let matrices = QuadraticProgram::of(&elastic, &elastic.start(&qp.center)?)?;
         let solved = conic.candidate(&matrices)?;
-        if solved.status == Status::Solved {
+        if solved.status == ProgramStatus::Solved {
             let (to, remaining_violation) = elastic.split(solved);
             // A larger penalty without further reduction is discarded.
             if last.as_ref().is_some_and(|s| remaining_violation > REDUCTION * s.remaining_violation) {
@@ -77,5 +77,5 @@ pub(super) fn corrected(qp: &QuadraticProgram, conic: &Conic, to: &[f64], rows: 
     let linear = &qp.rows * &d;
     let offset = rows.iter().zip(linear.iter()).map(|(g, a)| g - a).collect();
     let solved = conic.candidate(&QuadraticProgram { offset, ..qp.clone() }).ok()?;
-    (solved.status == Status::Solved).then_some(solved.x)
+    (solved.status == ProgramStatus::Solved).then_some(solved.x)
 }

@@ -2,7 +2,7 @@
 
 use crate::kkt::{KktResidual, PrimalDual};
 use crate::program::{Gradients, Program, Values};
-use crate::solution::{Candidate, Evaluations, Solution, Status};
+use crate::solution::{Candidate, Evaluations, ProgramStatus, Solution};
 use crate::solvers::argmin_state::{ExecutorRecord, impl_argmin_state};
 use crate::solvers::qp::Conic;
 use argmin::core::TerminationStatus;
@@ -129,7 +129,7 @@ pub struct SqpState {
     /// Evaluations so far.
     pub evaluations: Evaluations,
     /// Conclusion; `None` during the run.
-    pub status: Option<Status>,
+    pub status: Option<ProgramStatus>,
     /// Consecutive steps whose predicted decrease is below rounding.
     pub stagnant_steps: usize,
     /// The start, moved into the bounds.
@@ -197,14 +197,14 @@ impl SqpState {
             lower: self.lower_multipliers.clone(),
             upper: self.upper_multipliers.clone(),
             iterations: self.record.iteration as usize,
-            status: self.status.unwrap_or(Status::IterationLimit),
+            status: self.status.unwrap_or(ProgramStatus::IterationLimit),
             relaxation: None,
         }
     }
 
     /// The point of a finished run on `program` as a solution with its KKT residual.
     ///
-    /// A run that argmin stopped, at the limit of iterations or time, has [`Status::IterationLimit`].
+    /// A run that argmin stopped, at the limit of iterations or time, has [`ProgramStatus::IterationLimit`].
     pub fn solution(&self, program: &dyn Program) -> Solution {
         let gradients = self.gradients();
         self.candidate().certified(program, &self.start, self.evaluations, &gradients, Some(&self.start_gradient))

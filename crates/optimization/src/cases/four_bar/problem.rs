@@ -23,7 +23,7 @@ pub const LINKS: [&str; 3] = ["crank", "coupler", "rocker"];
 
 /// Linearized responses, and the variables in which they are linearized.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Linearized {
+pub enum LinearizedResponses {
     /// The bending moments, in the areas: the paper's intermediate responses and intermediate design variables.
     MomentsInAreas,
     /// The bending moments, in the diameters: intermediate responses only.
@@ -57,7 +57,7 @@ pub struct StressConstrained {
     /// Smallest and largest diameter in m.
     pub bounds: [f64; 2],
     /// The linearized responses.
-    pub linearized: Linearized,
+    pub linearized: LinearizedResponses,
     /// The method for derivatives.
     pub derivatives: DerivativeMethod,
 }
@@ -69,7 +69,7 @@ impl Default for StressConstrained {
             times: FourBar::window(),
             start: [0.3568; 3],
             bounds: [5e-3, 1.0],
-            linearized: Linearized::MomentsInAreas,
+            linearized: LinearizedResponses::MomentsInAreas,
             derivatives: DerivativeMethod::Direct,
         }
     }
@@ -119,12 +119,12 @@ impl StressConstrained {
     /// |σ| ≤ σ_a at one node, as two constraints.
     fn bound_stress(&self, parts: &mut ProblemBuilder, time: usize, link: usize, place: &str) {
         let moment = parts.transient(&format!("moment {place}"), "N·m", time);
-        if self.linearized == Linearized::MomentsInAreas {
+        if self.linearized == LinearizedResponses::MomentsInAreas {
             parts.linearize_in(moment, Intermediates::all(3, Intermediate::AreaOfDiameter));
         }
         let stress = function!([link: usize = link] |p| p.response[0] * FourBar::stress_per_moment(p.design[link]));
         let mut stress = Quantity::each_point(time, stress).of(&[moment]);
-        if self.linearized == Linearized::StressesInDiameters {
+        if self.linearized == LinearizedResponses::StressesInDiameters {
             stress = stress.directly(Intermediates::Identity);
         }
         let limit = FourBar::ALLOWED_STRESS;

@@ -4,7 +4,7 @@
 use super::Suite;
 use super::hs_bounds::rosenbrock;
 use super::statement::{POSITIVE, problems, sq, sum};
-use crate::cases::Solution::{Infeasible, Optima, Unbounded};
+use crate::cases::KnownSolution::{Infeasible, Optima, Unbounded};
 use crate::cases::{CatalogueEntry, Optimum};
 use crate::function;
 use crate::problem::{DesignVariable, Problem, ProblemBuilder, Quantity};
@@ -153,7 +153,7 @@ fn arcsine_problem() -> error::Result<Problem> {
     parts.variable(DesignVariable::new("k", "", 0.6).within(0.1, 5.0));
     let objective = function!(|p| ((p.design[0] - 1.0) * 2.0).asin() + p.design[0].recip() * 4.0);
     parts.minimize("f", "", Quantity::plain(objective));
-    parts.build_analytic(Formulas::far_minimum)
+    parts.build_analytic(FormulaList::far_minimum)
 }
 
 /// Problems that need more than formulas of responses.

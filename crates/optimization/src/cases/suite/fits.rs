@@ -2,8 +2,8 @@
 
 use super::Suite;
 use super::statement::{problems, sq, sum};
+use crate::cases::KnownSolution::Optima;
 use crate::cases::Optimum;
-use crate::cases::Solution::Optima;
 use autodiff::Scalar;
 
 const OURS: &str = "ours";

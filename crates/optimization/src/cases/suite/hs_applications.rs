@@ -2,7 +2,7 @@
 
 use super::Suite;
 use super::statement::{FREE, HOCK_SCHITTKOWSKI, POSITIVE, at, problems, sq, sum};
-use crate::cases::Solution::Optima;
+use crate::cases::KnownSolution::Optima;
 use autodiff::Scalar;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::LazyLock;

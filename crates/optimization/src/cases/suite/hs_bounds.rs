@@ -2,7 +2,7 @@
 
 use super::Suite;
 use super::statement::{FREE, HOCK_SCHITTKOWSKI, at, problems, sq, sum};
-use crate::cases::Solution::Optima;
+use crate::cases::KnownSolution::Optima;
 use autodiff::Scalar;
 use std::f64::consts::PI;
 

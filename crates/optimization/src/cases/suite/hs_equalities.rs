@@ -2,7 +2,7 @@
 
 use super::Suite;
 use super::statement::{HOCK_SCHITTKOWSKI, at, problems, sq, sum};
-use crate::cases::Solution::Optima;
+use crate::cases::KnownSolution::Optima;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, SQRT_2};
 
 const SQRT_3: f64 = 1.732_050_807_568_877_2;

@@ -3,7 +3,7 @@
 use super::Suite;
 use super::hs_bounds::rosenbrock;
 use super::statement::{FREE, HOCK_SCHITTKOWSKI, POSITIVE, at, problems, sq};
-use crate::cases::Solution::Optima;
+use crate::cases::KnownSolution::Optima;
 use std::f64::consts::{FRAC_1_SQRT_2, LN_10, SQRT_2};
 
 const INF: f64 = f64::INFINITY;

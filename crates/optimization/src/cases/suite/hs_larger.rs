@@ -2,7 +2,7 @@
 
 use super::Suite;
 use super::statement::{HOCK_SCHITTKOWSKI, POSITIVE, at, dot, problems, sq, sum};
-use crate::cases::Solution::Optima;
+use crate::cases::KnownSolution::Optima;
 use autodiff::Scalar;
 
 const INF: f64 = f64::INFINITY;

@@ -2,7 +2,7 @@
 
 use super::Suite;
 use super::statement::{HOCK_SCHITTKOWSKI, POSITIVE, at, dot, problems, sq, sum};
-use crate::cases::Solution::Optima;
+use crate::cases::KnownSolution::Optima;
 use autodiff::Scalar;
 use std::f64::consts::SQRT_2;
 

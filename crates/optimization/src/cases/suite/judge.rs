@@ -1,7 +1,7 @@
 //! The judge of a run: compares its end with the known solution, independently of the method.
 
 use super::Transformation;
-use crate::cases::{CatalogueEntry, Optimum, Solution};
+use crate::cases::{CatalogueEntry, KnownSolution, Optimum};
 use crate::problem::{DirectCoupling, Problem};
 use crate::sao::Status;
 use error::Result;
@@ -109,15 +109,15 @@ pub fn judge(
 ) -> Result<Judgement> {
     // A design is judged by the exact problem, not by noisy analyses.
     let exact = if transformation.noise > 0.0 { Some(transformation.without_noise().build(entry)?) } else { None };
-    let place = Place::new(entry, transformation, exact.as_ref().unwrap_or(problem), design)?;
+    let place = JudgedDesign::new(entry, transformation, exact.as_ref().unwrap_or(problem), design)?;
     let known = place.nearest();
     let is_feasible = place.violation <= place.row_tolerance();
     let verdict = match (claim, entry.solution) {
-        (Claim::Nothing, Solution::Unbounded) => Verdict::CorrectEnd,
+        (Claim::Nothing, KnownSolution::Unbounded) => Verdict::CorrectEnd,
         (Claim::Nothing, _) => Verdict::HonestEnd,
-        (Claim::Converged, Solution::Infeasible | Solution::Unbounded) => Verdict::False,
+        (Claim::Converged, KnownSolution::Infeasible | KnownSolution::Unbounded) => Verdict::False,
         (Claim::Infeasible, _) if is_feasible || place.violation_can_decrease()? => Verdict::False,
-        (Claim::Infeasible, Solution::Infeasible) => Verdict::CorrectEnd,
+        (Claim::Infeasible, KnownSolution::Infeasible) => Verdict::CorrectEnd,
         (Claim::Infeasible, _) => Verdict::HonestEnd,
         (Claim::Converged, _) if !is_feasible => Verdict::False,
         (Claim::Converged, _) => match known {
@@ -138,7 +138,7 @@ pub fn judge(
 
 /// A known optimum and the distance of the objective from it.
 #[derive(Clone, Copy)]
-struct Known {
+struct KnownDistance {
     optimum: &'static Optimum,
     excess: f64,
     /// Part of the excess that noise hides.
@@ -146,14 +146,14 @@ struct Known {
     is_best: bool,
 }
 
-impl Known {
+impl KnownDistance {
     fn is_reached(&self) -> bool {
         self.excess.abs() <= TOLERANCE.max(self.optimum.uncertainty).max(self.noise)
     }
 }
 
 /// The last design of a run with what is needed to judge it.
-struct Place<'a> {
+struct JudgedDesign<'a> {
     optima: &'static [Optimum],
     transformation: &'a Transformation,
     coupling: DirectCoupling<'a>,
@@ -167,7 +167,7 @@ struct Place<'a> {
     lengths: Vec<f64>,
 }
 
-impl<'a> Place<'a> {
+impl<'a> JudgedDesign<'a> {
     fn new(
         entry: &CatalogueEntry,
         transformation: &'a Transformation,
@@ -227,12 +227,12 @@ impl<'a> Place<'a> {
         OF_NOISE * self.transformation.noise * self.objective.abs().max(self.start_objective.abs())
     }
 
-    fn nearest(&self) -> Option<Known> {
+    fn nearest(&self) -> Option<KnownDistance> {
         let known = |(k, optimum): (usize, &'static Optimum)| {
             let apart = self.objective - optimum.objective;
             let from_start = (self.start_objective - optimum.objective).abs().min(1.0);
             let unit = optimum.objective.abs().max(from_start).max(f64::MIN_POSITIVE);
-            Known { optimum, excess: apart / unit, noise: self.objective_noise() / unit, is_best: k == 0 }
+            KnownDistance { optimum, excess: apart / unit, noise: self.objective_noise() / unit, is_best: k == 0 }
         };
         let all = self.optima.iter().enumerate().map(known);
         all.min_by(|a, b| a.excess.abs().total_cmp(&b.excess.abs()))
@@ -300,7 +300,7 @@ struct InBox<'a> {
 }
 
 impl<'a> InBox<'a> {
-    fn new(place: &'a Place<'a>, width: f64) -> Self {
+    fn new(place: &'a JudgedDesign<'a>, width: f64) -> Self {
         let side = |bound: &[f64], sign: f64| -> Vec<f64> {
             let moved = |j: usize| place.design[j] + sign * width * place.lengths[j];
             (0..place.design.len())

@@ -33,7 +33,7 @@ mod transformation;
 pub use super::Suite;
 pub use judge::{Claim, Judgement, TOLERANCE, Verdict, judge};
 pub use runs::{SuiteRun, run};
-pub use transformation::{Start, Transformation};
+pub use transformation::{StartDesign, Transformation};
 
 use super::{CatalogueEntry, catalogue};
 use error::{Error, Result};
@@ -77,7 +77,7 @@ pub fn find(name: &str) -> Result<&'static CatalogueEntry> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::{Optimum, Solution};
+    use crate::cases::{KnownSolution, Optimum};
 
     #[test]
     fn an_unknown_name_is_answered_with_the_nearest_ones() {
@@ -117,7 +117,12 @@ mod tests {
                 assert!(apart < DIGITS, "{}: F = {} at {}", entry.name, judged.objective, optimum.objective);
                 assert!(judged.verdict.is_solved(), "{}: {judged:?}", entry.name);
             }
-            assert_eq!(entry.optima().is_empty(), !matches!(entry.solution, Solution::Optima(_)), "{}", entry.name);
+            assert_eq!(
+                entry.optima().is_empty(),
+                !matches!(entry.solution, KnownSolution::Optima(_)),
+                "{}",
+                entry.name
+            );
         }
     }
 }

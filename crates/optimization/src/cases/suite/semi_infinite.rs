@@ -10,8 +10,8 @@
 
 use super::Suite;
 use super::statement::{FREE, problems, sq, sum};
+use crate::cases::KnownSolution::Optima;
 use crate::cases::Optimum;
-use crate::cases::Solution::Optima;
 use autodiff::Scalar;
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -2,8 +2,8 @@
 
 use super::Suite;
 use super::statement::{POSITIVE, at, problems, sq};
+use crate::cases::KnownSolution::Optima;
 use crate::cases::Optimum;
-use crate::cases::Solution::Optima;
 
 const OURS: &str = "ours";
 

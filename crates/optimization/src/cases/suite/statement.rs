@@ -57,9 +57,9 @@ impl Statement {
     /// Builds the problem without responses: the formulas are objective and rows.
     pub fn build_explicit(&self, formulas: impl ClosedForm + Copy + 'static) -> Result<Problem> {
         let mut parts = self.variables();
-        parts.minimize("f", "", Quantity::plain(Formula { formulas, h: 0 }));
+        parts.minimize("f", "", Quantity::plain(DesignFormula { formulas, h: 0 }));
         for (i, side) in self.rows.iter().enumerate() {
-            parts.subject_to(on(*side, format!("g{}", i + 1), Quantity::plain(Formula { formulas, h: i + 1 })));
+            parts.subject_to(on(*side, format!("g{}", i + 1), Quantity::plain(DesignFormula { formulas, h: i + 1 })));
         }
         parts.build_analytic(formulas)
     }
@@ -90,12 +90,12 @@ fn on(side: Side, name: String, quantity: Quantity) -> Constraint {
 
 /// A formula as a function of the design.
 #[derive(Clone, Copy)]
-struct Formula<F> {
+struct DesignFormula<F> {
     formulas: F,
     h: usize,
 }
 
-impl<F: ClosedForm + Copy + 'static> Function for Formula<F> {
+impl<F: ClosedForm + Copy + 'static> Function for DesignFormula<F> {
     fn at<S: Scalar>(&self, point: &Point<S>) -> S {
         self.formulas.response(self.h, point.design, S::from(f64::NAN))
     }
@@ -138,9 +138,9 @@ macro_rules! problems {
         /// The formulas of this list.
         #[allow(non_camel_case_types)]
         #[derive(Clone, Copy)]
-        enum Formulas { $($name),* }
+        enum FormulaList { $($name),* }
 
-        impl $crate::problem::ClosedForm for Formulas {
+        impl $crate::problem::ClosedForm for FormulaList {
             fn response<S: autodiff::Scalar>(&self, h: usize, x: &[S], t: S) -> S {
                 match self { $(Self::$name => $name(h, x, t)),* }
             }
@@ -181,14 +181,14 @@ macro_rules! problems {
                 STATEMENT.name,
                 $title,
                 $source,
-                || STATEMENT.build($crate::cases::suite::statement::POINTS, Formulas::$name),
+                || STATEMENT.build($crate::cases::suite::statement::POINTS, FormulaList::$name),
             );
-            const SOLUTION: $crate::cases::Solution = $solution;
+            const SOLUTION: $crate::cases::KnownSolution = $solution;
             let entry = entry.of($suite).solved_by(SOLUTION);
             if STATEMENT.interval.is_some() {
-                entry.over_time().on_points(|points| STATEMENT.build(points, Formulas::$name))
+                entry.over_time().on_points(|points| STATEMENT.build(points, FormulaList::$name))
             } else {
-                entry.explicitly(|| STATEMENT.build_explicit(Formulas::$name))
+                entry.explicitly(|| STATEMENT.build_explicit(FormulaList::$name))
             }
         }),*];
     };

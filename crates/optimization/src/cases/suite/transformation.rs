@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Replacement of the start design.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Start {
+pub enum StartDesign {
     /// The start of the problem.
     #[default]
     Standard,
@@ -48,7 +48,7 @@ pub struct Transformation {
     /// Factor of all constraints.
     pub constraints: f64,
     /// The start design.
-    pub start: Start,
+    pub start: StartDesign,
     /// Number of time points of a problem of the suite `time`; `None` for its own.
     pub points: Option<usize>,
     /// True for objective and rows that are given directly as functions of the design, not by responses.
@@ -66,7 +66,7 @@ impl Default for Transformation {
             offset: 0.0,
             variables: 1.0,
             constraints: 1.0,
-            start: Start::Standard,
+            start: StartDesign::Standard,
             points: None,
             explicit: false,
             noise: 0.0,
@@ -88,9 +88,9 @@ impl std::fmt::Display for Transformation {
         .map(|(key, value, _)| format!("{key}={value:e}"))
         .collect();
         match self.start {
-            Start::Standard => {}
-            Start::Constant(value) => parts.push(format!("start={value:e}")),
-            Start::Random { half_width, seed } => parts.push(format!("random={half_width},seed={seed}")),
+            StartDesign::Standard => {}
+            StartDesign::Constant(value) => parts.push(format!("start={value:e}")),
+            StartDesign::Random { half_width, seed } => parts.push(format!("random={half_width},seed={seed}")),
         }
         parts.extend(self.points.map(|points| format!("points={points}")));
         parts.extend(self.explicit.then(|| "explicit".to_owned()));
@@ -139,7 +139,7 @@ impl Transformation {
                 "offset" => read.offset = value,
                 "variables" => read.variables = value,
                 "constraints" => read.constraints = value,
-                "start" => read.start = Start::Constant(value),
+                "start" => read.start = StartDesign::Constant(value),
                 "random" => random = Some(value),
                 "seed" => seed = value as u64,
                 "points" => {
@@ -155,7 +155,7 @@ impl Transformation {
             }
         }
         if let Some(half_width) = random {
-            read.start = Start::Random { half_width, seed };
+            read.start = StartDesign::Random { half_width, seed };
         }
         for (name, factor) in
             [("objective", read.objective), ("variables", read.variables), ("constraints", read.constraints)]
@@ -180,8 +180,8 @@ impl Transformation {
         match text {
             "scalings" => each(SCALINGS),
             "starts" => {
-                let random = |half_width| (1..=5).map(move |seed| Start::Random { half_width, seed });
-                let constant = [0.0, 1e-3].map(Start::Constant);
+                let random = |half_width| (1..=5).map(move |seed| StartDesign::Random { half_width, seed });
+                let constant = [0.0, 1e-3].map(StartDesign::Constant);
                 let starts = constant.into_iter().chain(random(0.3)).chain(random(0.6));
                 Ok(starts.map(|start| Self { start, ..Self::default() }).collect())
             }
@@ -233,9 +233,9 @@ impl Transformation {
     fn move_start(&self, entry: &CatalogueEntry, problem: &mut Problem) {
         let optimum = entry.optima().first().and_then(|o| o.design);
         let moved = |j: usize, variable: &DesignVariable| match self.start {
-            Start::Standard => variable.start,
-            Start::Constant(value) => value,
-            Start::Random { half_width, seed } => {
+            StartDesign::Standard => variable.start,
+            StartDesign::Constant(value) => value,
+            StartDesign::Random { half_width, seed } => {
                 let size = if variable.start != 0.0 { variable.start } else { optimum.map_or(1.0, |d| d[j]) };
                 let size = if size == 0.0 { 1.0 } else { size };
                 variable.start + half_width * uniform(entry.name, seed, j) * size

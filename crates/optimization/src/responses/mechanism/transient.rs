@@ -3,8 +3,8 @@
 use crate::problem::{Analysis, GradientMethod, ResponseAt, ResponseSum, Responses};
 use crate::{Error, Result};
 use mechanics::analyses::dynamics::{
-    Dynamics, GivenStep, History, StepSize, implicit_steps, simulate_by_given_steps, simulate_explicitly,
-    simulate_recorded, simulate_with_recording, taken_steps,
+    Dynamics, GivenStep, History, StepSize, implicit_steps, replayed_steps, simulate_by_given_steps,
+    simulate_explicitly, simulate_recorded, simulate_with_recording,
 };
 use mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
 use mechanics::analyses::step_comparison::{explicit_step_warning, step_warning};
@@ -354,7 +354,7 @@ impl<M: ParametricMechanism> Transient<M> {
             Integration::Explicit(settings) => {
                 let is_adaptive =
                     matches!(settings.step_control, StepControl::Adaptive { .. }) && !mechanism.has_events();
-                let steps = is_adaptive.then(|| taken_steps(&mechanism, settings, &self.times))?;
+                let steps = is_adaptive.then(|| replayed_steps(&mechanism, settings, &self.times))?;
                 Some(FrozenSteps::Explicit(settings.clone().with_step_control(StepControl::Taken(steps.ok()?))))
             }
         }

@@ -1,6 +1,6 @@
 //! The analysis whose responses a program computes.
 
-use super::Program;
+use super::ExternalProgram;
 use super::answers::Answers;
 use super::declared::{Declared, ProgramResponse};
 use super::processes::Processes;
@@ -34,7 +34,7 @@ impl ProgramAnalysis {
     /// # Errors
     /// [`Error::Definition`] without a command or responses, or if two names are equal.
     pub fn new<'n>(
-        program: Program,
+        program: ExternalProgram,
         variables: impl IntoIterator<Item = &'n str>,
         times: &[f64],
         responses: impl IntoIterator<Item = (&'n str, bool)>,

@@ -168,7 +168,7 @@ fn damaged(place: &str, line: usize) -> Error {
 /// The first line. Answers in a file with another first line belong to another program or to other requests.
 fn head(command: &[String], declared: &Declared) -> String {
     #[derive(Serialize)]
-    struct Head<'a> {
+    struct AnswersHead<'a> {
         linkwright: u32,
         command: &'a [String],
         variables: &'a [String],
@@ -177,7 +177,7 @@ fn head(command: &[String], declared: &Declared) -> String {
     }
     let Declared { variables, times, responses } = declared;
     let responses = responses.iter().map(|response| response.name.as_str()).collect();
-    let head = Head { linkwright: VERSION, command, variables, times, responses };
+    let head = AnswersHead { linkwright: VERSION, command, variables, times, responses };
     serde_json::to_string(&head).expect("numbers and names are JSON") + "\n"
 }
 
@@ -198,7 +198,7 @@ impl<'a> Numbers<'a> {
 /// The line of an answer.
 fn line(declared: &Declared, design: &[f64], answer: &Answer) -> String {
     #[derive(Serialize)]
-    struct Line<'a> {
+    struct AnswerLine<'a> {
         design: BTreeMap<&'a str, f64>,
         responses: BTreeMap<&'a str, Numbers<'a>>,
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -215,7 +215,7 @@ fn line(declared: &Declared, design: &[f64], answer: &Answer) -> String {
         });
         named.collect()
     });
-    let line = Line {
+    let line = AnswerLine {
         design: names().zip(design.iter().copied()).collect(),
         responses: values.map(|(response, v)| (response.name.as_str(), Numbers::new(response, v))).collect(),
         derivatives,

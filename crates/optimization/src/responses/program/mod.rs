@@ -33,7 +33,7 @@ use std::time::Duration;
 
 /// A program that analyses designs, and how it is run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Program {
+pub struct ExternalProgram {
     /// The program and its arguments. A name without a slash is looked up in `PATH`; a relative path with one starts at
     /// `folder`.
     pub command: Vec<String>,
@@ -48,7 +48,7 @@ pub struct Program {
     pub jobs: usize,
 }
 
-impl Program {
+impl ExternalProgram {
     /// A program with a limit of ten minutes for each answer, one repetition and one process.
     pub fn new(command: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Self {

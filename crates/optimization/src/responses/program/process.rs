@@ -1,6 +1,6 @@
 //! One running program.
 
-use super::Program;
+use super::ExternalProgram;
 use super::protocol::shown;
 use error::{Error, Result};
 use std::collections::BTreeSet;
@@ -14,19 +14,19 @@ use std::time::{Duration, Instant};
 /// Largest part of the standard error in messages, in bytes.
 const KEPT: usize = 4096;
 /// Longest time from the end of its input to the end of a program.
-const FAREWELL: Duration = Duration::from_millis(500);
+const EXIT_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// The programs that run.
-static RUNNING: Mutex<Running> = Mutex::new(Running { groups: BTreeSet::new(), are_ended: false });
+static RUNNING: Mutex<ProgramProcess> = Mutex::new(ProgramProcess { groups: BTreeSet::new(), are_ended: false });
 
-struct Running {
+struct ProgramProcess {
     /// Process groups.
     groups: BTreeSet<u32>,
     /// True from [`end_programs`] to [`permit_programs`].
     are_ended: bool,
 }
 
-fn running() -> MutexGuard<'static, Running> {
+fn running() -> MutexGuard<'static, ProgramProcess> {
     RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -87,7 +87,7 @@ pub struct Process {
     guard: Option<Child>,
     requests: Option<Sender<Vec<u8>>>,
     lines: Receiver<Incoming>,
-    complaints: Arc<Mutex<Vec<u8>>>,
+    stderr_tail: Arc<Mutex<Vec<u8>>>,
 }
 
 /// A line of the standard output, or the note that it is too long.
@@ -99,7 +99,7 @@ enum Incoming {
 /// Reason why no program starts after [`end_programs`].
 const INTERRUPTED: &str = "the program cannot be started: it was interrupted";
 
-fn cannot_start(program: &Program, why: &str) -> Error {
+fn cannot_start(program: &ExternalProgram, why: &str) -> Error {
     let remedy = "check the command of the program".to_owned();
     Error::File { file: program.command.join(" "), why: why.to_owned(), remedy }
 }
@@ -109,7 +109,7 @@ impl Process {
     ///
     /// # Errors
     /// [`Error::File`] if it cannot be started.
-    pub fn start(program: &Program, longest: usize) -> Result<Self> {
+    pub fn start(program: &ExternalProgram, longest: usize) -> Result<Self> {
         let failed = |why: &str| cannot_start(program, why);
         let Some((name, arguments)) = program.command.split_first() else {
             return Err(failed("the command is empty"));
@@ -135,7 +135,7 @@ impl Process {
         drop(running);
         let (requests, to_write) = channel::<Vec<u8>>();
         let (read, lines) = sync_channel(2);
-        let complaints = Arc::new(Mutex::new(vec![]));
+        let stderr_tail = Arc::new(Mutex::new(vec![]));
         if let Some(mut input) = child.stdin.take() {
             thread::spawn(move || {
                 while let Ok(line) = to_write.recv() {
@@ -149,17 +149,17 @@ impl Process {
             thread::spawn(move || forward_lines(BufReader::new(output), longest, &read));
         }
         if let Some(errors) = child.stderr.take() {
-            let complaints = Arc::clone(&complaints);
-            thread::spawn(move || keep_end(errors, &complaints));
+            let stderr_tail = Arc::clone(&stderr_tail);
+            thread::spawn(move || keep_end(errors, &stderr_tail));
         }
-        Ok(Self { child, guard, requests: Some(requests), lines, complaints })
+        Ok(Self { child, guard, requests: Some(requests), lines, stderr_tail })
     }
 
     /// Checks that programs may start.
     ///
     /// # Errors
     /// [`Error::File`] from [`end_programs`] to [`permit_programs`].
-    pub fn check_permission(program: &Program) -> Result<()> {
+    pub fn check_permission(program: &ExternalProgram) -> Result<()> {
         if running().are_ended { Err(cannot_start(program, INTERRUPTED)) } else { Ok(()) }
     }
 
@@ -192,14 +192,14 @@ impl Process {
 
     /// The exit status of the program in words, with the end of its standard error.
     fn end(&mut self) -> String {
-        let how = match self.wait(FAREWELL) {
+        let how = match self.wait(EXIT_TIMEOUT) {
             Some(status) => format!("it ended with {status}"),
             None => "it closed its standard output".to_owned(),
         };
         // The rest of the standard error is read as soon as the program has ended.
         thread::sleep(Duration::from_millis(20));
-        let complaints = self.complaints.lock().unwrap_or_else(PoisonError::into_inner);
-        let text = String::from_utf8_lossy(&complaints);
+        let stderr_tail = self.stderr_tail.lock().unwrap_or_else(PoisonError::into_inner);
+        let text = String::from_utf8_lossy(&stderr_tail);
         let last: Vec<&str> = text.lines().filter(|line| !line.trim().is_empty()).collect();
         match last.last() {
             None => how,
@@ -234,10 +234,10 @@ impl Process {
 }
 
 impl Drop for Process {
-    /// Ends the input of the program, waits up to [`FAREWELL`] for it to end by itself, and kills the processes that are left.
+    /// Ends the input of the program, waits up to [`EXIT_TIMEOUT`] for it to end by itself, and kills the processes that are left.
     fn drop(&mut self) {
         self.requests = None;
-        self.wait(FAREWELL);
+        self.wait(EXIT_TIMEOUT);
         self.kill_group();
     }
 }

@@ -1,6 +1,6 @@
 //! Several running programs, of which each answers one request at a time.
 
-use super::Program;
+use super::ExternalProgram;
 use super::declared::Declared;
 use super::process::Process;
 use super::protocol::{self, Answer, Refusal};
@@ -10,7 +10,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 /// Up to `jobs` processes of a program. A process is started when all others are busy, and kept for the next request.
 pub struct Processes {
-    program: Program,
+    program: ExternalProgram,
     longest: usize,
     state: Mutex<Busy>,
     freed: Condvar,
@@ -24,7 +24,7 @@ struct Busy {
 }
 
 impl Processes {
-    pub fn new(program: Program, declared: &Declared) -> Self {
+    pub fn new(program: ExternalProgram, declared: &Declared) -> Self {
         let longest = protocol::longest(declared);
         Self { program, longest, state: Mutex::default(), freed: Condvar::new(), next: AtomicU64::new(1) }
     }
@@ -77,13 +77,13 @@ impl Processes {
     }
 
     /// Waits until fewer than `jobs` processes are busy.
-    fn place(&self) -> Place<'_> {
+    fn place(&self) -> ProcessSlot<'_> {
         let mut state = self.lock();
         while state.busy >= self.program.jobs.max(1) {
             state = self.freed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
         state.busy += 1;
-        Place(self)
+        ProcessSlot(self)
     }
 
     fn lock(&self) -> MutexGuard<'_, Busy> {
@@ -92,9 +92,9 @@ impl Processes {
 }
 
 /// Permit to use one process.
-struct Place<'a>(&'a Processes);
+struct ProcessSlot<'a>(&'a Processes);
 
-impl Place<'_> {
+impl ProcessSlot<'_> {
     /// A process that waits for a request, if there is one. Those that have ended meanwhile, as by an interrupt, are dropped.
     fn process(&self) -> Option<Process> {
         let mut state = self.0.lock();
@@ -111,7 +111,7 @@ impl Place<'_> {
     }
 }
 
-impl Drop for Place<'_> {
+impl Drop for ProcessSlot<'_> {
     fn drop(&mut self) {
         self.0.lock().busy -= 1;
         self.0.freed.notify_one();

@@ -41,7 +41,7 @@ pub enum Refusal {
 }
 
 #[derive(Deserialize)]
-struct Line {
+struct ProtocolLine {
     id: Option<u64>,
     error: Option<String>,
     design: Option<BTreeMap<String, f64>>,
@@ -78,7 +78,7 @@ pub fn longest(declared: &Declared) -> usize {
 pub fn answer(declared: &Declared, id: u64, design: &[f64], line: &[u8]) -> Result<Answer, Refusal> {
     let broken = |why: String| Refusal::Broken(why);
     let shown = || format!("`{}`", shown(line));
-    let line: Line = serde_json::from_slice(line).map_err(|why| {
+    let line: ProtocolLine = serde_json::from_slice(line).map_err(|why| {
         broken(format!("it answered {}, which is not an answer ({why}); NaN and Infinity are not JSON", shown()))
     })?;
     if line.id != Some(id) {
@@ -104,14 +104,14 @@ pub fn answer(declared: &Declared, id: u64, design: &[f64], line: &[u8]) -> Resu
 /// # Errors
 /// The reason in words, if it has not, or if a number is missing.
 pub fn stored(declared: &Declared, line: &[u8]) -> Result<(Vec<f64>, Answer), String> {
-    let line: Line = serde_json::from_slice(line).map_err(|why| why.to_string())?;
+    let line: ProtocolLine = serde_json::from_slice(line).map_err(|why| why.to_string())?;
     let design = line.design.as_ref().ok_or("it has no `design`")?;
     let value = |name: &String| design.get(name).copied().ok_or_else(|| format!("its design has no `{name}`"));
     let design = declared.variables.iter().map(value).collect::<Result<_, String>>()?;
     Ok((design, line.answer(declared)?))
 }
 
-impl Line {
+impl ProtocolLine {
     /// The numbers that were asked for.
     fn answer(self, declared: &Declared) -> Result<Answer, String> {
         let given = self.responses.unwrap_or_default();

@@ -1,6 +1,6 @@
 //! Programs that answer, fail, crash, hang and write invalid output: small shell scripts.
 
-use super::{Program, ProgramAnalysis, WithThreads};
+use super::{ExternalProgram, ProgramAnalysis, WithThreads};
 use crate::problem::{Analysis, ResponseAt, Responses};
 use crate::responses::Differences;
 use error::{Error, Result};
@@ -42,12 +42,12 @@ done"#
 const GOOD: &str = r#"echo "$line" >> requests
     awk -v id="$id" -v x="$x" 'BEGIN { printf "{\"id\":%d,\"responses\":{\"r\":[%.17g,%.17g],\"m\":%.17g}}\n", id, x*x, 2*x*x, 3*x }'"#;
 
-fn program(folder: &Folder, script: &str) -> Program {
+fn program(folder: &Folder, script: &str) -> ExternalProgram {
     let limit = Duration::from_secs(20);
-    Program { folder: Some(folder.0.clone()), time_limit: limit, ..Program::new(["sh", "-c", script]) }
+    ExternalProgram { folder: Some(folder.0.clone()), time_limit: limit, ..ExternalProgram::new(["sh", "-c", script]) }
 }
 
-fn analysis(program: Program) -> ProgramAnalysis {
+fn analysis(program: ExternalProgram) -> ProgramAnalysis {
     ProgramAnalysis::new(program, ["x"], &[0.0, 1.0], [("r", true), ("m", false)]).expect("the names are good")
 }
 
@@ -100,7 +100,7 @@ fn a_program_without_derivatives_says_so() {
 fn differences_use_several_processes_at_once() {
     let folder = Folder::new("jobs");
     let work = format!("echo $$ >> processes; sleep 0.2; {GOOD}");
-    let program = Program { jobs: 4, ..program(&folder, &script(&work)) };
+    let program = ExternalProgram { jobs: 4, ..program(&folder, &script(&work)) };
     let names = ["x", "y", "z", "w"];
     let slow = ProgramAnalysis::new(program, names, &[0.0, 1.0], [("r", true), ("m", false)]).unwrap();
     let slow = WithThreads::new(Differences::forward(slow, 1e-3).unwrap(), 4).unwrap();
@@ -129,7 +129,7 @@ fn a_refused_design_is_a_failed_analysis_and_not_repeated() {
 fn a_program_that_breaks_down_is_started_again() {
     let folder = Folder::new("again");
     let work = format!("if [ ! -e broken ]; then echo 'out of licences' >&2; touch broken; exit 3; fi; {GOOD}");
-    let with = |retries| analysis(Program { retries, ..program(&folder, &script(&work)) });
+    let with = |retries| analysis(ExternalProgram { retries, ..program(&folder, &script(&work)) });
     assert_eq!(with(1).analyze(&[1.0]).unwrap().values[1], [3.0]);
     std::fs::remove_file(folder.0.join("broken")).unwrap();
     let why = why(with(0).analyze(&[1.0]));
@@ -141,7 +141,7 @@ fn a_program_that_breaks_down_is_started_again() {
 fn a_request_is_repeated_by_a_new_process() {
     let folder = Folder::new("new");
     let work = format!("n=$((n+1)); if [ $n -eq 2 ]; then exit 7; fi; sleep 0.5; {GOOD}");
-    let analysis = analysis(Program { jobs: 2, ..program(&folder, &script(&work)) });
+    let analysis = analysis(ExternalProgram { jobs: 2, ..program(&folder, &script(&work)) });
     std::thread::scope(|scope| {
         let first = scope.spawn(|| analysis.analyze(&[1.0]).unwrap());
         let second = scope.spawn(|| analysis.analyze(&[2.0]).unwrap());
@@ -166,12 +166,12 @@ fn what_a_program_writes_wrongly_is_named() {
         ("nan", r#"printf '{"id":%s,"responses":{"r":[1,NaN],"m":1}}\n' "$id""#, "NaN and Infinity are not JSON"),
     ] {
         let folder = Folder::new(name);
-        let analysis = analysis(Program { retries: 0, ..program(&folder, &script(work)) });
+        let analysis = analysis(ExternalProgram { retries: 0, ..program(&folder, &script(work)) });
         let why = why(analysis.analyze(&[1.0]));
         assert!(why.contains(expected), "{name}: {why}");
     }
     let folder = Folder::new("unasked");
-    let unasked = analysis(Program { retries: 0, ..program(&folder, &script(&format!("{GOOD}; echo more"))) });
+    let unasked = analysis(ExternalProgram { retries: 0, ..program(&folder, &script(&format!("{GOOD}; echo more"))) });
     assert!(unasked.analyze(&[1.0]).is_ok());
     std::thread::sleep(Duration::from_millis(200));
     assert_eq!(why(unasked.analyze(&[2.0])), "it wrote `more` without a request");
@@ -182,7 +182,7 @@ fn what_a_program_writes_wrongly_is_named() {
 fn a_program_that_hangs_is_ended_with_all_that_it_started() {
     let folder = Folder::new("hangs");
     let program = program(&folder, "echo $$ > processes; sleep 1000 & echo $! >> processes; wait");
-    let analysis = analysis(Program { time_limit: Duration::from_millis(500), retries: 0, ..program });
+    let analysis = analysis(ExternalProgram { time_limit: Duration::from_millis(500), retries: 0, ..program });
     let begun = Instant::now();
     assert_eq!(why(analysis.analyze(&[1.0])), "no answer came within 0.5 s");
     assert!(begun.elapsed() < Duration::from_secs(5));
@@ -220,11 +220,11 @@ fn is_running(process: &str) -> bool {
 
 #[test]
 fn a_program_that_cannot_be_started_ends_the_run() {
-    let missing = analysis(Program::new(["./no-such-program", "x"]));
+    let missing = analysis(ExternalProgram::new(["./no-such-program", "x"]));
     let error = missing.analyze(&[1.0]).unwrap_err();
     assert!(matches!(&error, Error::File { .. }), "{error:?}");
     assert!(error.to_string().starts_with("./no-such-program x: the program cannot be started"), "{error}");
-    assert!(ProgramAnalysis::new(Program::new([""; 0]), ["x"], &[], [("r", false)]).is_err());
-    assert!(ProgramAnalysis::new(Program::new(["true"]), ["x"], &[], []).is_err());
-    assert!(ProgramAnalysis::new(Program::new(["true"]), ["x", "x"], &[], [("r", false)]).is_err());
+    assert!(ProgramAnalysis::new(ExternalProgram::new([""; 0]), ["x"], &[], [("r", false)]).is_err());
+    assert!(ProgramAnalysis::new(ExternalProgram::new(["true"]), ["x"], &[], []).is_err());
+    assert!(ProgramAnalysis::new(ExternalProgram::new(["true"]), ["x", "x"], &[], [("r", false)]).is_err());
 }

@@ -14,7 +14,7 @@ const LARGEST: f64 = 10.0;
 /// Fraction of the predicted decrease that must be reached.
 const FRACTION: f64 = 0.01;
 /// Largest increase of the objective, per σ_f h, that is accepted for a smaller violation at a design that is feasible already.
-const DEAR: f64 = 10.0;
+const LARGEST_TRADE_OFF: f64 = 10.0;
 /// Decrease of the objective, relative to its range in the run, that suffices for any prediction.
 const ENOUGH: f64 = 0.1;
 /// Fraction of the possible decrease of the violation that a restoration must reach.
@@ -27,22 +27,22 @@ const ROUNDING: f64 = 1e-13;
 
 /// Objective and violation of a design, in the units of the current cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Merit {
+pub(super) struct DesignMerit {
     pub objective: f64,
     pub violation: f64,
 }
 
-impl Merit {
+impl DesignMerit {
     pub fn new(objective: f64, violations: &[f64], units: &Units) -> Self {
         Self { objective, violation: units.violation(violations) }
     }
 }
 
 /// A trial step in the units of the current cycle.
-pub(super) struct Step {
-    pub from: Merit,
-    pub predicted: Merit,
-    pub to: Merit,
+pub(super) struct TrialDecision {
+    pub from: DesignMerit,
+    pub predicted: DesignMerit,
+    pub to: DesignMerit,
     /// The least violation of the linearized rows, if they are incompatible.
     pub restoration: Option<f64>,
     /// σ_f, see [`Units::objective_per_violation`].
@@ -61,9 +61,9 @@ pub(super) enum Decision {
     Violation,
 }
 
-impl Step {
+impl TrialDecision {
     /// The decision; `filter` holds the designs of the filter, in the units of the current cycle.
-    pub fn decide(&self, filter: impl Iterator<Item = Merit>) -> Decision {
+    pub fn decide(&self, filter: impl Iterator<Item = DesignMerit>) -> Decision {
         let Self { from, to, predicted, .. } = self;
         let (h, next) = (from.violation, to.violation);
         if let Some(least) = self.restoration {
@@ -74,10 +74,11 @@ impl Step {
             return Decision::Rejected;
         }
         let envelope = ENVELOPE * self.objective_per_violation * next;
-        let dominates = |e: Merit| next > MARGIN * e.violation && to.objective > e.objective - envelope;
+        let dominates = |e: DesignMerit| next > MARGIN * e.violation && to.objective > e.objective - envelope;
         let noise = ROUNDING * from.objective.abs();
-        let is_dear = h <= FEASIBLE && to.objective > from.objective + DEAR * self.objective_per_violation * h + noise;
-        let improves = (next <= MARGIN * h && !is_dear)
+        let costs_too_much = h <= FEASIBLE
+            && to.objective > from.objective + LARGEST_TRADE_OFF * self.objective_per_violation * h + noise;
+        let improves = (next <= MARGIN * h && !costs_too_much)
             || to.objective <= from.objective - envelope
             || (next <= FEASIBLE && to.objective <= from.objective + noise);
         if filter.into_iter().any(dominates) || !improves {
@@ -100,7 +101,7 @@ impl Step {
         match self.restoration {
             Some(least) => (from.violation - to.violation) / (from.violation - least),
             None => {
-                let total = |m: &Merit| m.objective + self.objective_per_violation * m.violation;
+                let total = |m: &DesignMerit| m.objective + self.objective_per_violation * m.violation;
                 (total(from) - total(to)) / (total(from) - total(predicted))
             }
         }
@@ -139,12 +140,12 @@ fn largest_fraction(widths: &[f64], step: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    fn merit(objective: f64, violation: f64) -> Merit {
-        Merit { objective, violation }
+    fn merit(objective: f64, violation: f64) -> DesignMerit {
+        DesignMerit { objective, violation }
     }
 
-    fn step(from: Merit, predicted: Merit, to: Merit) -> Step {
-        Step { from, predicted, to, restoration: None, objective_per_violation: 1.0, objective_range: 1.0 }
+    fn step(from: DesignMerit, predicted: DesignMerit, to: DesignMerit) -> TrialDecision {
+        TrialDecision { from, predicted, to, restoration: None, objective_per_violation: 1.0, objective_range: 1.0 }
     }
 
     #[test]
@@ -159,7 +160,7 @@ mod tests {
     fn a_restoration_must_reach_a_part_of_the_possible_decrease() {
         let of = |next: f64| {
             let step = step(merit(1.0, 1.0), merit(1.0, 0.5), merit(1.0, next));
-            Step { restoration: Some(0.5), ..step }.decide(std::iter::empty())
+            TrialDecision { restoration: Some(0.5), ..step }.decide(std::iter::empty())
         };
         assert_eq!((of(0.9), of(0.99)), (Decision::Violation, Decision::Rejected));
     }

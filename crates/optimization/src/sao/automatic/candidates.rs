@@ -1,8 +1,8 @@
 //! The candidate approximations of one number, all exact in value and gradient at the current design.
 
 use super::linearized::Linearized;
-use super::numbers::{Number, NumberId, collect, find, mapped, mapped_curvature, pulled, pushed};
-use super::quasi_newton::{Pair, bfgs, sr1};
+use super::numbers::{ApproximatedValue, NumberId, collect, find, mapped, mapped_curvature, pulled, pushed};
+use super::quasi_newton::{SecantPair, bfgs, sr1};
 use crate::approximation::CycleData;
 use crate::problem::{Evaluation, Intermediates, Problem, Responses};
 use nalgebra::{DMatrix, DVector};
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 ///    φ_j = \frac{y_j}{p_j} \Bigl[ \Bigl(\frac{y_j'}{y_j}\Bigr)^{p_j} - 1 \Bigr] . $$
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Candidate {
+pub enum ApproximationKind {
     /// p = 1, B = 0.
     Linear,
     /// p = 1 and a diagonal B from the last two gradients.
@@ -25,7 +25,7 @@ pub enum Candidate {
     Bfgs,
     /// p = 1 and B by symmetric rank-one updates.
     Sr1,
-    /// Two-point exponents, and B so that the Hessian at the current design is that of [`Candidate::Sr1`].
+    /// Two-point exponents, and B so that the Hessian at the current design is that of [`ApproximationKind::Sr1`].
     Sr1Power,
 }
 
@@ -38,7 +38,7 @@ const UNCHANGED: f64 = 1e-3;
 /// Largest curvature of a variable, in units of the largest change of the gradient over the largest step.
 const STEEPEST: f64 = 10.0;
 
-impl Candidate {
+impl ApproximationKind {
     /// All candidates.
     pub const ALL: [Self; 6] = [Self::Linear, Self::Diagonal, Self::Power, Self::Bfgs, Self::Sr1, Self::Sr1Power];
 }
@@ -49,7 +49,7 @@ pub struct AcceptedPoint {
     /// Design.
     pub design: Vec<f64>,
     /// Numbers that were differentiated there, sorted.
-    pub numbers: Vec<Number>,
+    pub numbers: Vec<ApproximatedValue>,
     /// For each constraint the largest |∂ĝ/∂b| of its retained rows, for each variable.
     pub slopes: Vec<Vec<f64>>,
     /// True if the run was displaced to this design, without regard to its objective.
@@ -61,26 +61,26 @@ impl AcceptedPoint {
     /// A design with its responses and evaluation, whose retained rows are differentiated.
     pub(in crate::sao) fn new(problem: &Problem, at: (&[f64], &Responses, &Evaluation), data: &CycleData) -> Self {
         let (design, responses, evaluation) = at;
-        let slopes = Linearized::new(problem, at, data).slopes(problem.constraints.len());
+        let slopes = Linearized::new(problem, at, data).largest_derivatives(problem.constraints.len());
         let numbers = collect(problem, design, (responses, evaluation), data);
         Self { design: design.to_vec(), numbers, slopes, is_displaced: false }
     }
 }
 
-enum Curvature {
+enum FittedCurvature {
     None,
     Diagonal(Vec<f64>),
     Full(DMatrix<f64>),
 }
 
 /// A fitted candidate.
-pub(super) struct Model {
+pub(super) struct FittedApproximation {
     value: f64,
     design: Vec<f64>,
     origin: Vec<f64>,
     slope: Vec<f64>,
     exponents: Option<Vec<f64>>,
-    curvature: Curvature,
+    curvature: FittedCurvature,
     map: Intermediates,
     /// Terms ω (m · s)².
     corrections: Vec<(f64, Vec<f64>)>,
@@ -89,7 +89,7 @@ pub(super) struct Model {
 /// One number at all stored designs, in its intermediate variables.
 pub(super) struct Samples<'a> {
     problem: &'a Problem,
-    pub number: &'a Number,
+    pub number: &'a ApproximatedValue,
     map: &'a Intermediates,
     design: &'a [f64],
     origin: Vec<f64>,
@@ -103,13 +103,17 @@ pub(super) struct Samples<'a> {
 }
 
 /// The number, or the one of the same response at the nearest time point that was also differentiated at the last design.
-fn with_history<'a>(problem: &Problem, points: &'a [AcceptedPoint], number: &'a Number) -> &'a Number {
+fn with_history<'a>(
+    problem: &Problem,
+    points: &'a [AcceptedPoint],
+    number: &'a ApproximatedValue,
+) -> &'a ApproximatedValue {
     let (Some((here, [.., before])), NumberId::Response(at)) = (points.split_last(), number.id) else { return number };
     let is_known = |id| find(problem, &before.numbers, id).is_some();
     if is_known(number.id) {
         return number;
     }
-    let distance = |other: &Number| match other.id {
+    let distance = |other: &ApproximatedValue| match other.id {
         NumberId::Response(o) if o.response == at.response => Some(o.point.abs_diff(at.point)),
         _ => None,
     };
@@ -148,11 +152,11 @@ impl<'a> Samples<'a> {
     }
 
     /// Steps and changes of the gradient in lengths, the oldest first.
-    fn pairs(&self) -> Vec<Pair> {
+    fn pairs(&self) -> Vec<SecantPair> {
         let n = self.lengths.len();
         let here = (&self.origin, &self.latest);
         let all: Vec<_> = self.earlier.iter().map(|(y, g)| (y, g)).chain([here]).collect();
-        let pair = |w: &[(&Vec<f64>, &Vec<f64>)]| -> Pair {
+        let pair = |w: &[(&Vec<f64>, &Vec<f64>)]| -> SecantPair {
             let step = DVector::from_fn(n, |j, _| (w[1].0[j] - w[0].0[j]) / self.lengths[j]);
             [step, DVector::from_fn(n, |j, _| (w[1].1[j] - w[0].1[j]) * self.lengths[j])]
         };
@@ -164,24 +168,24 @@ impl<'a> Samples<'a> {
     }
 
     /// The fitted candidate; `None` if the stored designs do not determine it.
-    pub fn fit(&self, candidate: Candidate) -> Option<Model> {
-        let (mut exponents, mut curvature) = (None, Curvature::None);
+    pub fn fit(&self, candidate: ApproximationKind) -> Option<FittedApproximation> {
+        let (mut exponents, mut curvature) = (None, FittedCurvature::None);
         match candidate {
-            Candidate::Linear => {}
-            Candidate::Diagonal => curvature = Curvature::Diagonal(self.diagonal()?),
-            Candidate::Power => exponents = Some(self.exponents()?),
-            Candidate::Bfgs => curvature = Curvature::Full(self.unscaled(bfgs(&self.pairs())?)),
-            Candidate::Sr1 => curvature = Curvature::Full(self.unscaled(sr1(&self.pairs())?)),
-            Candidate::Sr1Power => {
+            ApproximationKind::Linear => {}
+            ApproximationKind::Diagonal => curvature = FittedCurvature::Diagonal(self.diagonal()?),
+            ApproximationKind::Power => exponents = Some(self.exponents()?),
+            ApproximationKind::Bfgs => curvature = FittedCurvature::Full(self.unscaled(bfgs(&self.pairs())?)),
+            ApproximationKind::Sr1 => curvature = FittedCurvature::Full(self.unscaled(sr1(&self.pairs())?)),
+            ApproximationKind::Sr1Power => {
                 let p = self.exponents()?;
                 let mut b = self.unscaled(sr1(&self.pairs())?);
                 for j in (0..p.len()).filter(|&j| p[j] != 1.0) {
                     b[(j, j)] -= self.slope[j] * (p[j] - 1.0) / self.origin[j];
                 }
-                (exponents, curvature) = (Some(p), Curvature::Full(b));
+                (exponents, curvature) = (Some(p), FittedCurvature::Full(b));
             }
         }
-        Some(Model {
+        Some(FittedApproximation {
             value: self.number.value,
             design: self.design.to_vec(),
             origin: self.origin.clone(),
@@ -228,7 +232,7 @@ impl<'a> Samples<'a> {
     }
 }
 
-impl Model {
+impl FittedApproximation {
     /// Adds the quadratic along the step to `design` that gives the model this `value` there.
     pub fn correct(&mut self, design: &[f64], value: f64, lengths: &[f64]) {
         let error = value - self.value(design);
@@ -257,9 +261,9 @@ impl Model {
     /// True for a linear function of the design variables.
     pub fn is_linear(&self) -> bool {
         let curved = match &self.curvature {
-            Curvature::None => false,
-            Curvature::Diagonal(d) => d.iter().any(|v| *v != 0.0),
-            Curvature::Full(b) => b.iter().any(|v| *v != 0.0),
+            FittedCurvature::None => false,
+            FittedCurvature::Diagonal(d) => d.iter().any(|v| *v != 0.0),
+            FittedCurvature::Full(b) => b.iter().any(|v| *v != 0.0),
         };
         !curved
             && self.exponents.is_none()
@@ -288,9 +292,9 @@ impl Model {
 
     fn curved(&self, s: &DVector<f64>) -> DVector<f64> {
         match &self.curvature {
-            Curvature::None => DVector::zeros(s.len()),
-            Curvature::Diagonal(d) => DVector::from_fn(s.len(), |j, _| d[j] * s[j]),
-            Curvature::Full(b) => b * s,
+            FittedCurvature::None => DVector::zeros(s.len()),
+            FittedCurvature::Diagonal(d) => DVector::from_fn(s.len(), |j, _| d[j] * s[j]),
+            FittedCurvature::Full(b) => b * s,
         }
     }
 
@@ -343,9 +347,9 @@ impl Model {
 
     fn add_hessian_in_y(&self, y: &[f64], weight: f64, sum: &mut DMatrix<f64>) {
         match &self.curvature {
-            Curvature::None => {}
-            Curvature::Diagonal(d) => (0..y.len()).for_each(|j| sum[(j, j)] += weight * d[j]),
-            Curvature::Full(b) => sum.zip_apply(b, |s, b| *s += weight * b),
+            FittedCurvature::None => {}
+            FittedCurvature::Diagonal(d) => (0..y.len()).for_each(|j| sum[(j, j)] += weight * d[j]),
+            FittedCurvature::Full(b) => sum.zip_apply(b, |s, b| *s += weight * b),
         }
         if self.exponents.is_some() {
             (0..y.len()).for_each(|j| sum[(j, j)] += weight * self.slope[j] * self.term(j, y[j])[2]);
@@ -362,7 +366,11 @@ fn mapped_values(map: &Intermediates, b: &[f64]) -> Vec<f64> {
 
 /// (∂y/∂b)ᵀ Δ(∂r/∂y) of a number along each step between consecutive `points`; `None` for a step at one of whose ends neither
 /// the number nor its neighbour in time was differentiated.
-pub(super) fn gradient_changes(problem: &Problem, points: &[AcceptedPoint], number: &Number) -> Vec<Option<Vec<f64>>> {
+pub(super) fn gradient_changes(
+    problem: &Problem,
+    points: &[AcceptedPoint],
+    number: &ApproximatedValue,
+) -> Vec<Option<Vec<f64>>> {
     let id = with_history(problem, points, number).id;
     let map = id.intermediates(problem);
     let slope = |point: &AcceptedPoint| {

@@ -17,7 +17,7 @@ const PREDICTED: [f64; 2] = [1e-6, 1e-13];
 const RESIDUAL: [f64; 2] = [1e-4, 3e-4];
 /// Largest residual where no other step can be made: relative to the smaller one of the objective and its settled range, and relative to
 /// the smaller one of its ranges over the last designs and since it settled.
-const AT_LAST: [f64; 2] = [1e-6, 1e-12];
+const WITHOUT_STEP: [f64; 2] = [1e-6, 1e-12];
 /// Largest residual where the step is zero and the subproblem predicts no better design, relative to the larger one of the ranges of the
 /// objective over the last designs. Random curve fits end at up to 2e-11 of it by rounding.
 const AT_ZERO_STEP: f64 = 1e-10;
@@ -36,7 +36,7 @@ const RECENT: usize = 4;
 const LEAST: f64 = 1e-4;
 /// Violation of a row relative to its scale, relative to its terms Σ |∂ĝ/∂bⱼ| |bⱼ|, and relative to its change Σ |∂ĝ/∂bⱼ| ℓⱼ (rounding).
 /// A converged design meets one of these limits with its own slopes.
-const BY_ITSELF: [f64; 3] = [1e-6, 1e-9, 1e-12];
+const BY_OWN_SLOPES: [f64; 3] = [1e-6, 1e-9, 1e-12];
 /// Largest violation of a converged design relative to the scale of its row, whatever its slopes and terms are.
 const MOST: f64 = 1e-3;
 /// Largest change of the objective by a row, with its slopes at the last designs, relative to U and to the change by the slopes of the
@@ -178,7 +178,7 @@ impl StopTest<'_> {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let range = self.settled_range.min(objective);
         let by_values = (COMPARABLE * objective * range).sqrt();
-        let by_range = (AT_LAST[0] * range).max(AT_LAST[1] * self.longer_range().min(self.settled_range));
+        let by_range = (WITHOUT_STEP[0] * range).max(WITHOUT_STEP[1] * self.longer_range().min(self.settled_range));
         let is_exact = !self.at_limit && self.predicted.abs() <= PREDICTED[0] * objective;
         let seen = self.longer_range().max(self.range(RECENT)).min(self.settled_range);
         let by_prediction = if is_exact { AT_ZERO_STEP * seen } else { 0.0 };
@@ -277,7 +277,7 @@ pub(super) fn is_feasible_by_itself(
     factor: f64,
 ) -> bool {
     let sum = |sizes: &[f64]| slopes.iter().zip(sizes).map(|(g, size)| (g * size).abs()).sum::<f64>();
-    let [of_scale, of_terms, rounding] = BY_ITSELF;
+    let [of_scale, of_terms, rounding] = BY_OWN_SLOPES;
     if violation > factor * MOST {
         return false;
     }

@@ -7,11 +7,11 @@ use super::lengths::{spread, start_lengths, start_sizes};
 use super::linearized::Linearized;
 use super::proposal::Next;
 use super::restoration::{is_incompatible, least_violation};
-use super::situation::Situation;
+use super::situation::CycleContext;
 use super::{Automatic, AutomaticState, noise, stationary};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Problem, RowId};
-use crate::sao::{ActiveRow, Method, NOT_FINITE, State, Status};
+use crate::sao::{ActiveRow, Method, NOT_FINITE, RunState, Status};
 use error::{Error, Result};
 
 /// Number of designs whose extent is the first box of a run that is continued, and its least part of the lengths.
@@ -28,9 +28,9 @@ const FORWARD: &str = "forward differences have an error of the size of their st
 
 impl Automatic {
     /// One trial step, or the end of the run if the stop test holds before another analysis.
-    pub(in crate::sao) fn step(&self, method: &Method, problem: &Problem, mut state: State) -> Result<State> {
+    pub(in crate::sao) fn step(&self, method: &Method, problem: &Problem, mut state: RunState) -> Result<RunState> {
         let (mut memory, data) = self.memory_of(method, problem, &mut state)?;
-        let situation = Situation::new(self, problem, &state, &data, &memory);
+        let situation = CycleContext::new(self, problem, &state, &data, &memory);
         let next = match situation.propose() {
             Err(Error::NotFinite { .. }) => Next::End(Status::Stalled, NOT_FINITE.to_owned(), vec![]),
             next => next?,
@@ -90,7 +90,12 @@ impl Automatic {
     }
 
     /// The data of a state, taken from it; new ones if it has none.
-    fn memory_of(&self, method: &Method, problem: &Problem, state: &mut State) -> Result<(AutomaticState, CycleData)> {
+    fn memory_of(
+        &self,
+        method: &Method,
+        problem: &Problem,
+        state: &mut RunState,
+    ) -> Result<(AutomaticState, CycleData)> {
         match (state.automatic.take(), state.data.take()) {
             (Some(memory), Some(data)) => Ok((memory, data)),
             _ => self.begin(method, problem, state),
@@ -98,8 +103,8 @@ impl Automatic {
     }
 
     /// Differentiates the design of a state without data of this method.
-    fn begin(&self, method: &Method, problem: &Problem, state: &mut State) -> Result<(AutomaticState, CycleData)> {
-        let State { design, responses, evaluation, .. } = &*state;
+    fn begin(&self, method: &Method, problem: &Problem, state: &mut RunState) -> Result<(AutomaticState, CycleData)> {
+        let RunState { design, responses, evaluation, .. } = &*state;
         let at =
             AnalyzedDesign { design: design.clone(), responses: responses.clone(), evaluation: evaluation.clone() };
         let data = method.differentiate(problem, &at)?;
@@ -126,7 +131,7 @@ impl Automatic {
         &self,
         method: &Method,
         problem: &Problem,
-        state: &mut State,
+        state: &mut RunState,
         accuracy: f64,
     ) -> Result<Continuation> {
         let (mut memory, data) = self.begin(method, problem, state)?;
@@ -134,7 +139,7 @@ impl Automatic {
             let last = memory.points.iter().rev().take(RECENT).map(|point| point.design[j]);
             *width = spread(last).clamp(LEAST_WIDTH * *width, *width);
         }
-        let situation = Situation::new(self, problem, state, &data, &memory);
+        let situation = CycleContext::new(self, problem, state, &data, &memory);
         let is_feasible = situation.is_feasible(feasibility_factor(accuracy));
         let largest_change = largest_change(&situation.here.slope, &situation.units.lengths);
         (state.automatic, state.data) = (Some(memory), Some(data));
@@ -146,7 +151,7 @@ impl Automatic {
         &self,
         method: &Method,
         problem: &Problem,
-        state: &mut State,
+        state: &mut RunState,
         memory: &mut AutomaticState,
         retained: Vec<RowId>,
     ) -> Result<CycleData> {
@@ -163,7 +168,7 @@ impl Automatic {
         &self,
         method: &Method,
         problem: &Problem,
-        state: &mut State,
+        state: &mut RunState,
         (accepted, data): (AnalyzedDesign, CycleData),
     ) -> Result<()> {
         let (mut memory, data) = match state.automatic.take() {
@@ -185,27 +190,27 @@ impl Automatic {
         &self,
         method: &Method,
         problem: &Problem,
-        state: &mut State,
+        state: &mut RunState,
         refused: &[f64],
     ) -> Result<()> {
         let (mut memory, data) = self.memory_of(method, problem, state)?;
         let step: Vec<f64> = refused.iter().zip(&state.design).map(|(to, from)| to - from).collect();
         widths_after_rejection(&mut memory.widths, &step, true);
-        let lengths = Situation::new(self, problem, state, &data, &memory).units.lengths;
+        let lengths = CycleContext::new(self, problem, state, &data, &memory).units.lengths;
         state.factors = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
         (state.automatic, state.data) = (Some(memory), Some(data));
         Ok(())
     }
 
     /// Sizes of the values of the current design if it is the start; zero for one that counts as zero.
-    pub(in crate::sao) fn start_sizes(problem: &Problem, state: &State, data: &CycleData) -> Vec<f64> {
-        let State { design, responses, evaluation, .. } = state;
+    pub(in crate::sao) fn start_sizes(problem: &Problem, state: &RunState, data: &CycleData) -> Vec<f64> {
+        let RunState { design, responses, evaluation, .. } = state;
         start_sizes(design, evaluation.objective, &Linearized::new(problem, (design, responses, evaluation), data))
     }
 
     /// Stores the current design with its numbers.
-    fn store(&self, problem: &Problem, state: &State, data: &CycleData, memory: &mut AutomaticState) {
-        let State { design, responses, evaluation, .. } = state;
+    fn store(&self, problem: &Problem, state: &RunState, data: &CycleData, memory: &mut AutomaticState) {
+        let RunState { design, responses, evaluation, .. } = state;
         memory.points.push(AcceptedPoint::new(problem, (design, responses, evaluation), data));
         self.forget(memory);
     }
@@ -233,7 +238,7 @@ pub(in crate::sao) struct Continuation {
     pub largest_change: f64,
 }
 
-impl Situation<'_> {
+impl CycleContext<'_> {
     /// The next step; the end of the run if the stop test holds or no step leads on.
     fn propose(&self) -> Result<Next> {
         let design = &self.state.design;

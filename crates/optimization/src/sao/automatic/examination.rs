@@ -1,15 +1,15 @@
 //! The analysis of a proposed design, and what it changes for the next cycle.
 
-use super::acceptance::{Decision, Merit, Step, widths_after_acceptance, widths_after_rejection};
+use super::acceptance::{Decision, DesignMerit, TrialDecision, widths_after_acceptance, widths_after_rejection};
 use super::proposal::{Proposal, Purpose};
-use super::situation::Situation;
+use super::situation::CycleContext;
 use super::state::{AutomaticState, FilterEntry, RejectedPoint};
 use super::stationary::{DISPLACEMENTS, SIZES, shortening};
-use super::{Number, Scores};
+use super::{ApproximatedValue, Scores};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, RowId};
-use crate::sao::trial::{Proposal as Record, Trial};
-use crate::sao::{Cycle, Method, Verdict};
+use crate::sao::trial::{AnalysedProposal, Trial};
+use crate::sao::{Cycle, Method, StepVerdict};
 use error::Result;
 
 /// A proposed design with its analysis.
@@ -23,7 +23,7 @@ pub(super) struct Examined {
 }
 
 /// Changes of the data of the run by a trial step, except for its points.
-pub(super) struct Changes {
+pub(super) struct DataChanges {
     scores: Scores,
     explorations: usize,
     widths: Vec<f64>,
@@ -48,8 +48,8 @@ enum RejectionChange {
 }
 
 impl AutomaticState {
-    pub(super) fn update(&mut self, changes: Changes) {
-        let Changes { scores, explorations, widths, filter, left, rejections, has_common_unit } = changes;
+    pub(super) fn update(&mut self, changes: DataChanges) {
+        let DataChanges { scores, explorations, widths, filter, left, rejections, has_common_unit } = changes;
         (self.scores, self.explorations, self.widths) = (scores, explorations, widths);
         self.has_common_unit = has_common_unit;
         self.left.extend(left);
@@ -69,7 +69,7 @@ impl AutomaticState {
     }
 }
 
-impl Situation<'_> {
+impl CycleContext<'_> {
     /// Analyses a proposal, decides about it, and differentiates it where that is wanted. A failure rejects it.
     pub(super) fn examine(&self, method: &Method, proposal: &Proposal) -> Examined {
         let mut analyzed = self.problem.analyze_design(&proposal.design);
@@ -100,22 +100,28 @@ impl Situation<'_> {
     pub(super) fn record(&self, method: &Method, proposal: &Proposal, examined: &Examined) -> Cycle {
         let Self { problem, state, .. } = self;
         let Proposal { region, at_limit, solution, .. } = proposal;
-        let record =
-            Record { data: self.data, region, solution, distance: 0.0, at_limit, analyzed: &examined.analyzed };
+        let record = AnalysedProposal {
+            data: self.data,
+            region,
+            solution,
+            distance: 0.0,
+            at_limit,
+            analyzed: &examined.analyzed,
+        };
         let from = (&state.design[..], &state.evaluation);
         let trial = Trial::new(problem, &method.screening, from, state.last_step.as_deref(), &record);
-        let verdict = if examined.decision == Decision::Rejected { Verdict::Reject } else { Verdict::Accept };
+        let verdict = if examined.decision == Decision::Rejected { StepVerdict::Reject } else { StepVerdict::Accept };
         let cycle =
             Cycle::new(problem, state.cycles() + 1, &self.factors(&self.memory.widths), &trial, verdict, &record);
         Cycle { is_displaced: cycle.accepted && proposal.purpose != Purpose::Improvement, ..cycle }
     }
 
     /// The changes by a trial step.
-    pub(super) fn changes(&self, proposal: &Proposal, examined: &Examined) -> Changes {
+    pub(super) fn changes(&self, proposal: &Proposal, examined: &Examined) -> DataChanges {
         let Examined { decision, analyzed, derivatives, missed } = examined;
         let (memory, purpose, analyzed) = (self.memory, proposal.purpose, analyzed.as_ref().ok());
         let is_accepted = *decision != Decision::Rejected;
-        let mut changes = Changes {
+        let mut changes = DataChanges {
             scores: memory.scores.clone(),
             explorations: self.explorations_after(purpose, is_accepted),
             widths: memory.widths.clone(),
@@ -155,14 +161,14 @@ impl Situation<'_> {
         widths.iter().zip(&self.units.lengths).map(|(w, l)| w / l).collect()
     }
 
-    fn step(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> Step {
+    fn step(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> TrialDecision {
         let evaluation = &analyzed.evaluation;
         let rows = self.here.rows.iter().map(|row| row.constraint);
         let weighted = proposal.solution.multipliers.iter().copied().zip(rows);
-        Step {
-            from: Merit { objective: self.state.evaluation.objective, violation: self.violation },
+        TrialDecision {
+            from: DesignMerit { objective: self.state.evaluation.objective, violation: self.violation },
             predicted: proposal.predicted,
-            to: Merit::new(evaluation.objective, &evaluation.violations(), &self.units),
+            to: DesignMerit::new(evaluation.objective, &evaluation.violations(), &self.units),
             restoration: proposal.restoration,
             objective_per_violation: self.units.objective_per_violation(weighted),
             objective_range: self.units.objective_range,
@@ -183,7 +189,7 @@ impl Situation<'_> {
             }
             Purpose::Curvature | Purpose::Flat | Purpose::Displacement => return Decision::Decrease,
         }
-        let filter = self.memory.filter.iter().map(|e| Merit::new(e.objective, &e.violations, &self.units));
+        let filter = self.memory.filter.iter().map(|e| DesignMerit::new(e.objective, &e.violations, &self.units));
         self.step(proposal, analyzed).decide(filter)
     }
 
@@ -193,7 +199,7 @@ impl Situation<'_> {
     }
 
     fn rejected(&self, analyzed: &AnalyzedDesign) -> RejectedPoint {
-        let value = |n: &Number| n.id.value(&analyzed.responses, &analyzed.evaluation);
+        let value = |n: &ApproximatedValue| n.id.value(&analyzed.responses, &analyzed.evaluation);
         RejectedPoint { design: analyzed.design.clone(), values: self.current().numbers.iter().map(value).collect() }
     }
 }

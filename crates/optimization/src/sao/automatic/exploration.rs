@@ -9,8 +9,8 @@ use super::candidates::AcceptedPoint;
 use super::lengths::spread;
 use super::numbers::find;
 use super::proposal::{Proposal, Purpose};
-use super::quasi_newton::{Pair, sr1};
-use super::situation::{Kind, Situation};
+use super::quasi_newton::{SecantPair, sr1};
+use super::situation::{CycleContext, Kind};
 use super::stationary::shortening;
 use crate::problem::{AnalyzedDesign, RowId};
 use crate::sao::Region;
@@ -57,8 +57,8 @@ const BENDS_DOWN: f64 = 0.1;
 const SWEEPS: usize = 12;
 
 /// The directions in which a design can move to first order, in lengths.
-struct Tangent<'a> {
-    situation: &'a Situation<'a>,
+struct TangentSpace<'a> {
+    situation: &'a CycleContext<'a>,
     /// Multipliers of the active rows, and the slope of the Lagrangian with them.
     multipliers: Vec<f64>,
     slope: Vec<f64>,
@@ -74,9 +74,9 @@ struct Tangent<'a> {
     binding: Vec<DVector<f64>>,
 }
 
-impl<'a> Tangent<'a> {
+impl<'a> TangentSpace<'a> {
     /// Changes of the objective up to `negligible` do not matter.
-    fn new(situation: &'a Situation<'a>, negligible: f64) -> Self {
+    fn new(situation: &'a CycleContext<'a>, negligible: f64) -> Self {
         let (design, lengths, here) = (&situation.state.design, &situation.units.lengths, &situation.here);
         let multipliers = here.balanced(situation.problem, design, lengths);
         let slope = here.lagrangian_slope(&multipliers);
@@ -132,14 +132,14 @@ impl<'a> Tangent<'a> {
     }
 
     /// The steps of the run and the changes of ∂L/∂b, in lengths.
-    fn pairs(&self) -> Vec<Pair> {
+    fn pairs(&self) -> Vec<SecantPair> {
         let mut pairs = self.situation.lagrangian_pairs(&self.weights);
         pairs.retain(|[step, _]| is_long(step));
         pairs
     }
 
     /// The pairs of [`Self::pairs`] along which the curvature represents that at the design.
-    fn local_pairs(&self) -> Vec<Pair> {
+    fn local_pairs(&self) -> Vec<SecantPair> {
         let steps =
             self.situation.lagrangian_steps(&self.weights).into_iter().zip(self.situation.memory.points.windows(2));
         steps.filter(|([step, _], ends)| is_long(step) && self.is_local(ends)).map(|(pair, _)| pair).collect()
@@ -188,7 +188,7 @@ impl<'a> Tangent<'a> {
     }
 
     /// The curvatures along orthonormal directions, as far as they are known. `None` before a step that shows a curvature.
-    fn curvatures(&self, known: &[DVector<f64>], pairs: &[Pair]) -> Option<DMatrix<f64>> {
+    fn curvatures(&self, known: &[DVector<f64>], pairs: &[SecantPair]) -> Option<DMatrix<f64>> {
         let n = self.situation.n();
         let is_explicit = self.weights.iter().all(|w| *w == 0.0);
         let of_numbers = if is_explicit { Some(DMatrix::zeros(n, n)) } else { sr1(pairs) };
@@ -202,7 +202,7 @@ impl<'a> Tangent<'a> {
     }
 
     /// The directions among orthonormal ones in which no step has shown a positive curvature.
-    fn flat(&self, known: &[DVector<f64>], pairs: &[Pair]) -> Option<Flat> {
+    fn flat(&self, known: &[DVector<f64>], pairs: &[SecantPair]) -> Option<Flat> {
         let curvatures = self.curvatures(known, pairs)?;
         let hidden = hidden_descent(&curvatures)
             .map(|(weights, curvature)| (combined(known, weights.iter().copied()), curvature));
@@ -246,7 +246,7 @@ impl<'a> Tangent<'a> {
         }
         if is_partly_unknown && explorations < MOST_UNKNOWN && !bends_down {
             // The change of the slope along a step is the next vector of its Krylov space.
-            let coupled = |[_, change]: &Pair| {
+            let coupled = |[_, change]: &SecantPair| {
                 let part = combined(&unknown, unknown.iter().map(|v| v.dot(change)));
                 (part.norm() > INDEPENDENT * change.norm()).then_some(part)
             };
@@ -268,7 +268,7 @@ impl<'a> Tangent<'a> {
 
     /// How much a step along a direction violates active rows that do not bind, in its first-order changes of them.
     fn violation(&self, direction: &DVector<f64>) -> f64 {
-        let Situation { here, units, .. } = self.situation;
+        let CycleContext { here, units, .. } = self.situation;
         let gradient = |i: usize| self.free(|j| here.jacobian[(i, j)] * units.lengths[j]);
         let change = |g: DVector<f64>| without(&g, &self.binding).dot(direction) / g.norm().max(f64::MIN_POSITIVE);
         let active = (0..here.c.len()).filter(|&i| !here.equality[i] && here.is_active(i, &units.lengths));
@@ -322,7 +322,7 @@ fn is_long(step: &DVector<f64>) -> bool {
 
 /// A direction with its components along known steps such that its curvature is not theirs: yᵀd = 0 for the change y of the
 /// gradient along each step.
-fn conjugate(direction: &DVector<f64>, pairs: &[Pair]) -> DVector<f64> {
+fn conjugate(direction: &DVector<f64>, pairs: &[SecantPair]) -> DVector<f64> {
     if pairs.is_empty() {
         return direction.clone();
     }
@@ -335,7 +335,7 @@ fn conjugate(direction: &DVector<f64>, pairs: &[Pair]) -> DVector<f64> {
     pairs.iter().zip(weights.iter()).fold(direction.clone(), |rest, ([step, _], &weight)| rest - step * weight)
 }
 
-impl Situation<'_> {
+impl CycleContext<'_> {
     /// A step along directions of unknown curvature, for a design that seems to be an optimum; `None` if there is none.
     ///
     /// A variable on which nothing ever depended to first order may be at a maximum. A curvature that no step has shown is a
@@ -347,7 +347,7 @@ impl Situation<'_> {
         if !self.is_flat_start() && (0..self.n()).any(|j| self.is_unknown(j)) {
             return Some(self.displacement(DISPLACEMENT, |j| self.is_unknown(j)));
         }
-        let tangent = Tangent::new(self, negligible);
+        let tangent = TangentSpace::new(self, negligible);
         let (lengths, widths) = (&self.units.lengths, &self.memory.widths);
         let descent = tangent.descent();
         let new = without(&descent, &tangent.steps(&tangent.normals, false));
@@ -494,7 +494,7 @@ impl Situation<'_> {
             upper_multipliers: vec![],
             iterations: 0,
             evaluations: nlp::Evaluations::default(),
-            status: nlp::Status::Relaxed,
+            status: nlp::ProgramStatus::Relaxed,
             relaxation: None,
             relaxed_rows: vec![],
             kkt: KktResidual::default(),

@@ -49,7 +49,7 @@ impl Linearized {
     }
 
     /// The largest |∂ĝ/∂b| of each constraint over its rows, for each variable.
-    pub fn slopes(&self, constraints: usize) -> Vec<Vec<f64>> {
+    pub fn largest_derivatives(&self, constraints: usize) -> Vec<Vec<f64>> {
         let n = self.slope.len();
         let mut slopes = vec![vec![0.0f64; n]; constraints];
         for (i, row) in self.rows.iter().enumerate() {
@@ -79,7 +79,7 @@ impl Linearized {
         let free: Vec<usize> = (0..b.len()).filter(|j| held.iter().all(|(k, _)| k != j)).collect();
         let active: Vec<usize> = (0..self.c.len()).filter(|&i| self.is_active(i, lengths)).collect();
         let equality: Vec<bool> = active.iter().map(|&i| self.equality[i]).collect();
-        let balance = |variables: &[usize], held: &[(usize, f64)]| {
+        let least_squares_multipliers = |variables: &[usize], held: &[(usize, f64)]| {
             let gradient = |k: usize, a: usize| {
                 let j = variables[k];
                 match active.get(a) {
@@ -91,10 +91,13 @@ impl Linearized {
             let slope: Vec<f64> = variables.iter().map(|&j| self.slope[j] * lengths[j]).collect();
             let equality = [&equality[..], &vec![false; held.len()]].concat();
             let mut multipliers = vec![0.0; self.c.len()];
-            active.iter().zip(nlp::balance(&slope, &gradients, &equality)).for_each(|(&i, λ)| multipliers[i] = λ);
+            active
+                .iter()
+                .zip(nlp::least_squares_multipliers(&slope, &gradients, &equality))
+                .for_each(|(&i, λ)| multipliers[i] = λ);
             multipliers
         };
-        let multipliers = balance(&free, &[]);
+        let multipliers = least_squares_multipliers(&free, &[]);
         let slope = self.lagrangian_slope(&multipliers);
         let leaves = |&(j, side): &(usize, f64)| {
             let is_fixed = problem.variables[j].upper - problem.variables[j].lower <= ACTIVE * lengths[j];
@@ -103,7 +106,7 @@ impl Linearized {
         if active.is_empty() || !held.iter().any(leaves) {
             return multipliers;
         }
-        balance(&(0..b.len()).collect::<Vec<_>>(), &held)
+        least_squares_multipliers(&(0..b.len()).collect::<Vec<_>>(), &held)
     }
 
     /// ∂(F + Σ λᵢ cᵢ)/∂b.

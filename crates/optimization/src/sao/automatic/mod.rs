@@ -38,10 +38,10 @@ mod stationary;
 mod subproblem;
 mod surrogate;
 
-pub use candidates::{AcceptedPoint, Candidate};
+pub use candidates::{AcceptedPoint, ApproximationKind};
 pub(in crate::sao) use cycle::Continuation;
 pub(in crate::sao) use lengths::spread;
-pub use numbers::{Number, NumberGroup, NumberId};
+pub use numbers::{ApproximatedValue, NumberGroup, NumberId};
 pub use selection::Scores;
 pub use state::{AutomaticState, FilterEntry, RejectedPoint};
 
@@ -49,7 +49,7 @@ use error::{Error, Result};
 
 /// Selection of approximations by their prediction errors, for problems of up to about a hundred variables: matrices are full.
 ///
-/// All [`Candidate`]s are exact in value and gradient at the current design. At every analysed design the error of each
+/// All [`ApproximationKind`]s are exact in value and gradient at the current design. At every analysed design the error of each
 /// is known without another analysis: for each response, the one with the least errors is used next. One candidate concerns
 /// the whole problem: linear responses with a BFGS matrix of the Lagrangian. The globalization does not depend on the
 /// candidate: a filter, a box whose size follows the prediction, restoration where linearized rows are incompatible, and a

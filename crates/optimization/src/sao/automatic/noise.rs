@@ -1,8 +1,8 @@
 //! Estimate of the noise of the analysis from trial steps.
 
 use super::candidates::AcceptedPoint;
-use super::numbers::{Number, find};
-use super::situation::Situation;
+use super::numbers::{ApproximatedValue, find};
+use super::situation::CycleContext;
 use super::state::RejectedPoint;
 
 /// Number of the last trial steps from which noise is estimated.
@@ -17,13 +17,13 @@ const ROUNDING: [f64; 2] = [1e-11, 1e-14];
 
 /// A trial step with the errors of linear predictions for the numbers of the current design, zero within rounding; `None` for those that
 /// were not known there.
-struct Trial {
+struct TrialErrors {
     /// Longest step of a variable in its length.
     size: f64,
     errors: Vec<Option<f64>>,
 }
 
-impl Situation<'_> {
+impl CycleContext<'_> {
     /// The noise of the analysis, relative to the largest known value of the number that shows it most; `None` without signs of noise.
     ///
     /// Along trial steps that become shorter the error of a linear prediction, |r(b) − r(b₀) − sᵀ(b − b₀)|, falls with the square of
@@ -56,7 +56,7 @@ impl Situation<'_> {
         known.fold(0.0, |a: f64, other| a.max(other.value.abs()))
     }
 
-    fn accepted_trials(&self, known: &[f64]) -> Vec<Trial> {
+    fn accepted_trials(&self, known: &[f64]) -> Vec<TrialErrors> {
         let numbers = &self.current().numbers;
         let trial = |ends: &[AcceptedPoint]| {
             let [from, to] = [&ends[0], &ends[1]];
@@ -69,7 +69,7 @@ impl Situation<'_> {
         self.memory.points.windows(2).map(trial).collect()
     }
 
-    fn rejected_trials(&self, known: &[f64]) -> Vec<Trial> {
+    fn rejected_trials(&self, known: &[f64]) -> Vec<TrialErrors> {
         let numbers = &self.current().numbers;
         let trial = |to: &RejectedPoint| {
             self.trial([&self.state.design, &to.design], |k| Some((&numbers[k], to.values[k])), known)
@@ -81,9 +81,9 @@ impl Situation<'_> {
     fn trial<'b>(
         &self,
         [from, to]: [&[f64]; 2],
-        values: impl Fn(usize) -> Option<(&'b Number, f64)>,
+        values: impl Fn(usize) -> Option<(&'b ApproximatedValue, f64)>,
         known: &[f64],
-    ) -> Trial {
+    ) -> TrialErrors {
         let step: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
         let size = step.iter().zip(&self.units.lengths).fold(0.0f64, |a, (s, l)| a.max((s / l).abs()));
         let error = |k: usize| {
@@ -94,7 +94,7 @@ impl Situation<'_> {
             let error = (value - number.value - change).abs();
             Some(if error > rounding { error } else { 0.0 })
         };
-        Trial { size, errors: (0..known.len()).map(error).collect() }
+        TrialErrors { size, errors: (0..known.len()).map(error).collect() }
     }
 }
 

@@ -61,7 +61,7 @@ impl NumberId {
 
 /// Value and gradient of a number at a design.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Number {
+pub struct ApproximatedValue {
     /// Identity.
     pub id: NumberId,
     /// Value.
@@ -76,7 +76,7 @@ pub(super) fn collect(
     design: &[f64],
     (responses, evaluation): (&Responses, &Evaluation),
     data: &CycleData,
-) -> Vec<Number> {
+) -> Vec<ApproximatedValue> {
     let CycleData { retained, sensitivities, peaks, .. } = data;
     let mut numbers = vec![];
     let objective = &problem.objective;
@@ -91,13 +91,13 @@ pub(super) fn collect(
         used.extend(problem.responses_of(&objective.quantity, 0));
     } else {
         let gradient = problem.total_derivative(objective.signed(), 0, design, responses, sensitivities);
-        numbers.push(Number { id: NumberId::Objective, value: evaluation.objective, gradient });
+        numbers.push(ApproximatedValue { id: NumberId::Objective, value: evaluation.objective, gradient });
     }
     used.sort_unstable();
     used.dedup();
     for at in used {
         let gradient = sensitivities.gradient(at).expect("every response of a retained quantity is differentiated");
-        numbers.push(Number { id: NumberId::Response(at), value: responses.at(at), gradient });
+        numbers.push(ApproximatedValue { id: NumberId::Response(at), value: responses.at(at), gradient });
     }
     for &row in retained.iter().filter(|row| !is_through_responses(row)) {
         let constraint = &problem.constraints[row.constraint];
@@ -108,14 +108,18 @@ pub(super) fn collect(
                 slope.into_iter().map(|s| s / constraint.scale).collect()
             }
         };
-        numbers.push(Number { id: NumberId::Row(row), value: evaluation.value_of(row), gradient });
+        numbers.push(ApproximatedValue { id: NumberId::Row(row), value: evaluation.value_of(row), gradient });
     }
     numbers.sort_unstable_by_key(|number| number.id);
     numbers
 }
 
 /// The number of this identity; for a peak in continuous time the nearest one of its constraint.
-pub(super) fn find<'a>(problem: &Problem, numbers: &'a [Number], id: NumberId) -> Option<&'a Number> {
+pub(super) fn find<'a>(
+    problem: &Problem,
+    numbers: &'a [ApproximatedValue],
+    id: NumberId,
+) -> Option<&'a ApproximatedValue> {
     if let Ok(k) = numbers.binary_search_by_key(&id, |number| number.id) {
         return Some(&numbers[k]);
     }

@@ -6,12 +6,12 @@ use super::linearized::Linearized;
 use super::numbers::{NumberGroup, collect, find};
 use super::proposal::Proposal;
 use super::selection::{Observation, ObservedLagrangian, discount};
-use super::situation::{Kind, Situation};
+use super::situation::{CycleContext, Kind};
 use super::surrogate::Surrogate;
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, RowId};
 
-impl Situation<'_> {
+impl CycleContext<'_> {
     /// Updates the scores by the prediction errors of all candidates at an analysed design, whose derivatives are known if it
     /// was accepted.
     pub(super) fn score(

@@ -1,6 +1,6 @@
 //! The proposal of a cycle: a design to be analysed, or the end of the run.
 
-use super::acceptance::Merit;
+use super::acceptance::DesignMerit;
 use crate::sao::{ActiveRow, Region, Status};
 use nlp::Solution;
 
@@ -12,7 +12,7 @@ pub(super) struct Proposal {
     pub solution: Solution,
     /// t*, if the linearized rows are incompatible.
     pub restoration: Option<f64>,
-    pub predicted: Merit,
+    pub predicted: DesignMerit,
     pub purpose: Purpose,
 }
 

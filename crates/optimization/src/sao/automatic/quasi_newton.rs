@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 /// A step and the change of the gradient along it, in variables divided by their lengths.
-pub(super) type Pair = [DVector<f64>; 2];
+pub(super) type SecantPair = [DVector<f64>; 2];
 
 /// Least ratio sᵀy / sᵀBs of the damped update.
 const DAMPING: f64 = 0.2;
@@ -11,7 +11,7 @@ const DAMPING: f64 = 0.2;
 const SKIP: f64 = 1e-6;
 
 /// sᵀy / sᵀs of the newest pair that `is_usable`.
-fn initial(pairs: &[Pair], is_usable: impl Fn(f64) -> bool) -> Option<DMatrix<f64>> {
+fn initial(pairs: &[SecantPair], is_usable: impl Fn(f64) -> bool) -> Option<DMatrix<f64>> {
     let θ = pairs.iter().rev().map(|[s, y]| s.dot(y) / s.norm_squared()).find(|&θ| θ.is_finite() && is_usable(θ))?;
     let n = pairs[0][0].len();
     Some(DMatrix::identity(n, n) * θ)
@@ -24,7 +24,7 @@ fn rank_one(b: &mut DMatrix<f64>, weight: f64, v: &DVector<f64>) {
 }
 
 /// B by BFGS updates, the oldest pair first; pairs with sᵀy ≤ 0 are skipped. `None` without such a pair.
-pub(super) fn bfgs(pairs: &[Pair]) -> Option<DMatrix<f64>> {
+pub(super) fn bfgs(pairs: &[SecantPair]) -> Option<DMatrix<f64>> {
     let mut b = initial(pairs, |θ| θ > 0.0)?;
     for [s, y] in pairs {
         let bs = &b * s;
@@ -42,7 +42,7 @@ pub(super) fn bfgs(pairs: &[Pair]) -> Option<DMatrix<f64>> {
 /// # Sources
 ///
 /// Powell (1978); Nocedal & Wright, *Numerical Optimization*, procedure 18.2.
-pub(super) fn damped_bfgs(pairs: &[Pair]) -> Option<DMatrix<f64>> {
+pub(super) fn damped_bfgs(pairs: &[SecantPair]) -> Option<DMatrix<f64>> {
     let mut b = initial(pairs, |θ| θ > 0.0)?;
     for [s, y] in pairs {
         let bs = &b * s;
@@ -63,7 +63,7 @@ pub(super) fn damped_bfgs(pairs: &[Pair]) -> Option<DMatrix<f64>> {
 /// # Sources
 ///
 /// Conn, Gould & Toint, *Math. Program.* 50 (1991) 177–195.
-pub(super) fn sr1(pairs: &[Pair]) -> Option<DMatrix<f64>> {
+pub(super) fn sr1(pairs: &[SecantPair]) -> Option<DMatrix<f64>> {
     let mut b = initial(pairs, |_| true)?;
     for [s, y] in pairs {
         let v = y - &b * s;
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     /// Pairs of a quadratic with an indefinite Hessian, along three independent steps.
-    fn pairs(h: &DMatrix<f64>) -> Vec<Pair> {
+    fn pairs(h: &DMatrix<f64>) -> Vec<SecantPair> {
         let steps = [[1.0, 0.2, -0.3], [0.1, 1.0, 0.5], [-0.4, 0.3, 1.0]];
         steps.iter().map(|s| DVector::from_column_slice(s)).map(|s| [s.clone(), h * s]).collect()
     }

@@ -69,7 +69,7 @@ pub(super) fn is_incompatible(least: f64, violation: f64) -> bool {
 }
 
 /// The largest first-order change of a violated row over the lengths, in units of the rows.
-pub(super) fn reach(here: &Linearized, units: &Units) -> f64 {
+pub(super) fn largest_first_order_change(here: &Linearized, units: &Units) -> f64 {
     let one = |i: usize| {
         let violation = if here.equality[i] { here.c[i].abs() } else { here.c[i] };
         let unit = units.rows[here.rows[i].constraint];

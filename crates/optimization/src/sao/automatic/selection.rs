@@ -1,7 +1,7 @@
 //! Selection of approximations by their prediction errors at analysed designs.
 
-use super::candidates::{Candidate, Model};
-use super::numbers::{Number, NumberGroup};
+use super::candidates::{ApproximationKind, FittedApproximation};
+use super::numbers::{ApproximatedValue, NumberGroup};
 use nlp::Gradients;
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,7 @@ const ROUNDING: f64 = 1e-12;
 /// half as much as the next.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Scores {
-    /// For each group of numbers, in order of [`Candidate::ALL`].
+    /// For each group of numbers, in order of [`ApproximationKind::ALL`].
     pub groups: Vec<(NumberGroup, [Option<f64>; 6])>,
     /// Of the Lagrangian by the chosen candidates.
     pub mixture: Option<f64>,
@@ -28,13 +28,15 @@ pub struct Scores {
 
 impl Scores {
     /// The candidate for a group: that of symmetric rank-one updates, unless another one is clearly better.
-    pub fn choose(&self, group: NumberGroup) -> Candidate {
-        let preferred = Candidate::Sr1;
+    pub fn choose(&self, group: NumberGroup) -> ApproximationKind {
+        let preferred = ApproximationKind::Sr1;
         let Ok(k) = self.groups.binary_search_by_key(&group, |(g, _)| *g) else { return preferred };
         // Until it has a score, the preferred candidate has that of the linear one.
-        let score =
-            |c: Candidate| self.groups[k].1[c as usize].unwrap_or(if c == preferred { 1.0 } else { f64::INFINITY });
-        let best = Candidate::ALL.into_iter().min_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(preferred);
+        let score = |c: ApproximationKind| {
+            self.groups[k].1[c as usize].unwrap_or(if c == preferred { 1.0 } else { f64::INFINITY })
+        };
+        let best =
+            ApproximationKind::ALL.into_iter().min_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(preferred);
         if score(best) < HYSTERESIS * score(preferred) { best } else { preferred }
     }
 
@@ -83,7 +85,7 @@ impl<'a> Observation<'a> {
     }
 
     /// Prediction error of a model of number `k`.
-    fn error(&self, k: usize, model: &Model) -> f64 {
+    fn error(&self, k: usize, model: &FittedApproximation) -> f64 {
         let (value, gradient) = &self.numbers[k];
         let off = (model.value(self.design) - value).abs();
         if gradient.is_empty() {
@@ -93,7 +95,7 @@ impl<'a> Observation<'a> {
     }
 
     /// Rounding error of a prediction of `number`.
-    fn noise(&self, number: &Number, origin: &[f64]) -> f64 {
+    fn noise(&self, number: &ApproximatedValue, origin: &[f64]) -> f64 {
         let change = |j: usize| (number.gradient[j] * (self.design[j] - origin[j])).abs();
         ROUNDING * (number.value.abs() + (0..origin.len()).map(change).sum::<f64>())
     }
@@ -104,15 +106,17 @@ impl<'a> Observation<'a> {
     pub fn quotients(
         &self,
         members: &[usize],
-        current: (&[Number], &[f64]),
-        fit: impl Fn(usize, Candidate) -> Option<Model>,
+        current: (&[ApproximatedValue], &[f64]),
+        fit: impl Fn(usize, ApproximationKind) -> Option<FittedApproximation>,
     ) -> [Option<f64>; 6] {
         let noise: f64 = members.iter().map(|&k| self.noise(&current.0[k], current.1)).sum();
-        let linear: Vec<f64> =
-            members.iter().map(|&k| fit(k, Candidate::Linear).map_or(0.0, |model| self.error(k, &model))).collect();
+        let linear: Vec<f64> = members
+            .iter()
+            .map(|&k| fit(k, ApproximationKind::Linear).map_or(0.0, |model| self.error(k, &model)))
+            .collect();
         let reference = linear.iter().sum::<f64>() + noise;
-        Candidate::ALL.map(|candidate| {
-            if candidate == Candidate::Linear {
+        ApproximationKind::ALL.map(|candidate| {
+            if candidate == ApproximationKind::Linear {
                 return Some(1.0);
             }
             let (mut sum, mut is_fitted, mut is_defined) = (noise, false, true);
@@ -172,11 +176,11 @@ mod tests {
     #[test]
     fn another_candidate_must_be_clearly_better() {
         let (group, mut scores) = (NumberGroup::Objective, Scores::default());
-        assert_eq!(scores.choose(group), Candidate::Sr1);
+        assert_eq!(scores.choose(group), ApproximationKind::Sr1);
         scores.update(group, [Some(1.0), Some(0.85), None, None, Some(1.0), None]);
-        assert_eq!(scores.choose(group), Candidate::Sr1);
+        assert_eq!(scores.choose(group), ApproximationKind::Sr1);
         scores.update(group, [Some(1.0), Some(0.1), None, None, Some(1.0), None]);
-        assert_eq!(scores.choose(group), Candidate::Diagonal);
+        assert_eq!(scores.choose(group), ApproximationKind::Diagonal);
     }
 
     #[test]

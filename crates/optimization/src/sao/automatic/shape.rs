@@ -23,7 +23,8 @@ impl AutomaticState {
         self.points.iter().try_for_each(|point| point.check(problem))?;
         let last = self.points.last().filter(|point| point.design == here.design);
         let expected = collect(problem, &here.design, (&here.responses, &here.evaluation), data);
-        let same = |numbers: &[super::Number]| numbers.iter().map(|a| a.id).eq(expected.iter().map(|b| b.id));
+        let same =
+            |numbers: &[super::ApproximatedValue]| numbers.iter().map(|a| a.id).eq(expected.iter().map(|b| b.id));
         require(last.is_some_and(|point| same(&point.numbers)), "the last stored design is not that of the state")?;
         self.filter.iter().try_for_each(|entry| length("violations", m, entry.violations.len()))?;
         self.left.iter().try_for_each(|violations| length("violations", m, violations.len()))?;

@@ -1,25 +1,25 @@
 //! Data at the beginning of a cycle: the current design, its derivatives, the stored designs, and surrogates from these.
 
-use super::candidates::{AcceptedPoint, Candidate, Model, Samples, gradient_changes};
+use super::candidates::{AcceptedPoint, ApproximationKind, FittedApproximation, Samples, gradient_changes};
 use super::convergence::{is_feasible, is_feasible_by_itself, largest_change};
 use super::lengths::Units;
 use super::linearized::Linearized;
-use super::quasi_newton::{Pair, damped_bfgs};
+use super::quasi_newton::{SecantPair, damped_bfgs};
 use super::surrogate::Surrogate;
 use super::{Automatic, AutomaticState};
 use crate::approximation::CycleData;
 use crate::problem::{Problem, RowId};
-use crate::sao::{Cycle, Region, State};
+use crate::sao::{Cycle, Region, RunState};
 use nalgebra::{DMatrix, DVector};
 
 /// Number of the last designs whose slopes show how much a row changes the objective.
 const RECENT: usize = 4;
 
 /// The current design with everything that a cycle derives from it.
-pub(super) struct Situation<'a> {
+pub(super) struct CycleContext<'a> {
     pub settings: &'a Automatic,
     pub problem: &'a Problem,
-    pub state: &'a State,
+    pub state: &'a RunState,
     pub data: &'a CycleData,
     pub memory: &'a AutomaticState,
     pub here: Linearized,
@@ -35,11 +35,11 @@ pub(super) enum Kind {
     Lagrangian,
 }
 
-impl<'a> Situation<'a> {
+impl<'a> CycleContext<'a> {
     pub(super) fn new(
         settings: &'a Automatic,
         problem: &'a Problem,
-        state: &'a State,
+        state: &'a RunState,
         data: &'a CycleData,
         memory: &'a AutomaticState,
     ) -> Self {
@@ -119,13 +119,13 @@ impl<'a> Situation<'a> {
     /// The surrogate of this kind at the current design; `None` for the Lagrangian before a step along which it has positive curvature.
     pub(super) fn surrogate(&self, kind: Kind) -> Option<Surrogate<'_>> {
         let numbers = &self.current().numbers;
-        let model = |k: usize| -> Model {
+        let model = |k: usize| -> FittedApproximation {
             let samples = self.samples(k);
             let candidate = match kind {
                 Kind::Mixture => self.memory.scores.choose(numbers[k].id.group()),
-                Kind::Linear | Kind::Lagrangian => Candidate::Linear,
+                Kind::Linear | Kind::Lagrangian => ApproximationKind::Linear,
             };
-            let fitted = samples.fit(candidate).or_else(|| samples.fit(Candidate::Linear));
+            let fitted = samples.fit(candidate).or_else(|| samples.fit(ApproximationKind::Linear));
             fitted.expect("a linear candidate needs the current gradient only")
         };
         let models = (0..numbers.len()).map(model).collect();
@@ -145,7 +145,7 @@ impl<'a> Situation<'a> {
     }
 
     /// The steps between the stored designs and the changes of ∂L/∂b along them, in lengths, with these weights of the numbers in L.
-    pub(super) fn lagrangian_steps(&self, weights: &[f64]) -> Vec<Pair> {
+    pub(super) fn lagrangian_steps(&self, weights: &[f64]) -> Vec<SecantPair> {
         let (n, points) = (self.n(), &self.memory.points);
         let mut changes = vec![vec![0.0; n]; points.len() - 1];
         for (number, weight) in self.current().numbers.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
@@ -163,7 +163,7 @@ impl<'a> Situation<'a> {
     }
 
     /// The pairs of [`Self::lagrangian_steps`] whose step is not zero.
-    pub(super) fn lagrangian_pairs(&self, weights: &[f64]) -> Vec<Pair> {
+    pub(super) fn lagrangian_pairs(&self, weights: &[f64]) -> Vec<SecantPair> {
         let mut pairs = self.lagrangian_steps(weights);
         pairs.retain(|[step, _]| step.norm() > 0.0);
         pairs

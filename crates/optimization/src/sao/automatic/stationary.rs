@@ -2,8 +2,8 @@
 
 use super::convergence::stalled;
 use super::proposal::{Next, Proposal};
-use super::restoration::{is_stationary, least_violation, reach};
-use super::situation::{Kind, Situation};
+use super::restoration::{is_stationary, largest_first_order_change, least_violation};
+use super::situation::{CycleContext, Kind};
 use crate::sao::Status;
 use error::Result;
 
@@ -33,7 +33,7 @@ pub(super) fn shortening(rejections: usize) -> f64 {
     SHORTER.powi((rejections % SIZES) as i32)
 }
 
-impl Situation<'_> {
+impl CycleContext<'_> {
     /// A displacement or the end if the violation is stationary within so many lengths; `None` if it is not.
     ///
     /// Rows are measured by their slopes over the lengths, which makes restorations independent of their scales. A row without slopes can
@@ -44,7 +44,7 @@ impl Situation<'_> {
         let region = self.sides(&widths);
         let design = &self.state.design;
         let least = least_violation(&self.here, &self.units, design, [&region.lower, &region.upper])?;
-        if !is_stationary(self.violation, least, reach(&self.here, &self.units)) {
+        if !is_stationary(self.violation, least, largest_first_order_change(&self.here, &self.units)) {
             return Ok(None);
         }
         if !self.memory.has_common_unit {

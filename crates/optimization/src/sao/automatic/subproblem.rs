@@ -1,8 +1,8 @@
 //! The solution of the approximate problem of a cycle.
 
-use super::acceptance::Merit;
+use super::acceptance::DesignMerit;
 use super::proposal::{Proposal, Purpose};
-use super::situation::Situation;
+use super::situation::CycleContext;
 use super::surrogate::{BoxedSurrogate, Surrogate};
 use crate::problem::RowId;
 use crate::sao::Region;
@@ -14,7 +14,7 @@ const AT_LIMIT: f64 = 1e-3;
 /// Largest part of a possible decrease of the violation that a restoration may leave, and with it of the way to a move limit.
 const LEFT: f64 = 0.01;
 
-impl Situation<'_> {
+impl CycleContext<'_> {
     /// The box of the next step, inside the domain of a surrogate.
     pub(super) fn domain(&self, surrogate: &Surrogate) -> Region {
         let mut region = self.sides(&self.memory.widths);
@@ -48,7 +48,7 @@ impl Situation<'_> {
         let program =
             BoxedSurrogate::new(surrogate, &widths, sides, &self.here.equality, relaxation.clone(), objective);
         let sqp = Sqp::default().with_curvature(Curvature::Absolute).with_iterations(self.settings.iterations)?;
-        let solver = nlp::Automatic::default().with_sqp(sqp);
+        let solver = nlp::AutoSolver::default().with_sqp(sqp);
         let found = solver.solve(&program, &vec![1.0; self.n()])?;
         let design: Vec<f64> = program
             .design(&found.x)
@@ -78,13 +78,13 @@ impl Situation<'_> {
     }
 
     /// The merit with these values of the objective and the retained rows.
-    pub(super) fn merit(&self, objective: f64, rows: &[f64]) -> Merit {
+    pub(super) fn merit(&self, objective: f64, rows: &[f64]) -> DesignMerit {
         let mut violations = vec![f64::NEG_INFINITY; self.problem.constraints.len()];
         for ((row, c), equality) in self.here.rows.iter().zip(rows).zip(&self.here.equality) {
             let v = &mut violations[row.constraint];
             *v = v.max(if *equality { c.abs() } else { *c });
         }
-        Merit::new(objective, &violations, &self.units)
+        DesignMerit::new(objective, &violations, &self.units)
     }
 
     /// Marks the variables that are at a move limit.

@@ -1,7 +1,7 @@
 //! The approximate problem of a cycle: objective and rows as functions of the chosen models.
 
-use super::candidates::Model;
-use super::numbers::{Number, NumberId};
+use super::candidates::FittedApproximation;
+use super::numbers::{ApproximatedValue, NumberId};
 use crate::approximation::CycleData;
 use crate::problem::{Problem, Responses, RowId, Sensitivities, SignedQuantity};
 use autodiff::{Dual, gradient};
@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use nlp::{Gradients, Program, Structure, Values};
 
 /// Dependence of the objective or of a row on the numbers.
-enum Form {
+enum RowForm {
     /// weight · number + constant − β · share, with the index of the number and of the design variable β.
     Affine { number: usize, weight: f64, constant: f64, bound: Option<(usize, f64)> },
     /// The explicit function of responses, design and time.
@@ -21,12 +21,12 @@ enum Form {
 pub(super) struct Surrogate<'a> {
     problem: &'a Problem,
     ids: Vec<NumberId>,
-    models: Vec<Model>,
+    models: Vec<FittedApproximation>,
     /// Responses at the current design, which hold the shape.
     responses: &'a Responses,
     rows: &'a [RowId],
-    forms: Vec<Form>,
-    objective: Form,
+    forms: Vec<RowForm>,
+    objective: RowForm,
     design: Vec<f64>,
     /// B of ½ sᵀBs, added to the objective.
     pub hessian: Option<DMatrix<f64>>,
@@ -44,27 +44,27 @@ impl<'a> Surrogate<'a> {
         problem: &'a Problem,
         (design, responses): (&[f64], &'a Responses),
         data: &'a CycleData,
-        numbers: &[Number],
-        models: Vec<Model>,
+        numbers: &[ApproximatedValue],
+        models: Vec<FittedApproximation>,
     ) -> Self {
         let ids: Vec<NumberId> = numbers.iter().map(|n| n.id).collect();
         let index = |id| ids.binary_search(&id).ok();
         let affine = |signed: SignedQuantity, p: usize, scale: f64, limit: f64| {
             let number = index(NumberId::Response(problem.response_at(signed.quantity.as_response()?, p)))?;
             let (weight, constant) = (signed.sign / scale, -limit / scale);
-            Some(Form::Affine { number, weight, constant, bound: signed.bound.map(|k| (k, 1.0 / scale)) })
+            Some(RowForm::Affine { number, weight, constant, bound: signed.bound.map(|k| (k, 1.0 / scale)) })
         };
         let row = |row: &RowId| {
             let constraint = &problem.constraints[row.constraint];
             if let Some(number) = index(NumberId::Row(*row)) {
-                return Form::Affine { number, weight: 1.0, constant: -1.0, bound: None };
+                return RowForm::Affine { number, weight: 1.0, constant: -1.0, bound: None };
             }
             affine(constraint.signed(), row.point, constraint.scale, constraint.signed_limit())
-                .unwrap_or(Form::Explicit)
+                .unwrap_or(RowForm::Explicit)
         };
         let objective = match index(NumberId::Objective) {
-            Some(number) => Form::Affine { number, weight: 1.0, constant: 0.0, bound: None },
-            None => affine(problem.objective.signed(), 0, 1.0, 0.0).unwrap_or(Form::Explicit),
+            Some(number) => RowForm::Affine { number, weight: 1.0, constant: 0.0, bound: None },
+            None => affine(problem.objective.signed(), 0, 1.0, 0.0).unwrap_or(RowForm::Explicit),
         };
         let forms = data.retained.iter().map(row).collect();
         let design = design.to_vec();
@@ -99,9 +99,9 @@ impl<'a> Surrogate<'a> {
     }
 
     fn structure(&self) -> Structure {
-        let is_affine = |form: &Form| match form {
-            Form::Affine { number, .. } => self.models[*number].is_linear(),
-            Form::Explicit => false,
+        let is_affine = |form: &RowForm| match form {
+            RowForm::Affine { number, .. } => self.models[*number].is_linear(),
+            RowForm::Explicit => false,
         };
         if !self.forms.iter().all(is_affine) {
             return Structure::Nonlinear;
@@ -120,7 +120,7 @@ impl<'a> Surrogate<'a> {
         }
     }
 
-    fn form(&self, i: Option<usize>) -> &Form {
+    fn form(&self, i: Option<usize>) -> &RowForm {
         i.map_or(&self.objective, |i| &self.forms[i])
     }
 
@@ -130,7 +130,7 @@ impl<'a> Surrogate<'a> {
     }
 
     fn has_explicit_forms(&self) -> bool {
-        self.functions().any(|i| matches!(self.form(i), Form::Explicit))
+        self.functions().any(|i| matches!(self.form(i), RowForm::Explicit))
     }
 
     fn responses(&self, values: &[f64]) -> Responses {
@@ -171,10 +171,10 @@ impl<'a> Surrogate<'a> {
         let numbers: Vec<f64> = self.models.iter().map(|m| m.value(b)).collect();
         let responses = self.has_explicit_forms().then(|| self.responses(&numbers));
         let value = |i: Option<usize>| match self.form(i) {
-            Form::Affine { number, weight, constant, bound } => {
+            RowForm::Affine { number, weight, constant, bound } => {
                 weight * numbers[*number] + constant - bound.map_or(0.0, |(k, share)| share * b[k])
             }
-            Form::Explicit => {
+            RowForm::Explicit => {
                 let ((signed, p), (limit, scale)) = (self.signed(i), self.normalization(i));
                 let responses = responses.as_ref().expect("there is an explicit form");
                 let read = |h, p| responses.at(self.problem.response_at(h, p));
@@ -195,12 +195,12 @@ impl<'a> Surrogate<'a> {
         let analysis = self.has_explicit_forms().then(|| self.analysis(&numbers, &gradients));
         let slope = |i: Option<usize>| -> Vec<f64> {
             match self.form(i) {
-                Form::Affine { number, weight, bound, .. } => {
+                RowForm::Affine { number, weight, bound, .. } => {
                     let mut slope: Vec<f64> = gradients[*number].iter().map(|g| weight * g).collect();
                     bound.iter().for_each(|(k, share)| slope[*k] -= share);
                     slope
                 }
-                Form::Explicit => {
+                RowForm::Explicit => {
                     let ((signed, p), (_, scale)) = (self.signed(i), self.normalization(i));
                     let ModelAnalysis { responses, sensitivities } =
                         analysis.as_ref().expect("there is an explicit form");
@@ -230,8 +230,8 @@ impl<'a> Surrogate<'a> {
         let mut explicit = vec![];
         for i in self.functions().filter(|&i| factor(i) != 0.0) {
             match self.form(i) {
-                Form::Affine { number, weight, .. } => weights[*number] += factor(i) * weight,
-                Form::Explicit => explicit.push(i),
+                RowForm::Affine { number, weight, .. } => weights[*number] += factor(i) * weight,
+                RowForm::Explicit => explicit.push(i),
             }
         }
         for (model, weight) in self.models.iter().zip(&weights).filter(|(_, w)| **w != 0.0) {
@@ -265,8 +265,8 @@ impl<'a> Surrogate<'a> {
         let factor = |i: Option<usize>| i.map_or(1.0, |i| multipliers[i]);
         for i in self.functions().filter(|&i| factor(i) != 0.0) {
             match self.form(i) {
-                Form::Affine { number, weight, .. } => weights[*number] += factor(i) * weight,
-                Form::Explicit => {
+                RowForm::Affine { number, weight, .. } => weights[*number] += factor(i) * weight,
+                RowForm::Explicit => {
                     let ((signed, p), (_, scale)) = (self.signed(i), self.normalization(i));
                     let used = self.problem.responses_of(signed.quantity, p);
                     let place = |h, p| {

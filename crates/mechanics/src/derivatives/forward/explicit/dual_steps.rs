@@ -16,7 +16,7 @@ use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::propagation::{Schedule, StepConsumer, StepSource, propagate};
 use crate::derivatives::seeding::{set_values, take_values};
 use crate::diagnostics::check_finite;
-use crate::elements::element::{ElementState, ElementWorkspace, Sides};
+use crate::elements::element::{ElementState, ElementWorkspace, SwitchSides};
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::simultaneous_switches;
 use crate::events::settling::triggered_events;
@@ -283,7 +283,7 @@ where
         for instance in &self.mechanism.elements {
             gather(instance, &self.end, &mut self.workspace);
             let local = self.workspace.local(self.end.t);
-            let local = ElementState { p: &instance.parameters, sides: Sides::default(), ..local };
+            let local = ElementState { p: &instance.parameters, sides: SwitchSides::default(), ..local };
             T::switching_functions(instance.element.as_ref(), &local, &mut values);
         }
         values[k]

@@ -80,7 +80,7 @@ impl NystromWeights {
 pub(crate) struct StepDerivatives<const W: usize> {
     /// Beginning and end of the step in s.
     t: [f64; 2],
-    ends: [Ends<W>; 2],
+    ends: [EndDerivatives<W>; 2],
     /// Accelerations, slot by slot for each coordinate; those of prescribed ones stay zero.
     pub accelerations: Vec<Slots<W>>,
     started: bool,
@@ -91,12 +91,12 @@ type Slots<const W: usize> = [Gradient<W>; SLOTS + 1];
 
 /// Derivatives at one end of a step.
 #[derive(Clone)]
-struct Ends<const W: usize> {
+struct EndDerivatives<const W: usize> {
     q: Vec<Gradient<W>>,
     v: Vec<Gradient<W>>,
 }
 
-impl<const W: usize> Ends<W> {
+impl<const W: usize> EndDerivatives<W> {
     /// Writes all positions, then all velocities.
     fn write(&self, y: &mut [Gradient<W>]) {
         let (positions, velocities) = y.split_at_mut(self.q.len());
@@ -109,7 +109,7 @@ impl<const W: usize> StepDerivatives<W> {
     /// Derivatives at the time `t` (s), where all positions and then all velocities have the derivatives `start`.
     pub fn new(t: f64, start: &[Gradient<W>]) -> Self {
         let n = start.len() / 2;
-        let end = Ends { q: start[..n].to_vec(), v: start[n..].to_vec() };
+        let end = EndDerivatives { q: start[..n].to_vec(), v: start[n..].to_vec() };
         let accelerations = vec![[[0.0; W]; SLOTS + 1]; n];
         Self { t: [t; 2], ends: [end.clone(), end], accelerations, started: false }
     }
@@ -125,7 +125,7 @@ impl<const W: usize> StepDerivatives<W> {
 
     /// Stores the derivatives at the end of the step: all positions, then all velocities.
     pub fn finish(&mut self, y: &[Gradient<W>]) {
-        let Ends { q, v } = &mut self.ends[1];
+        let EndDerivatives { q, v } = &mut self.ends[1];
         let (positions, velocities) = y.split_at(q.len());
         q.copy_from_slice(positions);
         v.copy_from_slice(velocities);

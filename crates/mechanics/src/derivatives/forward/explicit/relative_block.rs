@@ -28,7 +28,7 @@ use crate::mechanism::scalars::Dual8;
 use crate::system::Unknown;
 use crate::system::modes::Modes;
 use crate::system::state::State;
-use crate::tree::articulated::SolveWorkspace;
+use crate::tree::articulated::ArticulatedWorkspace;
 use crate::tree::linearize::{Directions, TreeGradients, TreeLinearization};
 use crate::tree::{Tree, TreeDynamics};
 use autodiff::WIDTH;
@@ -207,7 +207,7 @@ struct RelativeBlock<'m, const W: usize> {
     /// Rows of the joints, which the accelerations make zero.
     joint_rows: Vec<Gradient<W>>,
     reactions: Vec<Gradient<W>>,
-    work: SolveWorkspace<W>,
+    work: ArticulatedWorkspace<W>,
     is_dense: bool,
     /// Of the outputs, by time, output and design variable.
     derivatives: Vec<f64>,
@@ -250,7 +250,7 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
             accelerations: vec![zero; count],
             joint_rows: vec![zero; count],
             reactions: vec![zero; plan.multipliers.len()],
-            work: SolveWorkspace::default(),
+            work: ArticulatedWorkspace::default(),
             is_dense: false,
             derivatives: Vec::with_capacity(times * outputs * W),
         }
@@ -311,7 +311,7 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
             outputs.prescribe(&self.plan.moving, record.t, c, &mut self.sources);
         }
         self.sweep(stages, slot, false);
-        dispatch(Solution { block: self, record });
+        dispatch(AccelerationSolve { block: self, record });
     }
 
     /// Derivatives of the accelerations of all coordinates, and of the reactions, at the stage for outputs.
@@ -386,12 +386,12 @@ impl<const W: usize> WideKernel for Inwards<'_, '_, W> {
 }
 
 /// The solution A δv̇ = −δr.
-struct Solution<'a, 'm, const W: usize> {
+struct AccelerationSolve<'a, 'm, const W: usize> {
     block: &'a mut RelativeBlock<'m, W>,
     record: &'a RelativeStageRecord,
 }
 
-impl<const W: usize> Kernel for Solution<'_, '_, W> {
+impl<const W: usize> Kernel for AccelerationSolve<'_, '_, W> {
     #[inline(always)]
     fn run(self) {
         let RelativeBlock { plan, accelerations, joint_rows, work, .. } = self.block;

@@ -23,7 +23,7 @@ use crate::system::System;
 use crate::system::outputs::Sampler;
 use crate::system::state::State;
 use crate::tree::Tree;
-use crate::tree::articulated::SolveWorkspace;
+use crate::tree::articulated::ArticulatedWorkspace;
 use crate::tree::dynamics::{ProjectionRecord, TreeResidual};
 
 /// Smallest product of joint coordinates, mechanisms and derivatives of each for which threads are faster.
@@ -46,7 +46,7 @@ where
     let steps = |mechanism| RelativeSteps::new((plain, mechanism), tree, &mut rhs.system, method, begin, times.len());
     let mut consumers = mechanisms.iter().map(steps).collect::<Result<Vec<_>>>()?;
     let recorder = OutputRecorder::new(plain, times.len());
-    let mut source = RecordedSteps { mechanism: plain, steps: ExplicitSteps::new(driver, times), recorder };
+    let mut source = RecordedTreeSteps { mechanism: plain, steps: ExplicitSteps::new(driver, times), recorder };
     let is_parallel = tree.count * mechanisms.len() * L >= WORTH_THREADS && mechanisms.len() > 1;
     propagate(&mut source, &mut consumers, if is_parallel { Schedule::Parallel } else { Schedule::Sequential })?;
     let derivatives = consumers.into_iter().map(|steps| steps.derivatives).collect();
@@ -55,29 +55,29 @@ where
 }
 
 /// The explicit steps of a mechanism, whose outputs are recorded.
-struct RecordedSteps<'m> {
+struct RecordedTreeSteps<'m> {
     mechanism: &'m Mechanism<f64>,
     steps: ExplicitSteps<'m, MechanismRhs<'m>>,
     recorder: OutputRecorder,
 }
 
-impl RecordedSteps<'_> {
+impl RecordedTreeSteps<'_> {
     /// The recorded stages of the step.
     fn stages(&mut self) -> &mut Option<Vec<RelativeStageRecord>> {
         &mut self.steps.driver.stepper.rhs.relative.as_mut().expect("the coordinates are relative").stages
     }
 }
 
-impl StepSource for RecordedSteps<'_> {
-    type Block = RecordedStep;
+impl StepSource for RecordedTreeSteps<'_> {
+    type Block = RecordedTreeStep;
 
-    fn block(&mut self) -> RecordedStep {
+    fn block(&mut self) -> RecordedTreeStep {
         let relative = self.steps.driver.stepper.rhs.relative.as_ref().expect("the coordinates are relative");
-        RecordedStep { event: StepEvent::Start, stages: None, projection: relative.projection.clone() }
+        RecordedTreeStep { event: StepEvent::Start, stages: None, projection: relative.projection.clone() }
     }
 
     /// Fills the block with one step, or with the state at one output time.
-    fn fill(&mut self, step: &mut RecordedStep) -> Result<bool> {
+    fn fill(&mut self, step: &mut RecordedTreeStep) -> Result<bool> {
         if step.stages.is_some() {
             *self.stages() = step.stages.take();
         }
@@ -95,7 +95,7 @@ impl StepSource for RecordedSteps<'_> {
 }
 
 /// The stages of a step.
-struct RecordedStep {
+struct RecordedTreeStep {
     event: StepEvent,
     /// Evaluations of the accelerations, moved here from the equations while derivatives are computed.
     stages: Option<Vec<RelativeStageRecord>>,
@@ -125,7 +125,7 @@ struct RelativeSteps<'m, T, const L: usize> {
     accelerations: Vec<T>,
     rows: Vec<T>,
     changes: Vec<[f64; L]>,
-    work: SolveWorkspace<L>,
+    work: ArticulatedWorkspace<L>,
     sampler: Sampler<T>,
     outputs: Vec<T>,
     /// Of the outputs, by time, output and design variable.
@@ -195,7 +195,7 @@ where
             accelerations: vec![zero; count],
             rows: vec![zero; count + tree.cuts.len()],
             changes: vec![[0.0; L]; count + tree.cuts.len()],
-            work: SolveWorkspace::default(),
+            work: ArticulatedWorkspace::default(),
             sampler: Sampler::new(mechanism),
             outputs: Vec::new(),
             derivatives: Vec::with_capacity(times * mechanism.outputs.len() * L),
@@ -305,11 +305,11 @@ where
     }
 }
 
-impl<T: DerivativeScalar<L>, const L: usize> StepConsumer<RecordedStep> for RelativeSteps<'_, T, L>
+impl<T: DerivativeScalar<L>, const L: usize> StepConsumer<RecordedTreeStep> for RelativeSteps<'_, T, L>
 where
     Jet2<T>: ElementScalar,
 {
-    fn propagate(&mut self, step: &RecordedStep) -> Result<()> {
+    fn propagate(&mut self, step: &RecordedTreeStep) -> Result<()> {
         let stages = step.stages.as_ref().expect("the stages are here while derivatives are computed");
         match step.event {
             StepEvent::Start => {

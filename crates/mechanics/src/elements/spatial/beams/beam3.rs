@@ -3,9 +3,9 @@
 use crate::elements::beams::Shear;
 use crate::elements::beams::section::Deflection;
 use crate::elements::spatial::beams::section3::BeamSection3;
-use crate::elements::spatial::line3::{Ends, check_ends, ends3};
+use crate::elements::spatial::line3::{MarkerPair, check_ends, ends3};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
-use crate::mechanism::frame3::Placed;
+use crate::mechanism::frame3::PlacedMarker;
 use crate::mechanism::rotation::{
     Rotation, e_times, e_transposed_times, matrix, rotation_vector, square, torque_of_rotation_vector,
 };
@@ -96,7 +96,7 @@ impl<T: Scalar> Beam3Inputs<'_, T> {
 
 /// Strains and stress resultants of an element half way.
 struct Resultants<T> {
-    ends: Ends<T>,
+    ends: MarkerPair<T>,
     /// Orientation of the first section.
     first: Rotation<T>,
     /// Unit Euler parameters of both sections, with a positive product, and their sum.
@@ -114,7 +114,7 @@ struct Resultants<T> {
 
 impl<T: Scalar> Resultants<T> {
     fn of(x: &ElementState<'_, T>) -> Self {
-        let (ends, p) = (Ends::of(x), Beam3Inputs(x.p));
+        let (ends, p) = (MarkerPair::of(x), Beam3Inputs(x.p));
         let [first, second] = ends.orientations(x);
         let (a, mut b) = (first.parameters(), second.parameters());
         if (0..4).map(|k| a[k].re() * b[k].re()).sum::<f64>() < 0.0 {
@@ -138,7 +138,7 @@ impl<T: Scalar> Resultants<T> {
 
     /// Adds the elastic forces to the rows: the gradient of the strain energy.
     fn add_forces(&self, dynamics: &mut [T]) {
-        let Ends { a, b } = &self.ends;
+        let MarkerPair { a, b } = &self.ends;
         let force = Rotation::euler_parameters(self.sum).rotate(self.end_force);
         a.frame.add_force(dynamics, a.lever, force.map(|f| -f));
         b.frame.add_force(dynamics, b.lever, force);
@@ -152,7 +152,7 @@ impl<T: Scalar> Resultants<T> {
 }
 
 /// Torque of the rotary inertia `j` of a section, in world axes.
-fn rotary<T: Scalar>(x: &ElementState<'_, T>, section: &Placed<T>, j: [T; 3]) -> [T; 3] {
+fn rotary<T: Scalar>(x: &ElementState<'_, T>, section: &PlacedMarker<T>, j: [T; 3]) -> [T; 3] {
     let times = |w: [T; 3]| [0, 1, 2].map(|k| j[k] * w[k]);
     let omega = section.components(section.frame.angular_velocity(x));
     let alpha = section.components(section.frame.angular_acceleration(x));
@@ -163,7 +163,7 @@ impl Element for Beam3 {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
         let (p, resultants) = (Beam3Inputs(x.p), Resultants::of(x));
         resultants.add_forces(dynamics);
-        let Ends { a, b } = &resultants.ends;
+        let MarkerPair { a, b } = &resultants.ends;
         let mass = p.length() * p.mass() * (1.0 / 6.0);
         let [one, two] = [a, b].map(|end| subtract(end.frame.acceleration(x, end.lever), p.gravity()));
         a.frame.add_force(dynamics, a.lever, scaled(add(add(one, one), two), mass));
@@ -184,11 +184,11 @@ impl Element for Beam3 {
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
         let (p, resultants) = (Beam3Inputs(x.p), Resultants::of(x));
-        let Ends { a, b } = &resultants.ends;
+        let MarkerPair { a, b } = &resultants.ends;
         let length = p.length();
         let [v, w] = [a, b].map(|end| end.frame.velocity(x, end.lever));
         let translation = p.mass() * length * (dot(v, v) + dot(v, w) + dot(w, w)) * (1.0 / 6.0);
-        let spin = |end: &Placed<T>| {
+        let spin = |end: &PlacedMarker<T>| {
             let omega = end.components(end.frame.angular_velocity(x));
             (0..3).map(|k| p.half_inertia()[k] * omega[k] * omega[k]).sum::<T>() * 0.5
         };

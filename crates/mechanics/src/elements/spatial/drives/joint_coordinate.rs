@@ -2,7 +2,7 @@
 
 use crate::as_object;
 use crate::element_inputs;
-use crate::elements::spatial::line3::{Ends, Line3, check_ends, ends3, without_direction3};
+use crate::elements::spatial::line3::{Line3, MarkerPair, check_ends, ends3, without_direction3};
 use crate::mechanism::element::{AnyElement, Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::vector::{cross, dot, scaled, subtract};
 use crate::mechanism::{Coordinate, Marker3, Mechanism};
@@ -51,18 +51,18 @@ pub static ANGLE: ElementDescriptor = ElementDescriptor {
 };
 
 /// Sine and cosine of the angle of a joint, each times the length of x of B in the plane normal to z of A.
-fn sine_cosine<T: Scalar>(ends: &Ends<T>) -> (T, T) {
+fn sine_cosine<T: Scalar>(ends: &MarkerPair<T>) -> (T, T) {
     (dot(ends.a.axes[1], ends.b.axes[0]), dot(ends.a.axes[0], ends.b.axes[0]))
 }
 
 fn angle<T: Scalar>(x: &ElementState<'_, T>) -> T {
-    let (sin, cos) = sine_cosine(&Ends::of(x));
+    let (sin, cos) = sine_cosine(&MarkerPair::of(x));
     sin.atan2(cos)
 }
 
 impl Element for JointAngle {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
-        let (ends, l) = (Ends::of(x), x.l[0]);
+        let (ends, l) = (MarkerPair::of(x), x.l[0]);
         let (s, c) = sine_cosine(&ends);
         let (sin, cos) = x.q[COORDINATE].sin_cos();
         constraint[0] = (s * cos - c * sin).atan2(c * cos + s * sin);
@@ -90,7 +90,7 @@ impl Element for JointAngle {
     }
 
     fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
-        let (s, c) = sine_cosine(&Ends::of(x));
+        let (s, c) = sine_cosine(&MarkerPair::of(x));
         (s == 0.0 && c == 0.0).then(|| "x of b is along z of a, so that it has no angle".to_owned())
     }
 }
@@ -117,13 +117,13 @@ pub static DISPLACEMENT: ElementDescriptor = ElementDescriptor {
 };
 
 fn displacement<T: Scalar>(x: &ElementState<'_, T>) -> T {
-    let ends = Ends::of(x);
+    let ends = MarkerPair::of(x);
     dot(ends.a.axes[2], ends.gap())
 }
 
 impl Element for JointDisplacement {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
-        let (ends, l) = (Ends::of(x), x.l[0]);
+        let (ends, l) = (MarkerPair::of(x), x.l[0]);
         let z = ends.a.axes[2];
         constraint[0] = dot(z, ends.gap()) - x.q[COORDINATE];
         ends.apply_at_b(scaled(z, -l), dynamics);

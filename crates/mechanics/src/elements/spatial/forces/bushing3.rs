@@ -1,6 +1,6 @@
 //! A bushing in space: an elastic connection of two markers.
 
-use crate::elements::spatial::line3::{Ends, check_ends, ends3};
+use crate::elements::spatial::line3::{MarkerPair, check_ends, ends3};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::rotation::{rotation_vector, torque_of_rotation_vector};
 use crate::mechanism::vector::{add, cross, norm, subtract};
@@ -75,8 +75,8 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 const DOUBTFUL: f64 = 0.9 * std::f64::consts::PI;
 
 /// Displacement and rotation of a bushing and their rates, along the axes of the marker A.
-struct Deformation<T> {
-    ends: Ends<T>,
+struct Deformation3<T> {
+    ends: MarkerPair<T>,
     gap: [T; 3],
     rotation: [T; 3],
 }
@@ -90,9 +90,9 @@ fn times<T: Scalar>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [0, 1, 2].map(|k| a[k] * b[k])
 }
 
-impl<T: Scalar> Deformation<T> {
+impl<T: Scalar> Deformation3<T> {
     fn of(x: &ElementState<'_, T>) -> Self {
-        let ends = Ends::of(x);
+        let ends = MarkerPair::of(x);
         let gap = ends.a.components(ends.gap());
         let [a, b] = ends.orientations(x);
         let rotation = rotation_vector(&a.inverse().then(b).parameters());
@@ -114,7 +114,7 @@ impl<T: Scalar> Deformation<T> {
 
 impl Element for Bushing3 {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
-        let deformation = Deformation::of(x);
+        let deformation = Deformation3::of(x);
         let [force, torque] = deformation.loads(x).map(|load| deformation.ends.a.world(load).map(|x| -x));
         deformation.ends.apply_at_b(force, dynamics);
         deformation.ends.apply_torque(torque, dynamics);
@@ -125,11 +125,11 @@ impl Element for Bushing3 {
     }
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
-        out.copy_from_slice(Deformation::of(x).loads(x).as_flattened());
+        out.copy_from_slice(Deformation3::of(x).loads(x).as_flattened());
     }
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
-        let Deformation { gap, rotation, .. } = Deformation::of(x);
+        let Deformation3 { gap, rotation, .. } = Deformation3::of(x);
         let squares = |k: [T; 3], u: [T; 3]| times(k, times(u, u)).into_iter().sum::<T>() * 0.5;
         Energy { kinetic: T::zero(), potential: squares(triple(x.p, 0), gap) + squares(triple(x.p, 3), rotation) }
     }
@@ -140,7 +140,7 @@ impl Element for Bushing3 {
 
     fn warn_of_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
         let stiffness = triple(x.p, 3);
-        let angle = norm(Deformation::of(x).rotation);
+        let angle = norm(Deformation3::of(x).rotation);
         (angle > DOUBTFUL && stiffness != [0.0; 3]).then(|| {
             format!(
                 "b is turned by {:.0}° against a: at half a turn the torque jumps. Use a joint with an angle and a `coordinate-spring`",

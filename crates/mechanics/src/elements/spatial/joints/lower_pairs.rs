@@ -1,19 +1,20 @@
 //! Joints in space between surfaces: revolute, prismatic, cylindrical, planar and fixed.
 
-use crate::elements::spatial::joints::rows::{self, COINCIDENT, Row, TRANSLATIONS, X, Y, Z, spatial_joint};
+use crate::elements::spatial::joints::rows::{self, COINCIDENT, ConstraintRow, TRANSLATIONS, X, Y, Z, spatial_joint};
 use crate::elements::spatial::line3::{check_ends, ends3};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Symbol};
 use crate::mechanism::{ElementIndex, Marker3, Mechanism};
 use autodiff::Scalar;
 
 /// The axes z of A and B are parallel.
-const PARALLEL: [Row; 2] = [Row::Perpendicular(X, Z), Row::Perpendicular(Y, Z)];
+const PARALLEL: [ConstraintRow; 2] = [ConstraintRow::Perpendicular(X, Z), ConstraintRow::Perpendicular(Y, Z)];
 
 /// The axes of A and B are the same.
-const SAME_AXES: [Row; 3] = [Row::Perpendicular(X, Y), Row::Perpendicular(Y, Z), Row::Perpendicular(Z, X)];
+const SAME_AXES: [ConstraintRow; 3] =
+    [ConstraintRow::Perpendicular(X, Y), ConstraintRow::Perpendicular(Y, Z), ConstraintRow::Perpendicular(Z, X)];
 
 /// The point B lies on the axis z of A.
-const ON_AXIS: [Row; 2] = [Row::InPlane(X), Row::InPlane(Y)];
+const ON_AXIS: [ConstraintRow; 2] = [ConstraintRow::InPlane(X), ConstraintRow::InPlane(Y)];
 
 spatial_joint! {
     /// A revolute joint in space: the points A and B coincide, and the body of B turns about the common axis z.
@@ -72,7 +73,7 @@ spatial_joint! {
     /// # Sources
     /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 9.4.
     Planar, "planar", "a flat contact of faces: b slides in the plane normal to z of a and turns about z", "z_a·(r_b − r_a) = 0, z_a ∥ z_b", Symbol::None,
-    rows: [PARALLEL[0], PARALLEL[1], Row::InPlane(Z)], aligned: [Z], linear: &[],
+    rows: [PARALLEL[0], PARALLEL[1], ConstraintRow::InPlane(Z)], aligned: [Z], linear: &[],
     /// Keeps the marker `b` in the plane through `a` normal to its axis z, with parallel axes z.
     planar_joint, PLANAR
 }

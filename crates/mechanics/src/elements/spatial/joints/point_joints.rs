@@ -1,6 +1,6 @@
 //! Joints in space of points: spherical, universal and constant-velocity joints, points on lines and planes.
 
-use crate::elements::spatial::joints::rows::{self, COINCIDENT, Row, TRANSLATIONS, X, Y, Z, spatial_joint};
+use crate::elements::spatial::joints::rows::{self, COINCIDENT, ConstraintRow, TRANSLATIONS, X, Y, Z, spatial_joint};
 use crate::elements::spatial::line3::{check_ends, ends3};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Symbol};
 use crate::mechanism::{ElementIndex, Marker3, Mechanism};
@@ -29,7 +29,7 @@ spatial_joint! {
     /// Nikravesh, *Computer-Aided Analysis of Mechanical Systems* (1988), Section 7.2.
     Universal, "universal", "a Cardan joint: the points coincide and the axes z, those of the cross, are perpendicular", "r_a = r_b, z_a·z_b = 0",
     Symbol::Pin,
-    rows: [COINCIDENT[0], COINCIDENT[1], COINCIDENT[2], Row::Perpendicular(Z, Z)], aligned: [], linear: TRANSLATIONS,
+    rows: [COINCIDENT[0], COINCIDENT[1], COINCIDENT[2], ConstraintRow::Perpendicular(Z, Z)], aligned: [], linear: TRANSLATIONS,
     /// Joins two markers by a universal joint whose cross has the axes z of `a` and `b`.
     universal, UNIVERSAL
 }
@@ -48,7 +48,7 @@ spatial_joint! {
     ConstantVelocity, "constant-velocity",
     "a homokinetic joint: the points coincide, and the shafts along z turn at the same rate at every angle between them",
     "r_a = r_b, x_a·y_b = y_a·x_b", Symbol::Pin,
-    rows: [COINCIDENT[0], COINCIDENT[1], COINCIDENT[2], Row::Untwisted], aligned: [], linear: TRANSLATIONS,
+    rows: [COINCIDENT[0], COINCIDENT[1], COINCIDENT[2], ConstraintRow::Untwisted], aligned: [], linear: TRANSLATIONS,
     /// Joins two shafts along the axes z of `a` and `b` by a constant-velocity joint.
     constant_velocity, CONSTANT_VELOCITY
 }
@@ -59,7 +59,7 @@ spatial_joint! {
     /// # Sources
     /// Nikravesh, *Computer-Aided Analysis of Mechanical Systems* (1988), Section 7.2.
     PointOnLine3, "point-on-line", "the point of b on the axis z of a", "x_a·(r_b − r_a) = 0, y_a·(r_b − r_a) = 0", Symbol::None,
-    rows: [Row::InPlane(X), Row::InPlane(Y)], aligned: [], linear: &[],
+    rows: [ConstraintRow::InPlane(X), ConstraintRow::InPlane(Y)], aligned: [], linear: &[],
     /// Keeps the point of `b` on the axis z of `a`.
     point_on_line3, POINT_ON_LINE
 }
@@ -71,7 +71,7 @@ spatial_joint! {
     /// # Sources
     /// Nikravesh, *Computer-Aided Analysis of Mechanical Systems* (1988), Section 7.2.
     PointOnPlane, "point-on-plane", "the point of b in the plane through a normal to its axis z", "z_a·(r_b − r_a) = 0", Symbol::None,
-    rows: [Row::InPlane(Z)], aligned: [], linear: &[],
+    rows: [ConstraintRow::InPlane(Z)], aligned: [], linear: &[],
     /// Keeps the point of `b` in the plane through `a` normal to its axis z.
     point_on_plane, POINT_ON_PLANE
 }

@@ -1,7 +1,7 @@
 //! Constraint equations of which joints in space consist.
 
 use crate::element_inputs;
-use crate::elements::spatial::line3::Ends;
+use crate::elements::spatial::line3::MarkerPair;
 use crate::mechanism::element::{ElementState, Measure};
 use crate::mechanism::vector::{add, cross, dot, norm, scaled, subtract};
 use autodiff::Scalar;
@@ -23,7 +23,7 @@ pub(crate) const Z: usize = 2;
 /// # Sources
 /// Nikravesh, *Computer-Aided Analysis of Mechanical Systems* (1988), Section 7.2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Row {
+pub(crate) enum ConstraintRow {
     /// The points have the same world coordinate: Φ = (r_A − r_B)ₖ. λ is a force of A on B in N.
     Coincident(usize),
     /// The point B lies in the plane through A normal to an axis of A: Φ = aₖ · (r_A − r_B). λ is a force of A on B in N.
@@ -36,48 +36,54 @@ pub(crate) enum Row {
 }
 
 /// The points coincide.
-pub(crate) const COINCIDENT: [Row; 3] = [Row::Coincident(X), Row::Coincident(Y), Row::Coincident(Z)];
+pub(crate) const COINCIDENT: [ConstraintRow; 3] =
+    [ConstraintRow::Coincident(X), ConstraintRow::Coincident(Y), ConstraintRow::Coincident(Z)];
 
 /// Adds the rows of a joint.
-pub(crate) fn residual<T: Scalar>(rows: &[Row], x: &ElementState<'_, T>, dynamics: &mut [T], constraint: &mut [T]) {
-    let ends = Ends::of(x);
-    let Ends { a, b } = &ends;
+pub(crate) fn residual<T: Scalar>(
+    rows: &[ConstraintRow],
+    x: &ElementState<'_, T>,
+    dynamics: &mut [T],
+    constraint: &mut [T],
+) {
+    let ends = MarkerPair::of(x);
+    let MarkerPair { a, b } = &ends;
     let (back, zero) = (subtract(a.point, b.point), T::zero());
     let (mut at_points, mut at_b, mut torque) = ([zero; 3], [zero; 3], [zero; 3]);
     for ((row, value), &l) in rows.iter().zip(constraint).zip(x.l) {
         match *row {
-            Row::Coincident(k) => {
+            ConstraintRow::Coincident(k) => {
                 *value = back[k];
                 at_points[k] += l;
             }
-            Row::InPlane(k) => {
+            ConstraintRow::InPlane(k) => {
                 *value = dot(a.axes[k], back);
                 at_b = add(at_b, scaled(a.axes[k], l));
             }
-            Row::Perpendicular(i, j) => {
+            ConstraintRow::Perpendicular(i, j) => {
                 *value = dot(a.axes[i], b.axes[j]);
                 torque = add(torque, scaled(cross(a.axes[i], b.axes[j]), l));
             }
-            Row::Untwisted => {
+            ConstraintRow::Untwisted => {
                 *value = dot(a.axes[X], b.axes[Y]) - dot(a.axes[Y], b.axes[X]);
                 torque = add(torque, scaled(untwisting(&ends), l));
             }
         }
     }
-    if rows.iter().any(|row| matches!(row, Row::Coincident(_))) {
+    if rows.iter().any(|row| matches!(row, ConstraintRow::Coincident(_))) {
         a.frame.add_force(dynamics, a.lever, at_points);
         b.frame.add_force(dynamics, b.lever, at_points.map(|f| -f));
     }
-    if rows.iter().any(|row| matches!(row, Row::InPlane(_))) {
+    if rows.iter().any(|row| matches!(row, ConstraintRow::InPlane(_))) {
         ends.apply_at_b(at_b, dynamics);
     }
-    if rows.iter().any(|row| matches!(row, Row::Perpendicular(..) | Row::Untwisted)) {
+    if rows.iter().any(|row| matches!(row, ConstraintRow::Perpendicular(..) | ConstraintRow::Untwisted)) {
         ends.apply_torque(torque, dynamics);
     }
 }
 
-/// Torque of A on B by a unit multiplier of [`Row::Untwisted`].
-fn untwisting<T: Scalar>(Ends { a, b }: &Ends<T>) -> [T; 3] {
+/// Torque of A on B by a unit multiplier of [`ConstraintRow::Untwisted`].
+fn untwisting<T: Scalar>(MarkerPair { a, b }: &MarkerPair<T>) -> [T; 3] {
     subtract(cross(a.axes[X], b.axes[Y]), cross(a.axes[Y], b.axes[X]))
 }
 
@@ -94,16 +100,16 @@ pub(crate) const REACTIONS: &[Measure] = &[
 ];
 
 /// Writes the force and the torque of A on B along the axes of the marker A, with their magnitudes.
-pub(crate) fn measure<T: Scalar>(rows: &[Row], x: &ElementState<'_, T>, out: &mut [T]) {
-    let ends = Ends::of(x);
-    let Ends { a, b } = &ends;
+pub(crate) fn measure<T: Scalar>(rows: &[ConstraintRow], x: &ElementState<'_, T>, out: &mut [T]) {
+    let ends = MarkerPair::of(x);
+    let MarkerPair { a, b } = &ends;
     let (mut force, mut torque) = ([T::zero(); 3], [T::zero(); 3]);
     for (row, &l) in rows.iter().zip(x.l) {
         match *row {
-            Row::Coincident(k) => force[k] += l,
-            Row::InPlane(k) => force = add(force, scaled(a.axes[k], l)),
-            Row::Perpendicular(i, j) => torque = add(torque, scaled(cross(a.axes[i], b.axes[j]), l)),
-            Row::Untwisted => torque = add(torque, scaled(untwisting(&ends), l)),
+            ConstraintRow::Coincident(k) => force[k] += l,
+            ConstraintRow::InPlane(k) => force = add(force, scaled(a.axes[k], l)),
+            ConstraintRow::Perpendicular(i, j) => torque = add(torque, scaled(cross(a.axes[i], b.axes[j]), l)),
+            ConstraintRow::Untwisted => torque = add(torque, scaled(untwisting(&ends), l)),
         }
     }
     out[..3].copy_from_slice(&a.components(force));
@@ -113,10 +119,10 @@ pub(crate) fn measure<T: Scalar>(rows: &[Row], x: &ElementState<'_, T>, out: &mu
 }
 
 /// Describes axes of A and B that should have the same direction and have not: perpendicular rows hold for −b as well, and
-/// [`Row::Untwisted`] after half a turn about z.
-pub(crate) fn misaligned(rows: &[Row], axes: &[usize], x: &ElementState<'_, f64>) -> Option<String> {
-    let Ends { a, b } = Ends::of(x);
-    if rows.contains(&Row::Untwisted) {
+/// [`ConstraintRow::Untwisted`] after half a turn about z.
+pub(crate) fn misaligned(rows: &[ConstraintRow], axes: &[usize], x: &ElementState<'_, f64>) -> Option<String> {
+    let MarkerPair { a, b } = MarkerPair::of(x);
+    if rows.contains(&ConstraintRow::Untwisted) {
         let cosine = |k: usize| dot(a.axes[k], b.axes[k]);
         if cosine(Z) < -0.5 {
             return Some(format!(
@@ -139,7 +145,7 @@ pub(crate) fn misaligned(rows: &[Row], axes: &[usize], x: &ElementState<'_, f64>
     ))
 }
 
-/// Translations of both bodies, in which rows without [`Row::InPlane`] are linear.
+/// Translations of both bodies, in which rows without [`ConstraintRow::InPlane`] are linear.
 pub(crate) const TRANSLATIONS: &[usize] = &[0, 1, 2, 7, 8, 9];
 
 /// Defines a joint between two markers by its constraint equations, with the method of `Mechanism` that adds it.
@@ -167,7 +173,7 @@ macro_rules! spatial_joint {
 
         impl $joint {
             /// Constraint equations, in the order of the multipliers.
-            pub(crate) const ROWS: &'static [Row] = &$rows;
+            pub(crate) const ROWS: &'static [ConstraintRow] = &$rows;
         }
 
         impl Element for $joint {

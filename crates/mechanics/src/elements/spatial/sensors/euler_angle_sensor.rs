@@ -1,7 +1,7 @@
 //! A sensor for Euler angles.
 
 use crate::element_inputs;
-use crate::elements::spatial::line3::{Ends, check_ends, ends3};
+use crate::elements::spatial::line3::{MarkerPair, check_ends, ends3};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
 use crate::mechanism::rotation::EulerSequence;
 use crate::mechanism::vector::dot;
@@ -33,7 +33,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 
 /// Rotation matrix of marker B relative to marker A.
 fn relative<T: Scalar>(x: &ElementState<'_, T>) -> [[T; 3]; 3] {
-    let Ends { a, b } = Ends::of(x);
+    let MarkerPair { a, b } = MarkerPair::of(x);
     a.axes.map(|row| b.axes.map(|column| dot(row, column)))
 }
 

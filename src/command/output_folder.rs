@@ -6,7 +6,7 @@
 use super::output::results;
 use anyhow::{Context, anyhow, bail};
 use linkwright::report::figure::Figure;
-use linkwright::storage::{Directory, Entry, Lock};
+use linkwright::storage::{Directory, EntryKind, Lock};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -103,7 +103,7 @@ impl OutputFolder {
             let place = self.place(name);
             match self.directory.entry(name)? {
                 None => {}
-                Some(Entry::Folder) => bail!(
+                Some(EntryKind::Folder) => bail!(
                     "{} is a folder, and a file of this name is to be written; move it, or give another folder",
                     place.display()
                 ),
@@ -237,5 +237,5 @@ pub fn in_results(results: &Path, name: &str) -> anyhow::Result<Directory> {
 
 /// True if an entry of a folder is a regular file or a folder.
 pub fn has(directory: &Directory, name: &str) -> bool {
-    matches!(directory.entry(name), Ok(Some(Entry::File | Entry::Folder)))
+    matches!(directory.entry(name), Ok(Some(EntryKind::File | EntryKind::Folder)))
 }

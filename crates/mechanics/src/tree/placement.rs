@@ -6,7 +6,7 @@ use crate::system::state::State;
 use crate::tree::joint::{Joint, JointParameters, Levers, joint_coordinate, motion_of, rotated, turned};
 use crate::tree::plan::Tree;
 use crate::tree::space::joint::JointMarkers;
-use crate::tree::space::placed::{Placed, Twist};
+use crate::tree::space::placed::{PlacedBody, Twist};
 
 /// Parameters of all joints, from parent to child in the tree.
 #[derive(Clone)]
@@ -23,13 +23,16 @@ pub(crate) struct TreeGeometry<T> {
     /// Of joints in the plane.
     pub levers: Vec<Levers<T>>,
     /// Of bodies in space.
-    pub placed: Vec<Placed<T>>,
+    pub placed: Vec<PlacedBody<T>>,
 }
 
 impl<T: StateScalar> TreeGeometry<T> {
     /// Storage for `tree`.
     pub fn new(tree: &Tree) -> Self {
-        Self { levers: vec![Levers::zero(); tree.nodes.len()], placed: vec![Placed::zero(); tree.space.nodes.len()] }
+        Self {
+            levers: vec![Levers::zero(); tree.nodes.len()],
+            placed: vec![PlacedBody::zero(); tree.space.nodes.len()],
+        }
     }
 }
 

@@ -3,9 +3,9 @@
 //! Rows are appended to `rows.jsonl` as runs end, each in one piece. When a study ends, the file is replaced by one with the rows in their
 //! order, so that its bytes do not depend on the number of threads and on interruptions.
 
-use crate::command::folder::{MANIFEST, OutputFolder, STUDY};
 use crate::command::output::now;
-use crate::command::run_directory::{Claim, LOCK, Occupied, changes};
+use crate::command::output_folder::{MANIFEST, OutputFolder, STUDY};
+use crate::command::run_directory::{FolderLock, LOCK, Occupied, changes};
 use anyhow::{Context, bail};
 use linkwright::model_file::{toml_string, with_setting};
 use linkwright::report::table::Table;
@@ -112,7 +112,7 @@ pub struct StudyFolder {
     flushed: Instant,
     /// True if the rows in the file are in their order.
     is_sorted: bool,
-    _claim: Claim,
+    _claim: FolderLock,
 }
 
 /// A row file that was read.
@@ -134,7 +134,7 @@ impl StudyFolder {
         file: &str,
         force: bool,
     ) -> anyhow::Result<(Self, Rows)> {
-        let claim = Claim::of(&directory)?;
+        let claim = FolderLock::of(&directory)?;
         match Self::begin(&directory, study, part, file, force) {
             Ok((folder, rows)) => {
                 let (header, place) = (study.header(), folder.place(ROWS));
@@ -185,7 +185,9 @@ impl StudyFolder {
         }
         let is_foreign = |name: &String| name != LOCK && !folder.owns(name);
         let names = directory.names().with_context(|| format!("cannot read {shown}"))?;
-        if names.iter().any(|name| name == crate::command::folder::RUN) || (!force && names.iter().any(is_foreign)) {
+        if names.iter().any(|name| name == crate::command::output_folder::RUN)
+            || (!force && names.iter().any(is_foreign))
+        {
             return Err(Occupied(format!(
                 "{shown} is not empty and has no study in it; give another folder with --out"
             ))

@@ -1,6 +1,6 @@
 //! The stop test.
 
-use super::{Cycle, State, Status};
+use super::{Cycle, RunState, Status};
 use crate::problem::Problem;
 use error::{Error, Result};
 
@@ -66,7 +66,7 @@ impl Stop {
     }
 
     /// The status after the last cycle of `state`, and the reason in words.
-    pub(super) fn test(&self, problem: &Problem, state: &State) -> (Status, String) {
+    pub(super) fn test(&self, problem: &Problem, state: &RunState) -> (Status, String) {
         let Some(last) = state.history.last() else { return (Status::Running, String::new()) };
         if let Some(verdict) = self.settled(problem, state, last) {
             return verdict;
@@ -80,7 +80,7 @@ impl Stop {
     }
 
     /// The status by the number of cycles alone.
-    pub(super) fn cycle_limit(&self, state: &State) -> (Status, String) {
+    pub(super) fn cycle_limit(&self, state: &RunState) -> (Status, String) {
         let trials = state.history.len() - 1;
         if trials >= self.max_cycles {
             let accepted = state.history.iter().filter(|cycle| cycle.accepted).count() - 1;
@@ -102,7 +102,7 @@ impl Stop {
     }
 
     /// Status and reason, if the run seems to be at its end.
-    fn settled(&self, problem: &Problem, state: &State, last: &Cycle) -> Option<(Status, String)> {
+    fn settled(&self, problem: &Problem, state: &RunState, last: &Cycle) -> Option<(Status, String)> {
         if !last.accepted || last.cycle == 0 {
             return None;
         }
@@ -131,7 +131,7 @@ impl Stop {
 }
 
 /// True if the minimized objective is negative, huge compared with its first values, and still falls.
-fn is_unbounded(state: &State) -> bool {
+fn is_unbounded(state: &RunState) -> bool {
     let accepted: Vec<f64> = state.history.iter().filter(|cycle| cycle.accepted).map(|cycle| cycle.objective).collect();
     let first = accepted.iter().take(2).fold(0.0, |m: f64, objective| m.max(objective.abs()));
     let (steps, factor) = STILL_FALLS;
