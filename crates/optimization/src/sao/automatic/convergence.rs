@@ -239,12 +239,11 @@ impl StopTest<'_> {
             && residual <= allowed(RESIDUAL[usize::from(self.is_last)], ROUNDING[1]).max(tolerance).max(self.at_last())
             && complementarity <= allowed(COMPLEMENTARITY, ROUNDING[1]).max(tolerance);
         (holds || is_zero || self.is_balanced_zero(objective)).then(|| {
+            let [residual, complementarity, predicted] = [residual, complementarity, self.predicted.abs()]
+                .map(|x| if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") });
             format!(
-                "a step predicts a change of the objective by {:.1e}, the optimality conditions hold to {:.1e} and the \
-                 complementarity to {:.1e}; the objective changed by {unit:.1e} over the last designs",
-                self.predicted.abs(),
-                residual,
-                complementarity
+                "the optimality conditions hold to {residual} and the complementarity to {complementarity}; another step would change the \
+                 objective by {predicted}"
             )
         })
     }
