@@ -184,7 +184,7 @@ fn keys_of_joints_without_effect_are_errors() {
 fn a_joint_of_a_part_with_itself_is_an_error() {
     let found = error_of("a = \"ground\"\nb = \"ground\"\nat = [0, 0, 0]");
     assert!(found.contains("`a` and `b` of joint `h` are the same part"), "{found}");
-    let plane = "version = 2\n[time]\nto = 1\npoints = 2\n[analysis]\nkind = \"dynamics\"\n[[body]]\nname = \"b\"\nmass = 1\ninertia = 1\n";
+    let plane = "version = 2\n[time]\nto = 1\npoints = 2\n[analysis]\nkind = \"dynamics\"\n[[body]]\nname = \"b\"\nmass = 1\ninertia = 1\nposition = [0, 0]\n";
     for joint in [
         "a = \"b\"\nb = { body = \"b\", at = [1, 0] }",
         "kind = \"gears\"\na = \"b.theta\"\nb = \"b.theta\"\nradius_a = 1\nradius_b = 1",

@@ -105,9 +105,6 @@ struct DrawnMechanism<'p> {
     flying: Vec<FrameRef>,
 }
 
-/// Distance of the points of a released joint, in lengths of arrows, from which on it has let go.
-const APART: f64 = 1e-5;
-
 /// Poses of all frames and positions of all sliders at one time.
 struct DrawnState<'s> {
     mechanism: &'s DrawnMechanism<'s>,
@@ -270,11 +267,7 @@ impl DrawnState<'_> {
         let mut linkage = Linkage::default();
         (0..self.mechanism.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
         self.draw_beams(ranges, &mut linkage);
-        for (k, part) in self.mechanism.spec.elements.iter().enumerate() {
-            if !self.has_let_go(k, part, ranges) {
-                self.draw_element(part, ranges, &mut linkage);
-            }
-        }
+        self.mechanism.spec.elements.iter().for_each(|part| self.draw_element(part, ranges, &mut linkage));
         for ((a, b, line), [from, to]) in self.mechanism.sliding().zip(&ranges.guides) {
             let ([x, y], angle) = (self.point(a), self.pose(a.frame)[2] + line);
             let (s, c) = angle.sin_cos();
@@ -472,15 +465,6 @@ impl DrawnState<'_> {
             _ => None,
         });
         own.unwrap_or(0.0)
-    }
-
-    /// Returns whether an event has released a joint whose two points coincide before: it is no longer drawn.
-    fn has_let_go(&self, k: usize, part: &ElementSpec, ranges: &GuideRanges) -> bool {
-        let mut points = part.points();
-        let (Some(a), Some(b)) = (points.next(), points.next()) else { return false };
-        let ([x0, y0], [x, y]) = (self.point(a), self.point(b));
-        let is_coincident = matches!(part.symbol(), Symbol::Pin | Symbol::Weld);
-        is_coincident && (x - x0).hypot(y - y0) > APART * ranges.arrow && self.mechanism.spec.is_released(k)
     }
 
     /// Draws an element between its first two points.

@@ -35,12 +35,6 @@ pub struct DrawnMechanism3<'p> {
     flying: Vec<FrameRef>,
 }
 
-/// Joints whose two points coincide.
-const COINCIDENT: &[&str] = &["revolute", "spherical", "universal", "fixed"];
-
-/// Distance of the points of such a joint, in sizes of the mechanism, from which on it has let go.
-const APART: f64 = 1e-6;
-
 impl<'p> DrawnMechanism3<'p> {
     /// The mechanism at a design.
     pub fn new(spec: &'p Arc<MechanismSpec>, design: &[f64]) -> Result<Self> {
@@ -205,10 +199,6 @@ impl DrawnState3<'_> {
             return;
         };
         let [from, to] = [a, b].map(|end| self.point(&end));
-        let has_let_go = COINCIDENT.contains(&descriptor.kind) && distance(from, to) > APART * size;
-        if has_let_go && self.mechanism.spec.is_released(k) {
-            return;
-        }
         let along = |[low, high]: [f64; 2], from: [f64; 3]| {
             let z = self.axis(&a);
             [low, high].map(|s| [0, 1, 2].map(|k| from[k] + s * z[k]))

@@ -58,6 +58,7 @@ pub struct EventSpec {
     is_terminal: bool,
 }
 
+#[cfg(feature = "report")]
 impl EventSpec {
     /// Returns whether the event releases or switches something, so that forces may jump.
     pub fn changes_forces(&self) -> bool {

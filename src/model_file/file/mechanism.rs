@@ -55,16 +55,12 @@ impl MechanismSpec {
 
 #[cfg(feature = "report")]
 impl MechanismSpec {
-    /// Returns whether an event releases this element.
-    pub fn is_released(&self, element: usize) -> bool {
-        self.events.iter().any(|event| event.released().any(|other| other == element))
-    }
-
     /// Bodies whose joints are all released by events: they fly after the last one.
     pub fn flying_bodies(&self) -> Vec<FrameRef> {
+        let released: Vec<usize> = self.events.iter().flat_map(EventSpec::released).collect();
         let mut held: Vec<(FrameRef, bool)> = vec![];
         for (k, element) in self.elements.iter().enumerate() {
-            let is_held = !self.is_released(k);
+            let is_held = !released.contains(&k);
             if element.kind.descriptor.family == Family::Joint {
                 held.extend(element.frames().map(|frame| (frame, is_held)));
             }

@@ -93,8 +93,11 @@ fn reach(
     Some(length < 1.0)
 }
 
-/// Returns whether part `k` can accelerate while the `held` ones do not.
-fn is_independent(a: &DMatrix<f64>, held: &[usize], k: usize) -> bool {
+/// Returns whether part `k` can move while the `held` ones do not, by the matrix `a` of their compliances, scaled to ones on its diagonal.
+pub(crate) fn is_independent(a: &DMatrix<f64>, held: &[usize], k: usize) -> bool {
+    if held.is_empty() {
+        return a[(k, k)] > DEPENDENT;
+    }
     let column = DVector::from_fn(held.len(), |i, _| a[(held[i], k)]);
     let among = DMatrix::from_fn(held.len(), held.len(), |i, j| a[(held[i], held[j])]);
     let carried = among.cholesky().map_or(f64::NAN, |factor| column.dot(&factor.solve(&column)));
@@ -134,7 +137,7 @@ mod tests {
         let rest = DVector::from_column_slice(free) - compliance * &force;
         let among = DMatrix::from_fn(held.len(), held.len(), |i, j| compliance[(held[i], held[j])]);
         let right = DVector::from_fn(held.len(), |i, _| rest[held[i]]);
-        let solved = among.lu().solve(&right).unwrap();
+        let solved = if held.is_empty() { right } else { among.lu().solve(&right).unwrap() };
         held.iter().zip(solved.iter()).for_each(|(&k, f)| force[k] = *f);
         let acceleration = DVector::from_column_slice(free) - compliance * &force;
         let size = free.iter().fold(0.0f64, |a, c| a.max(c.abs())) * 1e-7;

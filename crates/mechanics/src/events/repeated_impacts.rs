@@ -4,10 +4,12 @@
 //! constant factor, and both corners rest at a finite time.
 
 use crate::Result;
+use crate::events::complementarity::is_independent;
 use crate::events::impact::{BorderedSystem, gap_rounding};
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
+use nalgebra::{DMatrix, DVector};
 
 /// Part of the first velocities that is zero after the last impact.
 const AT_REST: f64 = 1e-9;
@@ -23,48 +25,48 @@ const MOST_IMPACTS: usize = 10_000;
 /// In the positions of `state`, an impact at the contact k changes the rates of the gaps by ġ_j − (1 + e_k) ġ_k G_jk / G_kk, where G = Φ_q M⁻¹ Φ_qᵀ
 /// with the joints. The contact that approaches fastest, by ġ_k / √G_kk, is the next one. If the rates decrease to zero, they all end as those
 /// of one impact in which the contacts remain closed: both changes are combinations of the same columns of G. If no contact
-/// approaches any more after a number of impacts, these happen one by one, and the result is empty.
+/// approaches any more after a number of impacts, these happen one by one, and the result is empty. Contacts whose rest follows from that of
+/// others stay open.
 pub(crate) fn dying_out(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     (contact, shortest): (usize, f64),
     state: &State<f64>,
-) -> Result<Vec<usize>> {
+) -> Vec<usize> {
     let rate = |k: usize| mechanism.events[k].gap_jet(state, &state.v).v1;
     let is_near = |&k: &usize| {
         let event = &mechanism.events[k];
         let is_open = k != contact && event.unilateral.is_some() && event.is_open_contact(&state.modes);
         is_open && event.gap(state).abs() <= (shortest * rate(k).abs()).max(gap_rounding(event, state, 0.0))
     };
-    let mut near: Vec<usize> = (0..mechanism.events.len()).filter(is_near).collect();
-    if near.is_empty() {
-        return Ok(near);
+    let others: Vec<usize> = (0..mechanism.events.len()).filter(is_near).collect();
+    if others.is_empty() {
+        return others;
     }
-    near.insert(0, contact);
-    let impacts = near
-        .iter()
-        .map(|&k| BorderedSystem::new(system, mechanism, &mechanism.events[k], state))
-        .collect::<Result<Vec<_>>>()?;
+    let near = [&[contact], &others[..]].concat();
+    let mut at = |&k: &usize| BorderedSystem::new(system, mechanism, &mechanism.events[k], state);
+    let Ok(impacts) = near.iter().map(&mut at).collect::<Result<Vec<_>>>() else { return Vec::new() };
     let scale: Vec<f64> = impacts.iter().map(|impact| impact.compliance().sqrt()).collect();
     let coupling = |j: usize, k: usize| impacts[j].change_by(&impacts[k]) / (scale[j] * scale[k]);
-    let coupling: Vec<Vec<f64>> = (0..near.len()).map(|j| (0..near.len()).map(|k| coupling(j, k)).collect()).collect();
-    let restitution: Vec<f64> = near.iter().map(|&k| mechanism.events[k].restitution.unwrap_or(0.0)).collect();
-    let mut rates: Vec<f64> = near.iter().zip(&scale).map(|(&k, scale)| rate(k) / scale).collect();
-    let rest = AT_REST * rates.iter().fold(0.0f64, |a, rate| a.max(rate.abs()));
+    let coupling = DMatrix::from_fn(near.len(), near.len(), coupling);
+    let mut rates = DVector::from_fn(near.len(), |j, _| rate(near[j]) / scale[j]);
+    let rest = AT_REST * rates.amax();
     let (mut next, mut takes_part) = (0, vec![false; near.len()]);
     for _ in 0..MOST_IMPACTS {
         takes_part[next] = true;
-        let change = -(1.0 + restitution[next]) * rates[next];
-        rates.iter_mut().enumerate().for_each(|(j, rate)| *rate += change * coupling[j][next]);
-        let fastest = (0..near.len()).min_by(|&j, &k| rates[j].total_cmp(&rates[k])).unwrap_or(0);
-        if rates[fastest] >= -rest {
+        let change = -(1.0 + mechanism.events[near[next]].restitution.unwrap_or(0.0)) * rates[next];
+        rates += change * coupling.column(next);
+        next = rates.imin();
+        if rates[next] >= -rest {
             break;
         }
-        next = fastest;
     }
-    let rests = |j: &usize| takes_part[*j] && rates[*j].abs() <= rest;
-    if !rests(&0) {
-        return Ok(Vec::new());
+    let rests = |j: usize| takes_part[j] && rates[j].abs() <= rest;
+    let mut closed = vec![0];
+    for j in (1..near.len()).filter(|&j| rests(0) && rests(j)) {
+        if is_independent(&coupling, &closed, j) {
+            closed.push(j);
+        }
     }
-    Ok((1..near.len()).filter(rests).map(|j| near[j]).collect())
+    closed[1..].iter().map(|&j| near[j]).collect()
 }

@@ -5,8 +5,8 @@
 //! released. Friction at rest sticks, as a constraint, only if its constraint is independent of those before it: joints, drives, closed
 //! contacts, and other friction. It rests otherwise (see `unilateral`).
 //! If several parts of friction hold a motion together, the one that reaches its static limit first keeps its Coulomb force, and the
-//! next one carries the rest. During an impact at another place, closed contacts are joints as well; the one with the largest pulling
-//! impulse is opened, until no impulse pulls.
+//! next one carries the rest. Where a part that was released does not move so, the modes are those of a complementarity problem. During an
+//! impact at another place, closed contacts are joints as well; the one with the largest pulling impulse is opened, until no impulse pulls.
 
 use crate::constraint_rank::ConstraintRank;
 use crate::events::consistent_modes::{ModeSearch, RestingParts, find, largest, returns};
@@ -73,12 +73,8 @@ pub(crate) fn passage(
     AccelerationSolver::default().solve(system, mechanism, &mut held)?;
     let events = (contact, at_event);
     if is_impact {
-        let closing = dying_out(
-            system,
-            mechanism,
-            (contact, SHORTEST_FLIGHT * step),
-            &State { modes: jump.clone(), ..held.clone() },
-        )?;
+        let before = State { modes: jump.clone(), ..held.clone() };
+        let closing = dying_out(system, mechanism, (contact, SHORTEST_FLIGHT * step), &before);
         if !closing.is_empty() {
             for law in closing.iter().filter_map(|&k| mechanism.events[k].unilateral) {
                 [&mut jump, &mut after].into_iter().for_each(|modes| law.close(modes));

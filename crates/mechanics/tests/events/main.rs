@@ -7,6 +7,7 @@ mod lasting;
 mod models;
 mod orders;
 mod reactions;
+mod several_parts;
 mod short_loads;
 mod sides;
 mod turns;
