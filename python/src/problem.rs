@@ -369,7 +369,11 @@ impl Problem {
             let mut known: Vec<&str> = analysis.gradient_methods().iter().map(|method| method.name).collect();
             known.extend(DIFFERENCES.iter().filter(|name| !known.contains(*name)).collect::<Vec<_>>());
             let remedy = format!("choose from {}", known.join(", "));
-            return Err(Error::definition(format!("method of derivatives `{name}`"), "there is no such method", remedy));
+            return Err(Error::definition(
+                format!("method of derivatives `{name}`"),
+                "there is no such method",
+                remedy,
+            ));
         }
         differences(analysis, name, None)?.with_variables(&self.problem.variables).sensitivities(b, here, wanted)
     }

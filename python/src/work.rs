@@ -72,10 +72,7 @@ pub fn work_with_programs<T: Send>(py: Python<'_>, task: impl FnOnce() -> Result
 /// # Errors
 ///
 /// Those of [`work_with_programs`].
-pub fn work_until<T: Send>(
-    py: Python<'_>,
-    task: impl FnOnce(&AtomicBool) -> Result<T, Error> + Send,
-) -> PyResult<T> {
+pub fn work_until<T: Send>(py: Python<'_>, task: impl FnOnce(&AtomicBool) -> Result<T, Error> + Send) -> PyResult<T> {
     check_threads()?;
     let is_stopped = AtomicBool::new(false);
     let is_stopped = &is_stopped;
