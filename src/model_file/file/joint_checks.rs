@@ -3,7 +3,7 @@
 use super::element_kinds::shared_keys;
 use super::elements::{ElementSpec, InputSpec};
 use super::markers::cosine;
-use super::parts::{Axes, CoordinateRef, Direction, FrameRef, MarkerSpec, Parts};
+use super::parts::{Axes, CoordinateRef, Direction, FrameRef, MarkerSpec, Parts, Vector};
 use super::section::{Read, Section};
 use mechanics::elements::Family;
 
@@ -98,6 +98,14 @@ fn check_effects(section: &Section<'_>, [a, b]: [&MarkerSpec; 2]) -> Read<()> {
     }
 }
 
+/// The axis z, if it is given by its components.
+fn given_z(axes: &Axes) -> Option<&Vector> {
+    match axes {
+        Axes::Z(Direction::Components(z), _) | Axes::Bent(_, Direction::Components(z)) => Some(z),
+        _ => None,
+    }
+}
+
 /// Cosine of the largest angle from a right angle, and sine of that from zero, of axes that are rounded in the file.
 const ROUNDED: f64 = 1e-3;
 
@@ -113,9 +121,7 @@ fn check_axes(kind: &str, section: &Section<'_>, [a, b]: [&MarkerSpec; 2]) -> Re
         let message = "`axis_b` is missing: a universal joint has two axes, which are perpendicular";
         return refused("axis", message, "give the axis of `b` as `axis_b`");
     }
-    let (Axes::Z(Direction::Components(a), _), Axes::Z(Direction::Components(b), _)) = (&a.axes, &b.axes) else {
-        return Ok(());
-    };
+    let (Some(a), Some(b)) = (given_z(&a.axes), given_z(&b.axes)) else { return Ok(()) };
     let Some(cosine) = cosine(a, b) else { return Ok(()) };
     if kind == PERPENDICULAR && cosine.abs() > ROUNDED {
         let angle = cosine.abs().acos().to_degrees();

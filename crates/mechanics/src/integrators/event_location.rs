@@ -510,7 +510,7 @@ impl EventLocator {
                 Err(_) => 0.0,
             };
             if !(opening > 0.0) {
-                if opening >= -stopping_error(step, switch, trial) {
+                if opening < 0.0 && opening >= -stopping_error(step, switch, trial) {
                     return Ok(Some(trial));
                 }
                 part *= 0.5;

@@ -249,7 +249,9 @@ mod tests {
                     assert!((discontinuity - jump).abs() < 0.2 * jump, "{place} {side} {jump}: {discontinuity}");
                 }
                 assert!(place > 1e-5 || found.status == GradientStatus::Kink, "{place} {side} {jump}: {found:?}");
-                for wrong in [slope - side * jump, slope + 2.0 * side * jump, -slope] {
+                // The error of the differences may cover the other slope of a distant kink, too.
+                let others = [-slope, slope - side * jump, slope + 2.0 * side * jump];
+                for &wrong in &others[..if place < 1e-4 { 3 } else { 1 }] {
                     assert_eq!(
                         status(&Claimed(bent, |_| wrong)),
                         GradientStatus::Wrong,
