@@ -219,8 +219,6 @@ radius_b = 0.1
     assert_near(&[values[1]], &[-2.0 * values[0]], 1e-9);
 }
 
-/// A frame at rest with the orientation, and its angles.
-
 /// The axes of `b` are those of `a`, turned to `axis_b`: the shaft that is driven is not twisted by the assembly, and turns by the angle of
 /// the driving one.
 #[test]
@@ -271,6 +269,7 @@ motion = "3*time"
     assert_derivatives(&text);
 }
 
+/// A frame at rest with the orientation, and its angles.
 fn angles(orientation: &str) -> Vec<f64> {
     let outputs = outputs(["frame.yaw", "frame.pitch", "frame.roll"].map(str::to_owned).into_iter());
     last(&format!("{BASE}[[body]]\nname = \"frame\"\nkind = \"fixed-node\"\norientation = {orientation}\n{outputs}"))

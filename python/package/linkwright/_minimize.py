@@ -355,7 +355,7 @@ def _callback(callback: Callable[..., Any] | None) -> Callable[[Cycle], Any] | N
     if not callable(callback):
         raise DefinitionError(f"`callback` is not a function: {callback!r}")
     try:
-        parameters = inspect.signature(callback).parameters
+        parameters = dict(inspect.signature(callback).parameters)
     except (TypeError, ValueError):
         parameters = {}
     positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)

@@ -601,7 +601,8 @@ class Problem(BaseProblem):
             a["analyze"], a["derivatives"], a["second_derivatives"], a["map"], shapes, len(table["design"])
         )
         self.text = _toml.dumps(table)
-        self._attach(_core.Problem(a["name"], self.text, functions.table(), (a["differences"], a["step"])))
+        step = None if a["step"] is None else float(a["step"])
+        self._attach(_core.Problem(a["name"], self.text, functions.table(), (a["differences"], step)))
         functions.width = len(self.variables)
 
     def __getstate__(self) -> dict[str, Any]:
