@@ -16,8 +16,8 @@ pub use crate::initial_conditions::{Statics, find_equilibrium};
 ///
 /// # Errors
 ///
-/// [`Error::Unsupported`](crate::Error::Unsupported) for a mechanism with impacts or switches;
-/// [`Error::Analysis`](crate::Error::Analysis) if it cannot be assembled or has no equilibrium at one of the times.
+/// [`Error::Unsupported`] for a mechanism with impacts or switches;
+/// [`Error::Analysis`] if it cannot be assembled or has no equilibrium at one of the times.
 pub fn equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Result<Vec<Vec<f64>>> {
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     follow_equilibria(mechanism, settings, times, |state| recorder.record(mechanism, state))?;
