@@ -2,7 +2,7 @@
 //! a reason.
 #![no_main]
 
-use linkwright::responses::program::{Program, ProgramAnalysis};
+use linkwright::responses::program::{ExternalProgram, ProgramAnalysis};
 use linkwright::storage::{Directory, fnv1a};
 use std::sync::LazyLock;
 
@@ -24,7 +24,7 @@ fn sealed(line: &[u8]) -> Vec<u8> {
 
 fn read(bytes: &[u8]) {
     let responses = [("a", true), ("m", false)];
-    let analysis = ProgramAnalysis::new(Program::new(["true"]), ["k", "c"], &[0.0, 0.5], responses).expect("it is good");
+    let analysis = ProgramAnalysis::new(ExternalProgram::new(["true"]), ["k", "c"], &[0.0, 0.5], responses).expect("it is good");
     PLACE.replace(NAME, b"", false).expect("it can be written");
     analysis.keep_answers_in(&PLACE, NAME).expect("the file is empty");
     PLACE.appender(NAME).and_then(|mut file| file.append(bytes)).expect("it can be written");
