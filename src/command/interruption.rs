@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 /// Exit code after Ctrl-C: 128 and the number of the signal, as shells have it.
 pub const INTERRUPTED: u8 = 130;
 
-/// What a command does at Ctrl-C; the process ends if it returns true.
+/// The action of a command at Ctrl-C; the process ends if it returns true.
 pub type InterruptAction = Box<dyn Fn() -> bool + Send + Sync>;
 
 /// Action of the running command at Ctrl-C.

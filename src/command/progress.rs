@@ -239,7 +239,7 @@ enum LinePlace {
     Nowhere,
 }
 
-/// What is being done, the time of the simulation, and the elapsed time: on a terminal twice a second.
+/// The current task, the time of the simulation, and the elapsed time: on a terminal twice a second.
 struct StatusLine {
     shared: Arc<SharedLine>,
 }

@@ -59,7 +59,7 @@ pub(super) enum StackOperation {
 
 use StackOperation::*;
 
-/// How a value changes.
+/// Dependence of a value on time, the design and other names.
 #[derive(Clone, Copy, Debug, Default)]
 struct Dependence {
     /// It changes with time or with other names.

@@ -66,7 +66,7 @@ struct Evidence {
     narrow_sides: [Option<DifferenceEstimate>; 2],
 }
 
-/// How a slope compares with the derivatives that contradict the differences.
+/// Comparison of a slope with the derivatives that contradict the differences.
 #[derive(Clone, Copy, PartialEq)]
 enum SlopeComparison {
     /// It agrees with them, and is accurate enough to differ from the differences.

@@ -22,7 +22,7 @@ const LEAST_WIDTH: f64 = 1e-3;
 const GOES_NOWHERE: &str =
     "the last steps have changed the objective by rounding only, but the optimality conditions do not hold";
 
-/// What a run says that has stalled with forward differences.
+/// The message of a run that has stalled with forward differences.
 const FORWARD: &str = "forward differences have an error of the size of their steps, within which this may be an optimum: central ones, or \
                        a shorter step, tell";
 

@@ -266,7 +266,7 @@ impl<'a> TangentSpace<'a> {
         is_known.then(|| (generic(&flat), Purpose::Flat, None))
     }
 
-    /// How much a step along a direction violates active rows that do not bind, in its first-order changes of them.
+    /// Violation of active rows that do not bind by a step along a direction, in its first-order changes of them.
     fn violation(&self, direction: &DVector<f64>) -> f64 {
         let CycleContext { here, units, .. } = self.situation;
         let gradient = |i: usize| self.free(|j| here.jacobian[(i, j)] * units.lengths[j]);
