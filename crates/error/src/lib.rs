@@ -170,6 +170,22 @@ impl std::fmt::Display for Readable {
     }
 }
 
+/// A time as text for a message: in at most seven digits, with its unit.
+///
+/// ```
+/// use linkwright_error::Seconds;
+/// assert_eq!([0.0, 0.1 + 0.2, 12.3456789, 2.5e-9].map(|t| Seconds(t).to_string()), ["0 s", "0.3 s", "12.34568 s", "2.5e-9 s"]);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Seconds(pub f64);
+
+impl std::fmt::Display for Seconds {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let rounded = format!("{:.6e}", self.0).parse().unwrap_or(self.0);
+        write!(f, "{} s", Readable(rounded))
+    }
+}
+
 fn quoted(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }

@@ -4,6 +4,7 @@ use crate::Error;
 use crate::mechanism::Mechanism;
 use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
+use error::Seconds;
 use nalgebra::DMatrix;
 
 /// Norm of the part of a gradient that is orthogonal to the gradients before it, relative to the whole, below which it counts as linearly
@@ -98,10 +99,9 @@ pub(crate) fn singular_position(system: &System, mechanism: &Mechanism<f64>, sta
     let (share, multiplier) = ConstraintRank::of(system, mechanism, state).smallest;
     (share < SINGULAR).then(|| {
         let why = format!(
-            "the mechanism is in a singular position at t = {:.6e} s, where this constraint depends on the others (an \
+            "the mechanism is in a singular position at t = {}, where this constraint depends on the others (an \
              independent part of {share:.0e} is left) and the motion can branch",
-            state.t
-        );
+            Seconds(state.t));
         let remedy = "if a drive moves it, the drive exceeds the reach of the mechanism: reduce its stroke, or change \
                       lengths; otherwise start elsewhere, replace a joint by a stiff bushing, or take fixed steps, which may \
                       step over the position, and check the energy";

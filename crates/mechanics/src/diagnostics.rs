@@ -7,6 +7,7 @@ use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::{State, evaluate, gather};
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Names the first prescribed motion, or else the first element, that is not finite at `state`; `None` if all are finite.
 ///
@@ -19,7 +20,7 @@ pub fn not_finite(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Erro
     let mut workspace = ElementWorkspace::default();
     mechanism.elements.iter().filter(|instance| !instance.element.is_sensor()).find_map(|instance| {
         let what = describe_non_finite(instance, state, &mut workspace)?;
-        let why = format!("{what} at t = {t:.6e} s");
+        let why = format!("{what} at t = {t}", t = Seconds(t));
         Some(Error::analysis(
             &instance.name,
             why,
@@ -81,7 +82,7 @@ fn check_motions(mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
     let broken = (0..state.q.len()).find(|&i| mechanism.coordinates[i].motion.is_some() && !is_finite(i));
     broken.map_or(Ok(()), |i| {
         let [q, v, a] = [state.q[i], state.v[i], state.a[i]];
-        let why = format!("its prescribed motion is {q}, {v}, {a} at t = {:.6e} s", state.t);
+        let why = format!("its prescribed motion is {q}, {v}, {a} at t = {}", Seconds(state.t));
         Err(Error::analysis(&mechanism.coordinates[i].name, why, "check the function that prescribes it"))
     })
 }
@@ -100,7 +101,7 @@ pub fn check(mechanism: &Mechanism<f64>, state: &State<f64>, outputs: &[f64]) ->
 /// Checks that the values of `outputs` at the time `t` (s) are finite.
 pub(crate) fn check_finite<T: StateScalar>(mechanism: &Mechanism<T>, outputs: &[T], t: f64) -> Result<()> {
     outputs.iter().position(|value| !value.value().is_finite()).map_or(Ok(()), |k| {
-        let why = format!("the output is {} at t = {t:.6e} s", outputs[k].value());
+        let why = format!("the output is {} at t = {t}", outputs[k].value(), t = Seconds(t));
         Err(Error::analysis(&mechanism.outputs[k].name, why, "check the element that it measures"))
     })
 }
@@ -118,7 +119,7 @@ pub(crate) fn check_assembly(mechanism: &Mechanism<f64>, state: &State<f64>) -> 
         gather(instance, state, &mut workspace);
         let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
         if let Some(why) = instance.element.diagnose_assembly(&local) {
-            let why = format!("{why} at t = {:.6e} s", state.t);
+            let why = format!("{why} at t = {}", Seconds(state.t));
             let remedy =
                 "change the initial orientations of its bodies, so that they are nearer to the intended assembly";
             return Err(Error::analysis(&instance.name, why, remedy));
@@ -141,7 +142,8 @@ pub fn factorize_stiffness(system: &mut System, mechanism: &Mechanism<f64>, stat
             let (slack, t) = (slack_elements(mechanism, state), state.t);
             let without =
                 if slack.is_empty() { String::new() } else { format!("; slack or open there: {}", slack.join(", ")) };
-            let why = format!("the stiffness is zero in a direction at the position of t = {t:.6e} s{without}");
+            let why =
+                format!("the stiffness is zero in a direction at the position of t = {t}{without}", t = Seconds(t));
             let remedy = "start from another position: where ropes are taut and contacts closed, and where loads do not merely change \
                           their lever arms; or give every free motion a spring or a joint";
             Err(Error::analysis(what, why, remedy))

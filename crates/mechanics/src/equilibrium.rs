@@ -5,6 +5,7 @@ use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result, diagnostics};
+use error::Seconds;
 
 /// Settings of Newton's iteration for a static equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,7 +121,7 @@ fn no_equilibrium(
     let limit = limit.map_or(String::new(), |turn| {
         format!(": from the given positions, equilibria exist up to {:.3} % of the load (limit point)", 100.0 * turn)
     });
-    let why = format!("no static equilibrium found at t = {:.6e} s{limit}", state.t);
+    let why = format!("no static equilibrium found at t = {}{limit}", Seconds(state.t));
     Error::analysis(what, why, "apply the load in more steps, or add stiffness to free motions")
 }
 

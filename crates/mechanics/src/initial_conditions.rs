@@ -17,6 +17,7 @@ use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
 use crate::{Error, Result, diagnostics, reaction_loads};
+use error::Seconds;
 
 /// Settings of the assembly of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,7 +172,7 @@ fn close_joints(
     }
     largest_gap(system, mechanism, state, &mut rows);
     let what = system.dominant_residual(mechanism, &rows);
-    let why = format!("the mechanism cannot be assembled at t = {:.6e} s", state.t);
+    let why = format!("the mechanism cannot be assembled at t = {}", Seconds(state.t));
     Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))
 }
 
@@ -298,8 +299,9 @@ pub(crate) fn check_contradictions(
         return Ok(());
     }
     let why = format!(
-        "joints and drives contradict each other at t = {t:.6e} s: this one is violated by {:.3e} {unit}",
-        error.abs()
+        "joints and drives contradict each other at t = {t}: this one is violated by {:.3e} {unit}",
+        error.abs(),
+        t = Seconds(t)
     );
     let remedy = "remove a drive, or the joints that do not allow its motion";
     Err(Error::analysis(name_of(mechanism, *unknown), why, remedy))
@@ -392,7 +394,7 @@ pub fn acceleration_rows<T: StateScalar>(
 
 /// The error of accelerations that are not finite although all elements are.
 fn no_accelerations(t: f64) -> Error {
-    let why = format!("the accelerations at t = {t:.6e} s are not finite");
+    let why = format!("the accelerations at t = {t} are not finite", t = Seconds(t));
     Error::analysis("the mechanism", why, "check its masses, and the rates of its prescribed motions")
 }
 
@@ -420,6 +422,6 @@ fn dependent(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) ->
              a dead centre makes constraints dependent for an instant"
         }
     };
-    let why = format!("redundant or contradictory at t = {:.6e} s", state.t);
+    let why = format!("redundant or contradictory at t = {}", Seconds(state.t));
     (!names.is_empty()).then(|| Error::analysis(names.join(", "), why, remedy))
 }

@@ -7,6 +7,7 @@ use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Largest number of Newton iterations.
 const ITERATIONS: usize = 40;
@@ -130,7 +131,8 @@ impl ReactionChange {
 
 fn locked(mechanism: &Mechanism<f64>, t: f64) -> Error {
     let names: Vec<&str> = mechanism.reaction_loads().map(|instance| instance.name.as_str()).collect();
-    let why = format!("friction and the reactions that it depends on have no common solution at t = {t:.6e} s");
+    let why =
+        format!("friction and the reactions that it depends on have no common solution at t = {t}", t = Seconds(t));
     let remedy = "the joint locks: use a smaller coefficient of friction, or drive the mechanism in another place";
     Error::analysis(names.join(", "), why, remedy)
 }

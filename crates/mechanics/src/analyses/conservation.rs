@@ -5,6 +5,7 @@ use crate::mechanism::scalars::{Dual8, ElementScalar, StateScalar};
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::outputs::energy_in;
 use crate::system::state::{State, gather};
+use error::Seconds;
 
 /// Energy drift of a conservative mechanism over the output times of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,10 +56,11 @@ impl EnergyDrift {
         };
         Some(format!(
             "the motion {verb} {:.3e} J, {share} its largest kinetic energy, although nothing in the mechanism does \
-             work or dissipates: more than {:.0} % from t = {from:.6e} s on. Take shorter steps or a smaller tolerance, or {damping} \
+             work or dissipates: more than {:.0} % from t = {from} on. Take shorter steps or a smaller tolerance, or {damping} \
              numerical damping; if the change is sudden, the mechanism passes a singular position there.",
             self.largest.abs(),
             100.0 * NOTABLE,
+            from = Seconds(from)
         ))
     }
 }

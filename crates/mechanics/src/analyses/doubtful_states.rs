@@ -3,6 +3,7 @@
 use crate::mechanism::Mechanism;
 use crate::mechanism::element::{ElementState, ElementWorkspace};
 use crate::system::state::{State, gather};
+use error::Seconds;
 
 /// The first warning of each element, at the output times of a simulation.
 #[derive(Default)]
@@ -23,7 +24,7 @@ impl StateWatch {
             gather(instance, state, workspace);
             let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
             if let Some(why) = instance.element.warn_of_state(&local) {
-                found.push((k, format!("{}: at t = {:.6e} s {why}", instance.name, state.t)));
+                found.push((k, format!("{}: at t = {} {why}", instance.name, Seconds(state.t))));
             }
         }
     }

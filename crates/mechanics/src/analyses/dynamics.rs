@@ -20,6 +20,7 @@ use crate::integrators::explicit::{Coordinates, Explicit, OdeDriver, OdeRhs, Rep
 use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::Mechanism;
 use crate::system::state::State;
+use error::Seconds;
 
 pub use crate::integrators::settings::{
     Dynamics, InitialAcceleration, InitialConfiguration, StepSize, Work, check_times, is_before,
@@ -158,7 +159,7 @@ fn add_events(
             return Err(not_happened(name, if has_ended { state.t } else { end }, ended_by));
         }
         if !has_ended {
-            history.warnings.push(format!("{name}: this event has not happened until t = {end:.6e} s"));
+            history.warnings.push(format!("{name}: this event has not happened until t = {end}", end = Seconds(end)));
         }
     }
     let end = last.filter(|_| has_ended).map(|k| Event { contact: mechanism.events[k].gap.name.clone(), t: state.t });

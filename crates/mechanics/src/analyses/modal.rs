@@ -6,6 +6,7 @@ use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
+use error::Seconds;
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Schur};
 
 /// Natural angular frequencies (rad/s, increasing) and mode shapes about a state, without damping.
@@ -108,7 +109,7 @@ impl Eigen {
         let n = matrix.nrows();
         let failed = |why: String| {
             let remedy = "reduce the forces without a potential (follower forces, feedback), or simulate the motion";
-            Error::analysis("modes", format!("{why} at t = {t:.6e} s"), remedy)
+            Error::analysis("modes", format!("{why} at t = {t}", t = Seconds(t)), remedy)
         };
         let schur = Schur::try_new(matrix.map(Complex::from), f64::EPSILON, ITERATIONS * n);
         let (basis, triangle) = schur.ok_or_else(|| failed("the eigenvalues are not found".into()))?.unpack();

@@ -4,6 +4,7 @@ use crate::elements::element::ElementWorkspace;
 use crate::mechanism::element::{Input, Role};
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::{State, measure};
+use error::Seconds;
 
 /// Watch of the coefficients that change during a motion: inputs that are functions, with a measure of the same name.
 pub(crate) struct CoefficientWatch {
@@ -61,7 +62,8 @@ impl CoefficientWatch {
                 let part = &mechanism.elements[element].name;
                 let value = rounded(value);
                 warnings.push(format!(
-                    "{part}: its {name} of {value} {unit} at t = {t:.6e} s {effect}; keep it positive unless this is meant"
+                    "{part}: its {name} of {value} {unit} at t = {t} {effect}; keep it positive unless this is meant",
+                    t = Seconds(t)
                 ));
             }
         }

@@ -8,6 +8,7 @@ use crate::mechanism::scalars::StateScalar;
 use crate::system::state::State;
 use crate::{Error, Result, diagnostics};
 use autodiff::Scalar;
+use error::Seconds;
 use std::ops::Mul;
 
 /// Writes the state at the time `t` (s) between `old` and `new` to `at`.
@@ -149,7 +150,7 @@ impl OutputRecorder {
         }
         diagnostics::check(mechanism, state, &self.outputs).map_err(|error| match self.sampler.undefined.take() {
             Some((output, why)) => {
-                let why = format!("{why}, at t = {:.6e} s", state.t);
+                let why = format!("{why}, at t = {}", Seconds(state.t));
                 let remedy = "keep the argument in its range: by bounds of the design, or by min, max or if(…)";
                 Error::analysis(&mechanism.outputs[output].name, why, remedy)
             }

@@ -5,6 +5,7 @@ use crate::analyses::dynamics::{History, simulate, simulate_explicitly};
 use crate::integrators::explicit::{Explicit, StepControl};
 use crate::integrators::settings::{Dynamics, StepSize};
 use crate::mechanism::{AnyFormula, FormulaIn, MeasuredQuantity, Mechanism, OutputData, WeightedQuantity};
+use error::Seconds;
 
 /// Change of an output, as a fraction of its size, that is worth a warning.
 ///
@@ -153,9 +154,8 @@ fn warning(
         let name = &mechanism.outputs[output].name;
         format!(
             "{name}: it changes by {:.0} % if the time step is {:.1e} s, twice the one given; most, by {largest:.3e}, at \
-             t = {time:.6e} s. {remedy}",
+             t = {time}. {remedy}",
             100.0 * relative,
-            2.0 * h,
-        )
+            2.0 * h, time = Seconds(time))
     })
 }

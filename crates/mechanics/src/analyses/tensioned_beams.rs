@@ -4,6 +4,7 @@ use crate::analyses::statics::{Statics, follow_equilibria};
 use crate::elements::element::ElementWorkspace;
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::{State, measure};
+use error::Seconds;
 
 /// Watch of the normal forces of beam elements whose axis between the nodes is straight.
 ///
@@ -58,9 +59,11 @@ impl TensionWatch {
             count => format!(" (and {count} more)"),
         };
         Some(format!(
-            "{}{others}: its normal force of {force:.4e} N at t = {t:.6e} s exceeds its shear stiffness of {:.4e} N (12 EI/ℓ² of slender \
+            "{}{others}: its normal force of {force:.4e} N at t = {t} exceeds its shear stiffness of {:.4e} N (12 EI/ℓ² of slender \
              elements): the element is unstable, and frequencies and deflections are wrong; take shear = \"cubic\", or more elements",
-            mechanism.elements[beam.element].name, beam.limit
+            mechanism.elements[beam.element].name,
+            beam.limit,
+            t = Seconds(t)
         ))
     }
 }

@@ -9,6 +9,7 @@ use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Jump of the velocities at an impact, with the impulses in N·s or N·m·s.
 #[derive(Clone, Debug)]
@@ -215,7 +216,7 @@ impl BorderedSystem {
         system.factor().solve(&mut response);
         let compliance: f64 = direction.iter().zip(&response).map(|(u, w)| u * w[0]).sum();
         if !(compliance > 0.0) {
-            let why = format!("the impact at t = {:.6e} s acts on no free coordinate", before.t);
+            let why = format!("the impact at t = {} acts on no free coordinate", Seconds(before.t));
             return Err(Error::analysis(&impact.gap.name, why, "let the contact act on a free coordinate"));
         }
         Ok(Self { direction, response, compliance })

@@ -20,6 +20,7 @@ use crate::system::System;
 use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Modes during and after an event.
 pub(crate) struct ModeTransition {
@@ -362,11 +363,11 @@ fn resolve_modes(
     let name = &mechanism.events[k].gap.name;
     let why = match tried {
         Some(states) => format!(
-            "at t = {:.6e} s it can neither be held nor let go: none of the {states} states of contact and friction is consistent \
+            "at t = {} it can neither be held nor let go: none of the {states} states of contact and friction is consistent \
              (Painlevé's paradox: friction depends on the reactions that it causes)",
-            state.t
+            Seconds(state.t)
         ),
-        None => format!("no consistent state of contact and friction has been found at t = {:.6e} s", state.t),
+        None => format!("no consistent state of contact and friction has been found at t = {}", Seconds(state.t)),
     };
     let remedy = "reduce the friction, or model the contact with stiffness and damping (a wall contact, a bump stop)";
     Err(Error::analysis(name, why, remedy))

@@ -10,6 +10,7 @@ use crate::mechanism::{
 use crate::system::state::{State, measure};
 use crate::{Error, Result};
 use autodiff::Scalar;
+use error::Seconds;
 use std::sync::Arc;
 
 /// An event of a mechanism, by number.
@@ -181,10 +182,14 @@ impl Element for NoGap {
 pub(crate) fn not_happened(name: &str, t: f64, ended_by: Option<&str>) -> Error {
     if let Some(other) = ended_by {
         let why = format!(
-            "it has not happened when `{other}` ends the motion at t = {t:.6e} s, and an output is its value there"
+            "it has not happened when `{other}` ends the motion at t = {t}, and an output is its value there",
+            t = Seconds(t)
         );
         return Error::analysis(name, why, "change its condition, or let the motion go on");
     }
-    let why = format!("it has not happened until the last time point, t = {t:.6e} s, and an output is its value there");
+    let why = format!(
+        "it has not happened until the last time point, t = {t}, and an output is its value there",
+        t = Seconds(t)
+    );
     Error::analysis(name, why, "extend the time points, or change its condition or the design")
 }

@@ -14,6 +14,7 @@ use crate::mechanism::{EventElement, Mechanism, Unilateral};
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Largest number of trial steps in the search for the time at which a contact closes.
 const MAX_TRIALS: usize = 100;
@@ -156,8 +157,10 @@ impl EventLocator {
             let (gap, rate) = (impact.gap(state), impact.rate(state, &state.v));
             let is_open = gap > 0.0 || (gap >= -TOUCHING && rate >= -TOUCHING);
             if !is_open {
-                let why =
-                    format!("the motion starts at t = {:.6e} s with a gap of {gap:.3e} that is not opening", state.t);
+                let why = format!(
+                    "the motion starts at t = {} with a gap of {gap:.3e} that is not opening",
+                    Seconds(state.t)
+                );
                 return Err(Error::analysis(
                     &impact.gap.name,
                     why,
@@ -574,7 +577,7 @@ fn is_impact(step: &impl TrialStep, contact: usize) -> bool {
 /// The error of two contacts that close at the same time.
 fn simultaneous(step: &impl TrialStep, contacts: [usize; 2]) -> Error {
     let [first, second] = contacts.map(|k| &step.mechanism().events[k].gap.name);
-    let why = format!("it closes at the same time as `{second}`, t = {:.6e} s", step.ends()[1].t);
+    let why = format!("it closes at the same time as `{second}`, t = {}", Seconds(step.ends()[1].t));
     let remedy = "model one of them with stiffness and damping (a wall contact, a bump stop), or move it a little";
     Error::analysis(first, why, remedy)
 }
@@ -583,8 +586,9 @@ fn simultaneous(step: &impl TrialStep, contacts: [usize; 2]) -> Error {
 fn immediate(mechanism: &Mechanism<f64>, state: &State<f64>, event: usize) -> Error {
     if let Some(other) = locked_with(mechanism, state, event) {
         let why = format!(
-            "a drive presses it against `{}` at t = {:.6e} s: there is no way left for the prescribed motion",
-            mechanism.events[other].gap.name, state.t
+            "a drive presses it against `{}` at t = {}: there is no way left for the prescribed motion",
+            mechanism.events[other].gap.name,
+            Seconds(state.t)
         );
         let remedy = "let the motion stop or turn back before, or drive by a force instead of a prescribed motion";
         return Error::analysis(&mechanism.events[event].gap.name, why, remedy);
@@ -600,5 +604,5 @@ fn immediate(mechanism: &Mechanism<f64>, state: &State<f64>, event: usize) -> Er
         ),
         None => ("happens again at once", "end the motion before, or smooth the force that jumps"),
     };
-    Error::analysis(&event.gap.name, format!("it {why} at t = {t:.6e} s"), remedy)
+    Error::analysis(&event.gap.name, format!("it {why} at t = {t}", t = Seconds(t)), remedy)
 }

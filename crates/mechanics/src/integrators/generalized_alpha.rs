@@ -14,6 +14,7 @@ use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result, diagnostics};
 use autodiff::Scalar;
+use error::Seconds;
 use std::ops::{Add, Mul};
 
 /// Coefficients of a generalized-α method.
@@ -588,7 +589,7 @@ impl<'m> Integrator<'m> {
         }
         self.system.assemble(self.mechanism, &self.step.new, linearization, &mut self.rows);
         let what = diagnostics::dominant_residual(&self.system, self.mechanism, &self.step.new, &self.rows);
-        let why = format!("Newton's iteration does not converge from t = {t:.6e} s with a step of {h:.3e} s");
+        let why = format!("Newton's iteration does not converge from t = {t} with a step of {h:.3e} s", t = Seconds(t));
         let remedy = match self.scheme.is_undamped() && !self.step.new.l.is_empty() {
             true => {
                 "add numerical damping, a spectral radius below 1: without it, errors of the reactions of joints change sign \

@@ -7,6 +7,7 @@ use crate::mechanism::scalars::StateScalar;
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Number of halvings of a step in the search for a jump.
 const HALVINGS: usize = 24;
@@ -54,8 +55,9 @@ pub(crate) fn refuse_jumps(
         }
         if moves_others(system, mechanism, &state(), (i, jump)) {
             let why = format!(
-                "its prescribed velocity jumps by {jump:.3e} m/s or rad/s at t = {t:.6e} s, which takes an impulse: explicit steps \
-                 have none"
+                "its prescribed velocity jumps by {jump:.3e} m/s or rad/s at t = {t}, which takes an impulse: explicit steps \
+                 have none",
+                t = Seconds(t)
             );
             let remedy = "take an implicit scheme, or a motion with a continuous velocity, such as a smooth ramp";
             return Err(Error::unsupported(&mechanism.coordinates[i].name, why, remedy));
@@ -80,7 +82,8 @@ pub(crate) fn refuse_position_jumps(
         let Some((t, jump)) = position_jump(motion_of(mechanism, i), ends) else { continue };
         if moves_others(system, mechanism, &state(), (i, jump)) {
             let why = format!(
-                "its prescribed position jumps by {jump:.3e} m or rad at t = {t:.6e} s: no finite force does that"
+                "its prescribed position jumps by {jump:.3e} m or rad at t = {t}: no finite force does that",
+                t = Seconds(t)
             );
             let remedy = "take a motion with a continuous position, such as a ramp over a short time";
             return Err(Error::unsupported(&mechanism.coordinates[i].name, why, remedy));

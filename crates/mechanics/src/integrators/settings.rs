@@ -3,6 +3,7 @@
 use crate::initial_conditions::{Assembly, Statics};
 use crate::integrators::generalized_alpha::{GeneralizedAlpha, Newton, Prescribed};
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Accelerations at the start of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,6 +183,6 @@ pub(crate) const MOST_STEPS: usize = if cfg!(test) { 200_000 } else { 20_000_000
 
 /// The error of an integration that has taken [`MOST_STEPS`] steps up to the time `t` (s).
 pub(crate) fn too_many_steps(t: f64) -> Error {
-    let why = format!("reached only t = {t:.6e} s after {MOST_STEPS} time steps");
+    let why = format!("reached only t = {t} after {MOST_STEPS} time steps", t = Seconds(t));
     Error::analysis("the integration", why, "loosen the tolerance, or use longer steps or a shorter interval")
 }

@@ -19,6 +19,7 @@ use crate::mechanism::{ElementInstance, EventElement, Mechanism};
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
+use error::Seconds;
 
 /// A simulation in progress, advanced step by step.
 pub struct TimeStepper<'m> {
@@ -218,8 +219,8 @@ impl<'m> TimeStepper<'m> {
         }
         let name = |event: usize| self.integrator.mechanism.events[event].gap.name.as_str();
         let why = format!(
-            "the events near t = {:.6e} s are others than those of the given steps",
-            self.integrator.step.old.t
+            "the events near t = {} are others than those of the given steps",
+            Seconds(self.integrator.step.old.t)
         );
         let what = self.locator.closed.or(given.event).map_or("the mechanism", name);
         Err(Error::analysis(what, why, "give the steps of a mechanism that differs less"))
@@ -327,7 +328,7 @@ impl<'m> TimeStepper<'m> {
         let change = |i: &usize| (step.new.a[*i] - step.old.a[*i]).abs();
         let worst = (0..step.new.a.len()).max_by(|i, j| change(i).total_cmp(&change(j)));
         let what = worst.map_or("the mechanism", |i| &self.integrator.mechanism.coordinates[i].name);
-        let why = format!("the step becomes too small ({h:.1e} s) at t = {:.6e} s", step.old.t);
+        let why = format!("the step becomes too small ({h:.1e} s) at t = {}", Seconds(step.old.t));
         Error::analysis(what, why, "loosen the tolerance, or smooth the force or motion that jumps")
     }
 

@@ -359,7 +359,9 @@ impl<S: Scalar> Mechanism<S> {
         WeightedQuantity { source: MeasuredQuantity::KineticEnergy, weight: S::from(1.0) }
     }
 
-    /// The potential energy of the mechanism in J: strain energy and weight.
+    /// The potential energy of the mechanism in J: that of weight, springs, bushings, ropes, beams and compliant contacts.
+    ///
+    /// Loads, actuators and functions of the state have none, not even where their force is constant.
     pub fn potential_energy(&self) -> WeightedQuantity<S> {
         WeightedQuantity { source: MeasuredQuantity::PotentialEnergy, weight: S::from(1.0) }
     }

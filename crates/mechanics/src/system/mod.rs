@@ -26,6 +26,7 @@ use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::State;
 use crate::{Error, Result};
 use dof_map::{Constants, DofMap, constant_entries, nodes_of, pattern};
+use error::Seconds;
 
 /// Unknown of an equation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -204,7 +205,7 @@ impl System {
         self.factor.factorize().map_err(|singular| {
             let what =
                 self.unknowns.get(singular.unknown).map_or("the mechanism".to_owned(), |&u| name_of(mechanism, u));
-            let why = format!("the equations are singular at t = {t:.6e} s");
+            let why = format!("the equations are singular at t = {t}", t = Seconds(t));
             Error::analysis(what, why, "give every free coordinate mass or a joint, and remove redundant joints")
         })
     }
@@ -267,7 +268,7 @@ fn couplings(
 
 /// Checks parameters, coefficients of restitution and initial values.
 fn check_parameters(mechanism: &Mechanism<f64>, t: f64) -> Result<()> {
-    let when = format!("before the motion starts at t = {t:.6e} s");
+    let when = format!("before the motion starts at t = {t}", t = Seconds(t));
     for instance in mechanism.elements.iter().chain(mechanism.events.iter().map(|impact| &impact.gap)) {
         let flaw = instance.element.validate_parameters(&instance.parameters).or_else(|| {
             let bad = instance.parameters.iter().find(|p| !p.is_finite());

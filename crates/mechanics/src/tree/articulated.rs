@@ -16,6 +16,7 @@ use crate::tree::placement::TreeGeometry;
 use crate::tree::plan::Tree;
 use crate::tree::space::articulated::{Articulated3, Inertia3};
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Symmetric inertia of a body about its reference point: xx, xy, yy, xθ, yθ, θθ.
 pub(crate) type ArticulatedInertia = [f64; 6];
@@ -281,6 +282,6 @@ fn inverse(inertia: ArticulatedInertia, is_free: [bool; 3]) -> Option<Articulate
 
 /// The error of a joint coordinate that moves no mass.
 fn singular(tree: &Tree, coordinate: usize, t: f64) -> Error {
-    let why = format!("the equations are singular at t = {t:.6e} s: it moves no mass");
+    let why = format!("the equations are singular at t = {t}: it moves no mass", t = Seconds(t));
     Error::analysis(&tree.names[coordinate], why, "give the bodies that it moves mass and inertia")
 }

@@ -14,6 +14,7 @@ use crate::tree::space::articulated::Inertia3;
 use crate::tree::space::placed::{PlacedBody, Twist};
 use crate::tree::space::rigid::RigidProperties;
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Entry of the Jacobian of a cut joint that is rounding, as a fraction of its gradient times a distance in m.
 const ROUNDING: f64 = 1e-12;
@@ -473,7 +474,7 @@ impl TreeDynamics {
     fn non_finite_error(&self, mechanism: &Mechanism<f64>, state: &State<f64>) -> Error {
         not_finite(mechanism, state).unwrap_or_else(|| {
             let worst = self.values.iter().position(|row| !row.is_finite()).unwrap_or(0);
-            let why = format!("its rates are not finite at t = {:.6e} s", state.t);
+            let why = format!("its rates are not finite at t = {}", Seconds(state.t));
             Error::analysis(
                 &self.tree.names[worst],
                 why,
@@ -513,7 +514,8 @@ fn dependent(mechanism: &Mechanism<f64>, tree: &Tree, row: usize, t: f64) -> Err
     let cut = tree.cuts[row];
     let name = format!("{} (constraint {})", mechanism.elements[cut.element].name, cut.row + 1);
     let why = format!(
-        "its equation follows from those of the other joints at t = {t:.6e} s, and fewer constraints are independent than at the start"
+        "its equation follows from those of the other joints at t = {t}, and fewer constraints are independent than at the start",
+        t = Seconds(t)
     );
     let remedy = "the mechanism is in a singular position, such as a dead centre: change the design, or take absolute coordinates";
     Error::analysis(name, why, remedy)

@@ -24,6 +24,7 @@ use crate::system::System;
 use crate::system::outputs::Sampler;
 use crate::system::state::State;
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Simulates `model` at the design `b` and differentiates its outputs at `times` (s) with respect to `b`.
 ///
@@ -118,8 +119,9 @@ const SIMULTANEOUS: f64 = 1e-6;
 /// The error of two events at the time `t` (s), of which the design moves one before the other.
 pub(crate) fn separated(first: &str, second: &str, t: f64) -> Error {
     let why = format!(
-        "it crosses zero at the same time as `{second}`, t = {t:.6e} s, and the design moves one before the other: there is no \
-         derivative"
+        "it crosses zero at the same time as `{second}`, t = {t}, and the design moves one before the other: there is no \
+         derivative",
+        t = Seconds(t)
     );
     Error::analysis(first, why, "move one of them a little")
 }
@@ -283,7 +285,7 @@ where
         let speed = rate(given + unit)? - fixed;
         if speed == 0.0 || !speed.is_finite() {
             let name = &self.plain.events[contact].gap.name;
-            let why = format!("it is touched with zero speed at t = {:.6e} s: there is no derivative", step.end.t);
+            let why = format!("it is touched with zero speed at t = {}: there is no derivative", Seconds(step.end.t));
             return Err(Error::analysis(name, why, "change the design a little"));
         }
         let mut h = given;

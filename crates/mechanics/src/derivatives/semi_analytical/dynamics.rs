@@ -24,6 +24,7 @@ use crate::system::System;
 use crate::system::outputs::Sampler;
 use crate::system::state::State;
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Simulates `model` at the design `b` and differentiates its outputs at `times` (s) semi-analytically, with the relative
 /// step `step` of the differences (see [`STEP`](crate::derivatives::semi_analytical::STEP)).
@@ -276,8 +277,8 @@ impl<'m> DifferenceSensitivity<'m> {
         let name = &self.plain.events[contact].gap.name;
         if speed == 0.0 || !speed.is_finite() {
             let why = format!(
-                "it is touched with zero speed at t = {:.6e} s, where differences of the residual have no derivative",
-                step.end.t
+                "it is touched with zero speed at t = {}, where differences of the residual have no derivative",
+                Seconds(step.end.t)
             );
             return Err(Error::unsupported(
                 name,
@@ -401,9 +402,9 @@ impl<'m> DifferenceSensitivity<'m> {
     /// The error of differences that do not settle: the derivatives would be noise.
     fn failure(&self, correction: f64) -> Error {
         let why = format!(
-            "the differences of the residual do not settle at t = {:.6e} s: the last correction of a position's derivative is \
+            "the differences of the residual do not settle at t = {}: the last correction of a position's derivative is \
              {correction:.1e}",
-            self.values.new.t
+            Seconds(self.values.new.t)
         );
         Error::analysis(
             "the semi-analytical derivative",
@@ -461,7 +462,7 @@ impl<'m> DifferenceSensitivity<'m> {
                 });
             self.derivatives.extend(derivatives.zip(&self.held).map(|(derivative, held)| held.unwrap_or(derivative)));
             if let Some(k) = self.derivatives[from..].iter().position(|derivative| !derivative.is_finite()) {
-                let why = format!("its semi-analytical derivative is not finite at t = {t:.6e} s");
+                let why = format!("its semi-analytical derivative is not finite at t = {t}", t = Seconds(t));
                 let remedy = "take a shorter step of the differences, or the direct or adjoint method";
                 return Err(Error::analysis(&self.plain.outputs[k].name, why, remedy));
             }

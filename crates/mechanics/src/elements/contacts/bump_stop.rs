@@ -1,7 +1,7 @@
 //! A bump stop between two coordinates.
 
 use crate::elements::contacts::hunt_crossley::{self, contact_force};
-use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::frame::write_force_pair;
 use crate::mechanism::{Coordinate, ElementIndex, Mechanism};
 use crate::{as_object, element_inputs};
@@ -76,6 +76,10 @@ impl Element for BumpStop {
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out[0] = Self::contact_force(x);
+    }
+
+    fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
+        hunt_crossley::stored_energy(BumpStopInputs(x.p).stiffness(), Self::depth(x).0, x.sides)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Contact force from the depth of penetration and its rate.
 
-use crate::mechanism::element::SwitchSides;
+use crate::mechanism::element::{Energy, SwitchSides};
 use autodiff::Scalar;
 
 /// Contact force of Hunt and Crossley: k δ^{3/2} (1 + 1.5 c δ̇) for δ > 0, never negative.
@@ -17,6 +17,13 @@ pub fn contact_force<T: Scalar>(stiffness: T, damping: T, depth: T, rate: T, sid
     let pushes = sides.is_positive(0, depth.re()) && sides.is_positive(1, factor.re());
     // On the side of contact the force and its derivative are zero at depth zero, and there is no force beyond it.
     if pushes && depth.re() > 0.0 { stiffness * depth * depth.sqrt() * factor } else { T::zero() }
+}
+
+/// Energy stored in the contact: ⅖ k δ^{5/2} in J, the work of the force without damping.
+pub fn stored_energy<T: Scalar>(stiffness: T, depth: T, sides: SwitchSides) -> Energy<T> {
+    let touches = sides.is_positive(0, depth.re()) && depth.re() > 0.0;
+    let potential = if touches { stiffness * depth * depth * depth.sqrt() * 0.4 } else { T::zero() };
+    Energy { kinetic: T::zero(), potential }
 }
 
 /// Describes a negative stiffness or damping.
@@ -48,5 +55,13 @@ mod tests {
         assert_eq!(contact_force(1000.0, 0.2, 0.04, 0.5, SwitchSides::default()), 1000.0 * 0.008 * 1.15);
         assert_eq!(contact_force(1000.0, 0.2, -0.04, 5.0, SwitchSides::default()), 0.0);
         assert_eq!(contact_force(1000.0, 0.2, 0.04, -5.0, SwitchSides::default()), 0.0);
+    }
+
+    #[test]
+    fn the_stored_energy_is_the_work_of_the_elastic_force() {
+        let energy = |depth: f64| stored_energy(1000.0, depth, SwitchSides::default()).potential;
+        assert_eq!([energy(0.0), energy(-0.01)], [0.0, 0.0]);
+        let slope = (energy(0.04 + 1e-6) - energy(0.04 - 1e-6)) / 2e-6;
+        assert!((slope - contact_force(1000.0, 0.0, 0.04, 0.0, SwitchSides::default())).abs() < 1e-8);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::elements::contacts::hunt_crossley::{self, contact_force};
 use crate::elements::contacts::profile::{self, Profile, dot};
-use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use crate::{as_object, element_inputs};
@@ -113,6 +113,10 @@ impl Element for ProfileFace {
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let ProfileFaceState { force, depth, .. } = ProfileFaceState::of(x);
         (out[0], out[1]) = (force, -depth);
+    }
+
+    fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
+        hunt_crossley::stored_energy(ProfileFaceInputs(x.p).stiffness(), ProfileFaceState::of(x).depth, x.sides)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Contact of a point with a straight wall.
 
 use crate::elements::contacts::hunt_crossley::{self, contact_force};
-use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::frame::{Frame, add_force, point_velocity};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use crate::{as_object, element_inputs};
@@ -84,6 +84,10 @@ impl Element for WallContact {
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         out[0] = Self::contact_force(x).0;
+    }
+
+    fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
+        hunt_crossley::stored_energy(WallContactInputs(x.p).stiffness(), Self::depth(x).0, x.sides)
     }
 }
 

@@ -2,14 +2,14 @@
 
 use crate::element_inputs;
 use crate::elements::line::{Line, ends, without_direction};
-use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Family, Measure, Symbol};
+use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
 
 /// A spring and damper between two points whose stiffness is a function of time: tension k(t) (L − L₀) + c L̇.
 ///
-/// It has no potential: a change of its stiffness does work.
+/// It stores ½ k(t) (L − L₀)², which a change of its stiffness changes too: it is not conservative.
 ///
 /// # Sources
 /// Haug, *Computer Aided Kinematics and Dynamics of Mechanical Systems* (1989), Section 6.2.
@@ -73,6 +73,12 @@ impl<F: Motion> Element for VariableSpring<F> {
         (out[0], out[1], out[2]) = (self.tension(x, &line), line.length, line.rate);
         out[3] = self.0.position(VariableSpringInputs(x.p).stiffness(), x.t);
     }
+
+    fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
+        let p = VariableSpringInputs(x.p);
+        let elongation = Line::of(x).length - p.length();
+        Energy { kinetic: T::zero(), potential: self.0.position(p.stiffness(), x.t) * elongation * elongation * 0.5 }
+    }
 }
 
 impl<S: Scalar> Mechanism<S> {
@@ -93,7 +99,7 @@ impl<S: Scalar> Mechanism<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::elements::element_tests::{close, measured, moving, rows};
+    use crate::elements::element_tests::{close, energies, measured, moving, rows};
     use crate::elements::line::three_four_five;
     use crate::motion::Fixed;
 
@@ -104,5 +110,6 @@ mod tests {
         let x = moving(&p, &q, &v, &[]);
         close(&rows(&VariableSpring(Fixed), &x).0, &[-17.4, -23.2, 0.0, 17.4, 23.2, 0.0]);
         close(&measured(&VariableSpring(Fixed), &x), &[29.0, 5.0, 2.2, 7.0]);
+        close(&energies(&VariableSpring(Fixed), &x), &[0.0, 3.5]);
     }
 }

@@ -1,5 +1,6 @@
 //! Violation of the constraints along explicit steps.
 
+use error::Seconds;
 /// Largest violation of the constraints at the ends of explicit steps, after their projection.
 ///
 /// The projection is one least-squares step for positions and one for velocities: what remains is of second order in the
@@ -49,8 +50,9 @@ impl ConstraintDrift {
     pub fn warning(&self) -> Option<String> {
         let (from, Self { position, velocity, .. }) = (self.notable_from?, self);
         Some(format!(
-            "the steps leave the constraints from t = {from:.6e} s on: they are violated by up to {position:.3e} m or rad, their \
-             rates by up to {velocity:.3e} m/s or rad/s. Take shorter steps, steps with a tolerance, or an implicit scheme."
+            "the steps leave the constraints from t = {from} on: they are violated by up to {position:.3e} m or rad, their \
+             rates by up to {velocity:.3e} m/s or rad/s. Take shorter steps, steps with a tolerance, or an implicit scheme.",
+            from = Seconds(from)
         ))
     }
 }

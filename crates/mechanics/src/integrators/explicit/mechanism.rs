@@ -23,6 +23,7 @@ use crate::system::linearization::Linearization;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
 use crate::{Error, Result, reaction_loads};
+use error::Seconds;
 
 /// A mechanism as a system of first-order equations: all positions, followed by all velocities.
 ///
@@ -231,7 +232,7 @@ impl<'m> MechanismRhs<'m> {
     /// The error of a system that is not finite at the current state.
     fn non_finite_error(&self) -> Error {
         not_finite(self.mechanism, &self.state).unwrap_or_else(|| {
-            let why = format!("its rates are not finite at t = {:.6e} s", self.state.t);
+            let why = format!("its rates are not finite at t = {}", Seconds(self.state.t));
             Error::analysis(
                 self.system.dominant_residual(self.mechanism, &self.rows),
                 why,

@@ -6,6 +6,7 @@ use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::settings::Work;
 use crate::{Error, Result};
 use autodiff::Scalar;
+use error::Seconds;
 
 /// A system dy/dt = f(b, t, y) with y(t₀) = y₀(b) and design variables b.
 ///
@@ -100,7 +101,7 @@ impl<O: Ode> OdeRhs for OdeModelRhs<'_, O> {
             state.copy_from_slice(y);
         }
         k.iter().position(|rate| !rate.is_finite()).map_or(Ok(()), |i| {
-            let why = format!("its rate is {} at t = {t:.6e} s", k[i]);
+            let why = format!("its rate is {} at t = {t}", k[i], t = Seconds(t));
             Err(Error::analysis(self.name(i), why, "check the function that computes the rates"))
         })
     }

@@ -8,6 +8,7 @@ use crate::integrators::explicit::switching::SwitchLocator;
 use crate::integrators::inspection::InspectionTimes;
 use crate::integrators::settings::{MOST_STEPS, Work, too_many_steps};
 use crate::{Error, Result};
+use error::Seconds;
 
 /// An integration in progress, advanced step by step.
 #[derive(Debug)]
@@ -45,7 +46,7 @@ impl SplitStep {
     fn begin_step(&mut self, t: f64, length: impl Fn(usize) -> Option<f64>) -> Result<()> {
         let length = |k: usize| {
             length(k).ok_or_else(|| {
-                let why = format!("{k} steps end at t = {t:.6e} s, before the last output");
+                let why = format!("{k} steps end at t = {t}, before the last output", t = Seconds(t));
                 Error::definition("given steps", why, "give steps up to the last output time")
             })
         };
@@ -208,7 +209,7 @@ impl<F: OdeRhs> OdeDriver<F> {
                     return Err(error);
                 }
                 let component = outcome?.1;
-                let why = format!("the step becomes too small ({h:.1e} s) at t = {old:.6e} s");
+                let why = format!("the step becomes too small ({h:.1e} s) at t = {old}", old = Seconds(old));
                 let remedy = "loosen the tolerance, or take an implicit method: the motion may be stiff or not smooth";
                 return Err(Error::analysis(self.stepper.rhs.name(component), why, remedy));
             }

@@ -35,6 +35,7 @@ use crate::system::outputs::Sampler;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Change of a gap with the design, as a fraction of its terms, below which two events stay at the same time.
 const SIMULTANEOUS: f64 = 1e-6;
@@ -308,7 +309,7 @@ where
         });
         let speed = moved - fixed;
         if speed == 0.0 || !speed.is_finite() {
-            let why = format!("it is touched with zero speed at t = {:.6e} s: there is no derivative", values.t);
+            let why = format!("it is touched with zero speed at t = {}: there is no derivative", Seconds(values.t));
             return Err(Error::analysis(self.name_of(at), why, "change the design a little"));
         }
         let mut h = given;
