@@ -208,3 +208,69 @@ fn an_event_that_does_not_happen_is_shown_at_its_part() {
     let report = model.locate(&error).expect("the event is a part of the file").to_string();
     assert!(report.contains("landing") && report.contains("has not happened"), "{report}");
 }
+
+/// A ball that falls from 1 m, bounces, and ends in its second rebound; a slider under the square of its speed.
+const BOUNCES: &str = r#"
+version = 2
+[design.restitution]
+start = 0.8
+[[body]]
+name = "ball"
+kind = "slider"
+mass = 1
+position = 1
+[[force]]
+name = "weight"
+kind = "load"
+b = "ball"
+generalized_force = -9.81
+[[force]]
+name = "floor"
+kind = "rigid-stop"
+b = "ball"
+clearance = 0
+restitution = "restitution"
+[[body]]
+name = "meter"
+kind = "slider"
+mass = 1
+[[force]]
+name = "squared"
+kind = "feedback"
+coordinate = "meter"
+generalized_force = "ball.velocity^2"
+[[output]]
+name = "integrated"
+value = "meter.velocity"
+[time]
+to = 1.2
+points = 25
+[analysis]
+kind = "dynamics"
+scheme = "rk8"
+[objective]
+minimize = "final(integrated)"
+"#;
+
+/// ∫ v² dt up to 1.2 s: each part of the motion with the speed w after an impact adds (w³ − (w − g d)³)/(3 g) in its duration d.
+#[test]
+fn a_slider_of_unit_mass_integrates_a_history_that_jumps() {
+    let problem = problem(BOUNCES);
+    let integral = |e: f64| {
+        let (g, fall) = (9.81, (2.0f64 / 9.81).sqrt());
+        let (first, second) = (e * g * fall, e * e * g * fall);
+        let rebound = 2.0 * first / g;
+        let rest = 1.2 - fall - rebound;
+        let part = |w: f64, d: f64| (w.powi(3) - (w - g * d).powi(3)) / (3.0 * g);
+        part(0.0, fall) + part(first, rebound) + part(second, rest)
+    };
+    let responses = problem.analyze(&[0.8]).unwrap();
+    assert!((responses.values[0][24] - integral(0.8)).abs() < 1e-9, "{}", responses.values[0][24]);
+    let difference = (integral(0.8 + 1e-5) - integral(0.8 - 1e-5)) / 2e-5;
+    for method in
+        problem.analysis.gradient_methods().iter().filter(|method| ["direct", "adjoint"].contains(&method.name))
+    {
+        let rows = method.sensitivities(&[0.8], &responses, &[ResponseAt { response: 0, point: 24 }]).unwrap();
+        assert!((rows[(0, 0)] - difference).abs() < 1e-7, "{}: {} and {difference}", method.name, rows[(0, 0)]);
+    }
+}

@@ -209,7 +209,8 @@ impl QuantityContext<'_> {
                 "if its history jumps at an event, `{name}` has an error of the order of the distance of the time points there, and its \
                  derivative lacks the effect of the time of the event"
             );
-            let help = "reduce a quantity that does not jump, such as the kinetic energy in place of the power";
+            let help = "reduce a quantity that does not jump, such as the kinetic energy in place of the power, or integrate with the motion: a \
+                        slider of mass 1 under the force x has the velocity ∫ x dt (docs/howto/rms.md)";
             section.source().log.remark(Diagnostic::new(at.clone(), message).help(help));
         }
     }
