@@ -129,7 +129,7 @@ impl<S> When<S> {
     }
 }
 
-/// Returns whether a measure in this `unit` is of positions and velocities only.
+/// Returns whether a measure with this `unit` depends on positions and velocities only.
 fn is_of_motion(unit: &str) -> bool {
     unit.split(" or ").all(|unit| UNITS_OF_MOTION.contains(&unit))
 }
@@ -153,7 +153,7 @@ impl<T: StateScalar> When<T> {
         T::formula(self.formula.as_ref(), state.t, &terms)
     }
 
-    /// Rate of the function in 1/s with the velocities `v`, by a central difference. Multipliers are constant in it.
+    /// Rate of the function in 1/s with the velocities `v`, by a central difference at constant multipliers.
     pub fn rate(&self, state: &State<T>, v: &[T]) -> T {
         let at = |offset: f64| {
             let mut moved = state.clone();
@@ -169,7 +169,7 @@ impl<T: StateScalar> When<T> {
 /// Time step in s of the rate of a condition, which is an estimate: it separates events at the same time.
 const RATE_STEP: f64 = 1e-6;
 
-/// Takes the place of the gap in an event with a condition.
+/// Placeholder for the gap in an event with a condition.
 struct NoGap;
 
 impl Element for NoGap {

@@ -18,7 +18,7 @@ const SMOOTH: f64 = 1e-6;
 /// that is left after [`HALVINGS`] halvings.
 const LEAST: f64 = 1e-3;
 
-/// Largest rounding of a mean velocity, as a fraction of a change of the velocity, that leaves enough digits in positions.
+/// Rounding error of a mean velocity, as a fraction of the change of the velocity, up to which differences of positions have enough digits.
 const ROUNDED: f64 = 1e-2;
 
 /// Largest effect of a jump on the equations, per unit of the jump, that counts as rounding.

@@ -445,7 +445,7 @@ fn end_at_event(stepper: &mut Stepper<MechanismRhs<'_>>, times: &InspectionTimes
     Ok(())
 }
 
-/// Shortens the step if an event happens in it that has no trace at its end. Returns the length of the step in s.
+/// Shortens the step if an event happens in it that the states at its ends do not show. Returns the length of the step in s.
 ///
 /// The state is interpolated at a few fractions of the step. Forces of held parts, and reactions, are computed at the `times` inside it.
 fn end_near_event(
@@ -550,7 +550,7 @@ pub(crate) fn start<'m>(
     Ok((OdeDriver::new(rhs, settings, y, times)?, ConsistentState { state, projection }))
 }
 
-/// Length of an adaptive step to which the times between events are compared, as a fraction of the duration of the motion.
+/// Nominal length of adaptive steps, with which the times between events are compared, as a fraction of the duration of the motion.
 const NOMINAL: f64 = 1e-3;
 
 /// The size of the steps that bounds the times between events.

@@ -41,7 +41,7 @@ pub(crate) struct SplitStep {
 
 impl SplitStep {
     /// Sets the end of the step that begins at the time `t` (s): that of the given step which an event has split, or of the next one.
-    /// `length`: that of the step of a number (s).
+    /// `length` returns the length in s of the given step with a number.
     fn begin_step(&mut self, t: f64, length: impl Fn(usize) -> Option<f64>) -> Result<()> {
         let length = |k: usize| {
             length(k).ok_or_else(|| {
@@ -60,7 +60,7 @@ impl SplitStep {
 /// Number of step lengths for which memory is allocated at the start, so that steps do not allocate.
 const EXPECTED_STEPS: usize = 1 << 14;
 
-/// Fraction of a grid step. After an event, a remainder of the step that is shorter is merged with the next grid step.
+/// Fraction of a grid step. After an event, a shorter remainder of the grid step is merged with the next grid step.
 const TINY: f64 = 1e-4;
 
 impl<F: OdeRhs> OdeDriver<F> {
