@@ -484,7 +484,7 @@ impl DrawnState<'_> {
                 let foot = beside(ranges.centre, foot, [-s, c]);
                 return linkage.lines.push(symbols::wall(foot, normal - FRAC_PI_2, ranges.half, 0.3 * ranges.arrow));
             }
-            Symbol::Weld => return linkage.lines.push(symbols::rigid_connection(at, angle, size)),
+            Symbol::Connection => return linkage.lines.push(symbols::rigid_connection(at, angle, size)),
             _ => {}
         }
         let Some(b) = b else { return };

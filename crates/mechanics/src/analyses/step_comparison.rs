@@ -11,7 +11,7 @@ use crate::mechanism::{AnyFormula, FormulaIn, MeasuredQuantity, Mechanism, Outpu
 /// For a method of second order the error is about a third of the change, for methods of higher order less.
 pub const NOTABLE: f64 = 0.2;
 
-/// Size of an output below which its change is rounding: as a fraction of the largest output, and in SI units.
+/// Size of an output below which its change counts as rounding: as a fraction of the largest output, and in SI units.
 const ROUNDING: [f64; 2] = [1e-9, 1e-6];
 
 /// Fraction of the largest output of the same unit below which an output counts as zero, such as the moment at a pin compared with

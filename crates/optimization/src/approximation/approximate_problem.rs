@@ -68,7 +68,7 @@ impl<'a> ApproximateProblem<'a> {
         self.functions.curvature.as_ref()
     }
 
-    /// Determines structure, cones and separability by an evaluation with numbers that carry their polynomial degree.
+    /// Determines structure, cones and separability by an evaluation in numbers that carry a polynomial degree.
     fn recognize(&mut self) {
         let functions = &self.functions;
         let (origin, peaks) = (&functions.origin, &functions.models.peaks);
@@ -76,7 +76,7 @@ impl<'a> ApproximateProblem<'a> {
         let (objective, rows) = functions.values(&middle.collect::<Vec<_>>(), |_| true);
         let degree = |(i, row): (usize, &PolynomialDegree)| match &peaks[i] {
             Some(p) if !p.stays_quadratic(origin, self.lower(), self.upper()) => PolynomialDegree::NONLINEAR,
-            // In the middle of the box the shift of the peak may be zero by chance.
+            // At the centre of the box the shift of the peak may be zero by chance.
             Some(p) if p.is_moving && p.peak.reach.iter().any(|t| *t > 0.0) => row.degree.max(2),
             _ => row.degree,
         };

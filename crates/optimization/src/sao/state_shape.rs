@@ -6,7 +6,7 @@ use crate::problem::{AnalyzedDesign, Evaluation, Peak, Problem, ResponseAt, RowI
 use error::{Error, Result};
 use nalgebra::DMatrix;
 
-/// Largest number of analyses and iterations; far beyond any run, far from the largest number that can be stored.
+/// Largest number of analyses and iterations: far more than any run needs, and far below the largest number that can be stored.
 const MOST: usize = usize::MAX / 1024;
 
 impl RunState {

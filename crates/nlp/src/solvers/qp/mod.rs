@@ -136,7 +136,7 @@ impl Conic {
     }
 
     /// The better candidate of two scalings; the second one is tried only if the first is not accurate. Curvatures that differ too much
-    /// in units of the bounds would not count.
+    /// in units of the bounds would have no effect.
     fn scaled_candidate(&self, program: &QuadraticProgram) -> Result<Candidate> {
         let mut units = [VariableUnits::Bounds, VariableUnits::Entries];
         if Scaling::new(program, units[0]).apply(program).has_curvatures_below(UNBALANCED) {

@@ -469,7 +469,7 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
     }
 }
 
-/// The note about unknowns that the analysis has chosen itself.
+/// The note about the unknowns if the analysis has chosen them.
 fn notes(coordinates: Coordinates) -> Vec<String> {
     let note = "relative coordinates: the unknowns of the steps are joint angles and displacements";
     if coordinates == Coordinates::Relative { vec![note.to_owned()] } else { Vec::new() }
