@@ -35,7 +35,7 @@ pub struct Names {
     pub(super) tables: HashMap<String, Arc<TableFunction>>,
     /// Dimensions of constants.
     pub(super) dimensions: HashMap<String, KnownDimension>,
-    /// The quantity over which histories are.
+    /// The independent variable of histories.
     pub(super) axis: Axis,
     /// Operations of all expressions compiled so far.
     pub(super) compiled: Cell<usize>,
@@ -80,12 +80,12 @@ impl Names {
         self.units.get(design)
     }
 
-    /// Sets the quantity over which histories are.
+    /// Sets the independent variable of histories.
     pub fn set_axis(&mut self, axis: Axis) {
         self.axis = axis;
     }
 
-    /// The quantity over which histories are.
+    /// The independent variable of histories.
     pub fn axis(&self) -> &Axis {
         &self.axis
     }

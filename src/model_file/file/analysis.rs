@@ -118,7 +118,7 @@ pub const TABLES: &[TableKeys] = &[
 /// Method of the derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DerivativeSetting {
-    /// The choice of the analysis.
+    /// The analysis chooses the method.
     Automatic,
     /// A method of the analysis, with the step of its differences.
     By(&'static str, Option<f64>),
@@ -447,7 +447,7 @@ impl DerivativeSetting {
         let variables = parts.variables().to_vec();
         match self {
             Self::Automatic => parts.build(analysis),
-            // A reverse pass for each time point of a history would be many; one suffices for its integral or mean.
+            // A history needs a reverse pass for each time point; its integral or mean needs only one.
             Self::By(method @ "adjoint", step) => {
                 Ok(parts.build(Differentiated::by(analysis, method, step)?)?.with_reduced_histories())
             }

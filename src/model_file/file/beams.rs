@@ -107,7 +107,7 @@ pub struct BeamSpec {
     kind: CrossSection,
     from: [CompiledExpression; 2],
     to: [CompiledExpression; 2],
-    /// Rise of the unloaded arc, and prestress.
+    /// Rise of the unloaded arc, and initial normal force.
     own: [CompiledExpression; 2],
     pub ends: [Option<FrameRef>; 2],
     pub elements: usize,
@@ -117,9 +117,9 @@ pub struct BeamSpec {
     /// Young's modulus, Poisson's ratio and density.
     material: Vec<CompiledExpression>,
     inertia: Option<CompiledExpression>,
-    /// Initial velocities of both ends; `None` if they are free.
+    /// Initial velocities of both ends; `None` if they follow from the joints.
     velocity: Option<[[CompiledExpression; 2]; 2]>,
-    /// Initial angular velocity of all nodes; `None` if it is free.
+    /// Initial angular velocity of all nodes; `None` if it follows from the joints.
     spin: Option<CompiledExpression>,
     /// Distributed loads with their directions in rad.
     loads: Vec<(f64, TimeFunction)>,

@@ -596,7 +596,7 @@ impl Model {
     fn build(&self, add_objective: impl FnOnce(&mut ProblemBuilder)) -> Result<Problem> {
         let mut parts = ProblemBuilder::new(&self.title);
         for variable in &self.variables {
-            // That of a run may be outside of bounds that were moved since.
+            // The start in the file of a run may be outside of bounds that were edited later.
             let start = variable.start.clamp(variable.lower, variable.upper);
             parts.variable(DesignVariable { start, ..variable.clone() });
         }

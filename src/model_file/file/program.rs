@@ -114,7 +114,7 @@ pub struct AskedProgram<'m> {
 impl AskedProgram<'_> {
     /// The analysis by the program, or `None` if it must not be started.
     ///
-    /// The bound of a peak is a variable of the problem, and none of the program.
+    /// The bound of a peak is a variable of the problem, not of the program.
     pub fn analysis(&self) -> Result<Option<Arc<ProgramAnalysis>>> {
         let spec = self.spec;
         if spec.program.folder.is_none() {
