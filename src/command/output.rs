@@ -63,7 +63,7 @@ impl std::error::Error for ClosedOutput {}
 
 /// An argument as it is typed into a shell: a file, a folder, or a value with its name.
 pub fn argument(text: &str) -> String {
-    // It would be taken for an option.
+    // It would be read as an option.
     if text.starts_with('-') {
         return argument(&format!("./{text}"));
     }

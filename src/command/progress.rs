@@ -279,7 +279,7 @@ impl StatusLine {
         }
     }
 
-    /// Keeps the line from being drawn.
+    /// Prevents the line from being drawn while the guard is held.
     fn hold(&self) -> std::sync::MutexGuard<'_, Option<(String, String)>> {
         self.shared.text.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }

@@ -107,7 +107,7 @@ struct HistoryGradients {
 impl AnalysedModel {
     /// A model without an analysis. If its problem cannot be built, each analysis returns that error.
     pub fn new(model: Model, budget: Budget) -> Self {
-        // Other designs can be analysed if the start cannot.
+        // If the start cannot be analysed, other designs may be.
         let problem = model.is_problem().then(|| model.problem().or_else(|_| model.unscaled_problem()));
         Self { model, problem, last: None, budget }
     }

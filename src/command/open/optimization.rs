@@ -2,7 +2,7 @@
 //!
 //! The run is stored as `linkwright optimize` stores it, after each trial step, so that `resume`, `report` and `runs` can use it. A
 //! trial step that is taken back, and a decision by hand, are recorded like edits of the model. The folder is claimed while the run goes
-//! on; while it rests, other processes can continue it, and the run is then read again before the next action.
+//! on; while it is paused, other processes can continue it, and the run is then read again before the next action.
 
 use super::super::budget::Budget;
 use super::super::model::{located, with_program};
@@ -244,7 +244,7 @@ impl SteeredRun {
         Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None, budget })
     }
 
-    /// Acts until the page closes the run or begins another one.
+    /// Executes requests until the page closes the run or begins another one.
     fn serve(mut self, actions: &Receiver<RunRequest>, publish: &dyn Fn(Value, &str)) {
         loop {
             if !self.is_running {

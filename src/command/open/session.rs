@@ -194,7 +194,7 @@ impl Session {
         written.with_context(|| format!("cannot write {}", self.unsaved()))
     }
 
-    /// Name of the file with text that is not saved.
+    /// Name of the file with the unsaved text.
     fn unsaved(&self) -> String {
         format!("{}.unsaved", self.name)
     }

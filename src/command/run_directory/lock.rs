@@ -53,7 +53,7 @@ impl FolderLock {
         Err(Occupied(why).into())
     }
 
-    /// Gives a folder back that is not used; leaves no file that did not exist before.
+    /// Releases a folder that is not used, and removes the lock file if it is new.
     pub fn withdraw(self, directory: &Directory) {
         if self.is_new {
             drop(directory.remove(LOCK));

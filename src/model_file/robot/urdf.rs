@@ -164,7 +164,7 @@ fn mass(node: &XmlElement, name: &str) -> Result<Option<MassData>> {
     let [xx, yy, zz, xy, xz, yz] = [xx?, yy?, zz?, xy?, xz?, yz?].map(|entry| entry.unwrap_or(0.0));
     let own = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     if mass == 0.0 {
-        // A usual way to write a frame.
+        // A common way to declare a frame.
         return Ok(None);
     }
     if !(mass > 0.0) {

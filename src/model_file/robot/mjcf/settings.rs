@@ -22,13 +22,13 @@ pub struct MjcfSettings {
     pub masses: MassSource,
     /// Groups of shapes that have masses.
     pub groups: [f64; 2],
-    /// Moments of inertia that no body has are replaced by their mean.
+    /// True if moments of inertia that are physically impossible are replaced by their mean.
     pub balances: bool,
     pub total_mass: Option<f64>,
     pub gravity: Vector3<f64>,
 }
 
-/// Attributes of `compiler` that change nothing here, or are read.
+/// Attributes of `compiler` that are read, or that have no effect on the model.
 const HARMLESS: [&str; 20] = [
     "angle",
     "eulerseq",
