@@ -2,11 +2,10 @@
 
 use crate::browser::browser;
 use crate::devtools::Page;
-use crate::open::Server;
+use crate::open::{SETTLED, Server};
 use crate::shell::{TempFolder, linkwright};
 use serde_json::json;
 
-const SETTLED: &str = "document.documentElement.dataset.settled?.endsWith('differentiated')";
 const DESIGN: &str = "[...document.querySelectorAll('#sliders input[type=range]')].map((e) => Number(e.value))";
 const MARGINS: &str = "[...document.querySelectorAll('.margin')].map((e) => Number(e.dataset.margin))";
 const ENDED: &str =
