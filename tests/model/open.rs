@@ -55,7 +55,7 @@ impl Server {
         stream
     }
 
-    /// The answer of the server to these bytes; `is_all` closes this direction after them, as a client that has died.
+    /// The answer of the server to these bytes; `is_all` closes this direction after them, as if the client had ended.
     fn raw(&self, bytes: &[u8], is_all: bool) -> String {
         let mut stream = self.connect();
         // The server may close the connection before it has read all.
@@ -286,7 +286,7 @@ fn malformed_large_and_many_requests_leave_the_server_running() {
     let open: Vec<TcpStream> = (0..1000).filter_map(|_| TcpStream::connect(&server.host).ok()).collect();
     assert!(open.len() > 500, "{}", open.len());
     drop(open);
-    // A thousand requests from many threads: each is answered or told to come again.
+    // A thousand requests from many threads: each is answered, or asked to retry later.
     let statuses: Vec<u16> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..50)
             .map(|_| {
@@ -360,7 +360,7 @@ fn the_file_is_the_truth_and_pages_are_independent() {
 fn a_long_analysis_is_stopped() {
     let place = TempFolder::new("open-long");
     place.example("pendulum-chain");
-    // 2 000 s of a motion that the example has for half a second.
+    // A motion over 2 000 s instead of half a second.
     let text =
         place.read("pendulum-chain.toml").replace("to = 0.5", "to = 2000.0").replace("points = 51", "points = 50001");
     std::fs::write(place.0.join("long.toml"), text).unwrap();
@@ -515,7 +515,7 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
     let frame = page.text("document.querySelector('#stage svg').dataset.frame");
     page.wait(&format!("document.querySelector('#stage svg').dataset.frame != {frame:?}"));
 
-    // While the mouse holds the slider, the approximation is shown as what it is.
+    // While the slider is dragged, the approximation is marked as one.
     let sliders = page.value("document.querySelectorAll('#sliders input[type=range]').length").as_u64().unwrap();
     assert!(sliders > 1);
     let from = page.middle("#sliders input[type=range]");
@@ -593,7 +593,7 @@ pub fn wait(server: &Server, route: &str, what: &str, is_so: impl Fn(&Value) -> 
     panic!("never: {what}\n{}", server.get(route))
 }
 
-/// The number of trial steps of the run, once it rests with this status.
+/// The run, once it has this status and a suitable number of trial steps.
 pub fn rests(server: &Server, status: &str, tries: impl Fn(usize) -> bool) -> Value {
     let cycles = |value: &Value| value["run"]["cycles"].as_array().map_or(0, |all| all.len());
     let found = wait(server, "run", &format!("the run is {status}"), |value| {
@@ -700,7 +700,7 @@ fn a_run_is_steered_and_goes_on_after_a_kill() {
     assert!(history.contains("accepted by hand") && history.contains("design.c.upper"), "{history}");
 }
 
-/// Edited text is kept beside the file until it is saved, also over a restart; a file that changed elsewhere is not overwritten unasked.
+/// Edited text is kept beside the file until it is saved, also over a restart; a file that was changed by another program is not overwritten without a confirmation.
 #[test]
 fn edited_text_is_kept_until_it_is_saved() {
     let (place, server) = served("open-edit", "impact-absorber");
@@ -735,7 +735,7 @@ fn edited_text_is_kept_until_it_is_saved() {
     edit(&server, &tight, &before["base"]);
     drop(server);
 
-    // Another session takes the text up. A file that has changed meanwhile is not replaced unasked.
+    // Another session continues with the edited text. A file that has changed meanwhile is not replaced without a confirmation.
     std::fs::write(place.0.join(file), &other).unwrap();
     let server = Server::start(&place.0, file);
     let found = server.get("model");
@@ -751,7 +751,7 @@ fn edited_text_is_kept_until_it_is_saved() {
     let saved = server.get("model");
     assert_eq!((&saved["is_unsaved"], saved["errors"].as_array().unwrap().len()), (&json!(false), 0));
 
-    // The file changes under the edit.
+    // The file changes during the edit.
     edit(&server, &text, &saved["base"]);
     let other = tight.replace("at_most = 0.9", "at_most = 0.8");
     std::fs::write(place.0.join(file), &other).unwrap();
@@ -822,7 +822,7 @@ fn the_page_steers_edits_and_draws() {
         page.text("document.querySelector('#errors button').textContent.replace('line ', '')")
     );
     page.views("file", "#text");
-    // Another page has edited the text meanwhile: it is not replaced unasked.
+    // Another page has edited the text meanwhile: it is not replaced without a confirmation.
     let of_other = format!("{text}# of another page\n");
     page.value(&format!(
         "(async () => {{ const {{ edited, base }} = await (await fetch('model')).json(); const e = document.getElementById('text'); e.value = {}; \

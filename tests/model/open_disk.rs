@@ -88,7 +88,7 @@ fn a_file_that_is_gone_or_unreadable_is_written_again() {
     assert_eq!(place.read("impact-absorber.toml"), text);
 }
 
-/// A run that rests in a page is open to other processes, has its own status for them, and keeps it when it is looked at.
+/// A run that is paused in a page can be continued by other processes, is listed by them with its own status, and keeps this status.
 #[test]
 fn a_run_that_rests_is_not_running_and_keeps_its_status() {
     let (place, server) = served("open-rest", "shaper");
@@ -117,7 +117,7 @@ fn a_run_that_rests_is_not_running_and_keeps_its_status() {
     let summary: Value = serde_json::from_str(&place.read("out/shaper/summary.json")).unwrap();
     assert_eq!(summary["status"], "Converged");
 
-    // The command continues a run that rests in the page, and the page then continues from what the command has done.
+    // The command continues a run that is paused in the page, and the page then continues from the last step of the command.
     server.act(&json!({ "action": "start", "design": start_design(&server.get("model")) }));
     server.act(&json!({ "action": "step" }));
     rests(&server, "Paused", |tries| tries == 1);

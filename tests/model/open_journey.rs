@@ -1,4 +1,4 @@
-//! All that the page of `linkwright open` does, in a browser, on the slider-crank, the four-bar and the shaper.
+//! Every function of the page of `linkwright open`, in a browser, on the slider-crank, the four-bar and the shaper.
 
 use crate::browser::browser;
 use crate::devtools::Page;

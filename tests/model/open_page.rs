@@ -190,7 +190,7 @@ fn tick_labels_are_short_and_differ() {
     assert_eq!(page.value(empty), true);
 }
 
-/// On a phone, what has the focus is not behind the mechanism, and the mechanism leaves with the last history.
+/// On a phone, what has the focus is not behind the mechanism, and the mechanism scrolls out of view with the last history.
 #[test]
 fn the_focus_is_in_sight_on_a_phone() {
     let Some((_place, _server, mut page)) = opened("open-focus", "shaper", [375, 667]) else { return };

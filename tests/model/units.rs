@@ -291,7 +291,7 @@ fn revolutions_per_second_are_no_angular_velocity() {
     assert_eq!(of("N/m").to_string(), "a value in kg/s²");
 }
 
-/// A frequency is no angular velocity, whatever way it goes: through constants, variables, expressions, sums, units of outputs and limits.
+/// A frequency is not accepted as an angular velocity by any route: through constants, variables, expressions, sums, units of outputs and limits.
 #[test]
 fn a_frequency_is_not_taken_for_an_angular_velocity() {
     let text = in_units();

@@ -1,5 +1,5 @@
-//! Suites of problems: published optima satisfy the optimality conditions, transformations do what they say, the judge sees what
-//! is false.
+//! Suites of problems: published optima satisfy the optimality conditions, transformations do what they say, false claims are
+//! recognized.
 
 use super::documented::assert_table;
 use linkwright::cases::suite::{Claim, Suite, Transformation, Verdict, judge, problems, run};

@@ -100,7 +100,7 @@ fn three_friction_forces_hold_two_sliders_and_slide_together() {
     sliders.check(&[0.1266657, 0.1357698], 2e-5);
 }
 
-/// The friction between the sliders is released before the other one in the direction of its force, and has to turn round.
+/// The friction between the sliders is released before the other one in the direction of its force, and has to be reversed.
 #[test]
 fn friction_that_was_released_turns_round() {
     let sliders = Sliders {
