@@ -13,7 +13,7 @@ const readable = (text) => text?.replace(/\d\.\de-?\d+/g, (number) => short(Numb
 
 // Actions that a race passes to both runs.
 const OF_BOTH = ["run", "pause", "step"];
-// Statuses of a run that goes on, or of which one action is under way.
+// Statuses of a run that is running, or of which one action is being executed.
 const BUSY = ["Running", "Working"];
 
 export class Run {
@@ -49,7 +49,7 @@ export class Run {
     if (OF_BOTH.includes(action.action)) await this.race.act(action.action);
   }
 
-  // A run that goes on is not ended without a question.
+  // A run that is running is not ended without a confirmation.
   may_begin() {
     const is_asked = this.asked || !BUSY.includes(this.place.dataset.status);
     this.ask(!is_asked);
