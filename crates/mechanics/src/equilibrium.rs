@@ -289,7 +289,7 @@ impl<'s, 'm> LoadPath<'s, 'm> {
             }
             previous = largest;
         }
-        Err(Error::analysis("load path", "does not converge", "take a shorter step"))
+        Err(Error::analysis("load path", "does not converge", "use a shorter step"))
     }
 }
 

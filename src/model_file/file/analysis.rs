@@ -34,8 +34,8 @@ pub const KEYS: &[Key] = &[
             "noise-aware",
         ]),
         "automatic",
-        "automatic chooses between direct and adjoint, which are exact, and for a program takes forward differences; program: \
-         those that the program answers; the last four are finite differences of whole analyses",
+        "automatic chooses between direct and adjoint, which are exact, and for a program uses forward differences; program: \
+         those in the answers of the program; the last four are finite differences of whole analyses",
     ),
     optional(
         "difference",
@@ -73,7 +73,7 @@ const DYNAMICS: &[Key] = &[
         Accepts::Choice(&["automatic", "absolute", "relative"]),
         "automatic",
         "unknowns of rk5 and rk8: position and rotation of every body, or joint angles and displacements of open chains and trees; \
-         automatic takes these where they are possible",
+         automatic uses these where they are possible",
     ),
     default(
         "spectral_radius",

@@ -15,7 +15,7 @@ const COMMON: &[Key] = &[
     default("kind", Accepts::Choice(&["circular", "rectangular", "section"]), "circular", "cross-section"),
     required("from", Accepts::Pair, "first end [x, y] of the unloaded beam in m").of("m"),
     required("to", Accepts::Pair, "last end [x, y] of the unloaded beam in m").of("m"),
-    default("rise", Accepts::Expression, "0", "height of the unloaded beam, an arc, above the middle between its ends, positive to the left of the way from the first end to the last one, m").of("m"),
+    default("rise", Accepts::Expression, "0", "height of the unloaded beam, an arc, above the middle between its ends, positive to the left of the direction from the first end to the last one, m").of("m"),
     default("tension", Accepts::Expression, "0", "normal force at the unloaded length, a prestress, N").of("N"),
     optional("start", Accepts::Name, "body or node whose x and y the first end shares: a pin"),
     optional("end", Accepts::Name, "body or node whose x and y the last end shares: a pin"),

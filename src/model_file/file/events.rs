@@ -20,7 +20,7 @@ const KEYS: &[Key] = &[
         Accepts::Condition,
         "comparison of measures, numbers and `time`, such as \"stone.y < 0\"; the event happens once, when it becomes true",
     ),
-    optional("release", Accepts::Names, "joints, or `relative` and `length` drivers, that let go"),
+    optional("release", Accepts::Names, "joints, or `relative` and `length` drivers, that are released"),
     optional(
         "switch_on",
         Accepts::Names,
@@ -155,14 +155,14 @@ fn changed(word: &Word, change: EventEffect, parts: &Parts, elements: &[ElementS
             let message = format!("`{}` is of kind `{kind}` and cannot be {verb}", word.text);
             let help = match (change, elements[k].kind.descriptor.family) {
                 (EventEffect::Release, Family::Drive) => {
-                    "take a driver of kind `relative` against the ground, which can let go"
+                    "use a driver of kind `relative` against the ground, which can be released"
                 }
                 (EventEffect::Release, _) => "forces have `switch_on` and `switch_off`",
-                (_, Family::Joint | Family::Drive) => "a joint lets go by `release`; it cannot close again",
+                (_, Family::Joint | Family::Drive) => "a joint is released by `release`; it cannot close again",
                 (_, Family::Force) => {
                     "take friction of kind `friction`, which is smooth; dry friction can only be switched off"
                 }
-                _ => "take a compliant contact, with stiffness and damping",
+                _ => "use a compliant contact, with stiffness and damping",
             };
             Err(Diagnostic::new(word.span.clone(), message).help(help))
         }

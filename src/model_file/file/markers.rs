@@ -71,14 +71,14 @@ pub const SHARED_KEYS: &[Key] = &[
     optional(
         "axis_b",
         Accepts::Direction,
-        "axis z of `b`, if it differs from that of `a`, as in universal and constant-velocity joints; its axes are those of `a`, turned by \
-         the smallest angle that makes z so",
+        "axis z of `b`, if it differs from that of `a`, as in universal and constant-velocity joints; its axes are those of `a`, rotated by \
+         the smallest angle that gives z this direction",
     )
     .of_any_unit(),
     optional(
         "x",
         Accepts::Direction,
-        "direction in world axes near which the axis x of both points is at the start; without `axis`, x has it, and z is as \
+        "direction in world axes near which the axis x of both points is at the start; without `axis`, x has exactly this direction, and z is as \
          near as possible to that of the bodies",
     )
     .of_any_unit(),

@@ -121,7 +121,11 @@ pub(super) const KEYS: &[Key] = &[
     optional("joint", Accepts::Tables, "joints between bodies"),
     optional("driver", Accepts::Tables, "prescribed motions"),
     optional("force", Accepts::Tables, "forces"),
-    optional("event", Accepts::Tables, "events: joints that let go, forces that are switched, the end of the motion"),
+    optional(
+        "event",
+        Accepts::Tables,
+        "events: joints that are released, forces that are switched, the end of the motion",
+    ),
     optional("time", Accepts::Table, "the time points of all histories"),
     optional("sweep", Accepts::Table, "points of another quantity, such as a travel, in place of [time]"),
     optional("series", Accepts::Table, "series of numbers, one for each time point: NAME = [ … ]"),

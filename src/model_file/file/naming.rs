@@ -30,7 +30,7 @@ pub const TABLE: &[Key] = &[
         "interpolation",
         Accepts::Choice(&["cubic", "linear"]),
         "cubic",
-        "between the points: a natural cubic spline, or straight lines; beyond the ends it continues straight",
+        "between the points: a natural cubic spline, or straight lines; beyond the ends it is extrapolated linearly",
     ),
 ];
 

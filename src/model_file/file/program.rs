@@ -25,7 +25,12 @@ pub const KEYS: &[Key] = &[
         "the program and its arguments; no shell reads them; the working folder is that of the model file",
     ),
     default("time_limit", Accepts::Number, "600", "longest time for an answer, s").of("s"),
-    default("retries", Accepts::Count, "1", "how often a request is repeated after the program broke down or was late"),
+    default(
+        "retries",
+        Accepts::Count,
+        "1",
+        "how often a request is repeated after the program crashed or exceeded the time limit",
+    ),
     default("jobs", Accepts::Count, "1", "number of processes at once, for differences"),
 ];
 

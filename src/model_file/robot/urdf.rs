@@ -103,11 +103,7 @@ fn joint(node: &XmlElement, name: String, numbers: &HashMap<String, usize>, link
     let word = node.text(&what, "type")?;
     let Some((_, kind)) = TYPES.into_iter().find(|(known, _)| *known == word) else {
         let known = TYPES.map(|(known, _)| known).join(", ");
-        return Err(node.bad(
-            &what,
-            &format!("its type is `{}`", shortened(word, 40)),
-            &format!("take one of {known}"),
-        ));
+        return Err(node.bad(&what, &format!("its type is `{}`", shortened(word, 40)), &format!("use one of {known}")));
     };
     let link = |end: &'static str| {
         let Some(inner) = node.first(end) else {

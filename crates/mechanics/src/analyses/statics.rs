@@ -61,5 +61,5 @@ fn from_a_gap(error: Error, (joint, gap): &(String, f64)) -> Error {
     let why = format!(
         "{why}; the built positions miss this joint by {gap:.3} m or rad, and the assembly bends the parts next to it"
     );
-    Error::analysis(joint, why, "build the parts so that they fit this joint, or take fewer or shear-flexible elements")
+    Error::analysis(joint, why, "build the parts so that they fit this joint, or use fewer or shear-flexible elements")
 }

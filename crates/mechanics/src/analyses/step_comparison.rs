@@ -141,7 +141,7 @@ fn warning(
     values: &[Vec<f64>],
     coarse: Result<History>,
 ) -> Option<String> {
-    let remedy = format!("Take a time step of {:.1e} s and compare, or adaptive steps.", 0.5 * h);
+    let remedy = format!("Use a time step of {:.1e} s and compare, or adaptive steps.", 0.5 * h);
     let coarse = match coarse {
         Ok(coarse) => coarse,
         Err(error) => {

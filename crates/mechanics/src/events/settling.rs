@@ -363,7 +363,7 @@ fn resolve_modes(
     let name = &mechanism.events[k].gap.name;
     let why = match tried {
         Some(states) => format!(
-            "at t = {:.6e} s it can neither be held nor let go: none of the {states} states of contact and friction is consistent \
+            "at t = {:.6e} s it can neither be held nor released: none of the {states} states of contact and friction is consistent \
              (Painlevé's paradox: friction depends on the reactions that it causes)",
             state.t
         ),

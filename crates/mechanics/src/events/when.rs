@@ -73,8 +73,8 @@ impl<S: Scalar> Mechanism<S> {
                     let why =
                         format!("it changes `{}`, whose modes follow from the motion", self.elements[element.0].name);
                     let remedy = match self.is_dry_friction(element) {
-                        true => "take a smooth friction, which can begin; dry friction can only end",
-                        false => "take a compliant contact",
+                        true => "use a smooth friction, which can begin; dry friction can only end",
+                        false => "use a compliant contact",
                     };
                     return Err(Error::definition(name, why, remedy));
                 }

@@ -596,7 +596,7 @@ fn immediate(mechanism: &Mechanism<f64>, state: &State<f64>, event: usize) -> Er
         }
         Some(Unilateral::Contact { .. }) => (
             "opens and closes in turns without end",
-            "take shorter steps, or model the contact with stiffness and damping (a wall contact, a bump stop)",
+            "use shorter steps, or model the contact with stiffness and damping (a wall contact, a bump stop)",
         ),
         None => ("happens again at once", "end the motion before, or smooth the force that jumps"),
     };

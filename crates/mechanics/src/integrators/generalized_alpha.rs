@@ -595,7 +595,7 @@ impl<'m> Integrator<'m> {
                 "add numerical damping, a spectral radius below 1: without it, errors of the reactions of joints change sign \
                  from step to step and do not decay"
             }
-            false => "take a smaller step, or a stiffer or heavier design",
+            false => "use a smaller step, or a stiffer or heavier design",
         };
         Error::analysis(what, why, remedy)
     }

@@ -57,7 +57,7 @@ pub(crate) fn refuse_jumps(
                 "its prescribed velocity jumps by {jump:.3e} m/s or rad/s at t = {t:.6e} s, which takes an impulse: explicit steps \
                  have none"
             );
-            let remedy = "take an implicit scheme, or a motion with a continuous velocity, such as a smooth ramp";
+            let remedy = "use an implicit scheme, or a motion with a continuous velocity, such as a smooth ramp";
             return Err(Error::unsupported(&mechanism.coordinates[i].name, why, remedy));
         }
     }
@@ -82,7 +82,7 @@ pub(crate) fn refuse_position_jumps(
             let why = format!(
                 "its prescribed position jumps by {jump:.3e} m or rad at t = {t:.6e} s: no finite force does that"
             );
-            let remedy = "take a motion with a continuous position, such as a ramp over a short time";
+            let remedy = "use a motion with a continuous position, such as a ramp over a short time";
             return Err(Error::unsupported(&mechanism.coordinates[i].name, why, remedy));
         }
     }

@@ -277,7 +277,7 @@ impl<'m> TimeStepper<'m> {
                     "{why}; {name} turns by {turn:.2} rad in a time step of {h} s, and implicit steps of more than \
                      {LONGEST_TURN} rad are unstable in space"
                 );
-                let remedy = "take more than 60 steps in a turn, give a tolerance, or take the scheme rk8";
+                let remedy = "use more than 60 steps in a turn, give a tolerance, or use the scheme rk8";
                 Error::analysis(what.clone(), why, remedy)
             }
             _ => error,

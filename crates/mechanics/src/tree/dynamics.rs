@@ -477,7 +477,7 @@ impl TreeDynamics {
             Error::analysis(
                 &self.tree.names[worst],
                 why,
-                "take shorter steps or, with adaptive ones, a smaller tolerance",
+                "use shorter steps or, with adaptive ones, a smaller tolerance",
             )
         })
     }
@@ -515,7 +515,7 @@ fn dependent(mechanism: &Mechanism<f64>, tree: &Tree, row: usize, t: f64) -> Err
     let why = format!(
         "its equation follows from those of the other joints at t = {t:.6e} s, and fewer constraints are independent than at the start"
     );
-    let remedy = "the mechanism is in a singular position, such as a dead centre: change the design, or take absolute coordinates";
+    let remedy = "the mechanism is in a singular position, such as a dead centre: change the design, or use absolute coordinates";
     Error::analysis(name, why, remedy)
 }
 

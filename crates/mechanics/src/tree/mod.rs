@@ -39,5 +39,5 @@ pub(crate) use plan::Tree;
 
 /// The error of a part that relative coordinates do not support.
 pub(crate) fn unsupported(what: &str, why: &str) -> crate::Error {
-    crate::Error::unsupported(what, why, "take absolute coordinates, or leave the choice automatic")
+    crate::Error::unsupported(what, why, "use absolute coordinates, or leave the choice automatic")
 }

@@ -239,7 +239,7 @@ impl<'a> Bodies<'a> {
             (_, "hinge") => JointType::Revolute,
             (_, "slide") => JointType::Prismatic,
             (_, "ball") => JointType::Spherical,
-            _ => return Err(own.bad(&what, "its type is not known", "take one of free, ball, slide, hinge")),
+            _ => return Err(own.bad(&what, "its type is not known", "use one of free, ball, slide, hinge")),
         };
         if kind == JointType::Floating && count > 1 {
             return Err(own.bad(&what, "a free joint is the only one of its body", "remove the other joints"));

@@ -102,7 +102,7 @@ impl MjcfSettings {
             Some("radian") => self.angle = 1.0,
             Some("degree") => self.angle = std::f64::consts::PI / 180.0,
             None => {}
-            Some(_) => return Err(element.bad(what, "`angle` is neither degree nor radian", "take one of them")),
+            Some(_) => return Err(element.bad(what, "`angle` is neither degree nor radian", "use one of them")),
         }
         if let Some(order) = element.attribute("eulerseq") {
             let axis = |c: char| "xyz".find(c.to_ascii_lowercase()).map(|axis| (axis, c.is_ascii_uppercase()));

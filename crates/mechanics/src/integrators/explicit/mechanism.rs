@@ -235,7 +235,7 @@ impl<'m> MechanismRhs<'m> {
             Error::analysis(
                 self.system.dominant_residual(self.mechanism, &self.rows),
                 why,
-                "take shorter steps or, with adaptive ones, a smaller tolerance",
+                "use shorter steps or, with adaptive ones, a smaller tolerance",
             )
         })
     }
@@ -570,7 +570,7 @@ fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
     let mut switches = mechanism.events.iter().filter(|event| event.is_switch());
     switches.next().map_or(Ok(()), |switch| {
         let why = "the stages of an explicit step that ends at a switch have forces of both sides of it";
-        let remedy = "take implicit steps, or an event that activates the force";
+        let remedy = "use implicit steps, or an event that activates the force";
         Err(Error::unsupported(&switch.gap.name, why, remedy))
     })
 }

@@ -209,7 +209,7 @@ impl<F: OdeRhs> OdeDriver<F> {
                 }
                 let component = outcome?.1;
                 let why = format!("the step becomes too small ({h:.1e} s) at t = {old:.6e} s");
-                let remedy = "loosen the tolerance, or take an implicit method: the motion may be stiff or not smooth";
+                let remedy = "loosen the tolerance, or use an implicit method: the motion may be stiff or not smooth";
                 return Err(Error::analysis(self.stepper.rhs.name(component), why, remedy));
             }
         }
