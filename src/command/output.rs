@@ -22,7 +22,7 @@ pub fn say_raw(text: &str) -> anyhow::Result<()> {
     }
 }
 
-/// Prints a line on standard error; control characters are shown. That it cannot be written is no error.
+/// Prints a line on standard error; control characters are shown. A failure to write it is ignored.
 pub fn complain(text: &str) {
     drop(writeln!(io::stderr(), "{}", visible(text)));
 }

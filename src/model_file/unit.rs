@@ -61,7 +61,7 @@ impl Dimension {
         (length, mass, angle) == (0, 0, 0) && cycles != 0
     }
 
-    /// As [`is_like`](Self::is_like), but a number of cycles is no angle, and a frequency no angular velocity.
+    /// As [`is_like`](Self::is_like), but a number of cycles is not an angle, and a frequency is not an angular velocity.
     pub fn fits(self, other: Self) -> bool {
         let is_mixed = |one: Self, other: Self| one.counts_cycles() && other.exponents[3] != 0;
         self.is_like(other) && !is_mixed(self, other) && !is_mixed(other, self)
@@ -266,7 +266,7 @@ impl Unit {
                 let dimension = all.dimension.times(next.dimension, sign * next.power)?;
                 Some((next, dimension))
             });
-            // A name that is no unit begins the next operand.
+            // A name that is not a unit begins the next operand.
             let Some((next, dimension)) = next else { break };
             let powers = next.factor.map(|f| f.powf(next.power));
             let [above, below] = if sign > 0.0 { powers } else { [powers[1], powers[0]] };

@@ -93,7 +93,7 @@ fn a_study_is_not_opened_as_a_model() {
     assert!(why.contains("s.toml is a study") && why.contains("linkwright study s.toml"), "{why}");
 }
 
-/// Commands that last say so on standard error, where standard output is no terminal, and what to do after Ctrl-C.
+/// Commands that last say so on standard error, where standard output is not a terminal, and what to do after Ctrl-C.
 #[cfg(unix)]
 #[test]
 fn long_commands_show_progress_and_end_at_ctrl_c() {

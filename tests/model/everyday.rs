@@ -312,7 +312,7 @@ fn dynamics_have_a_default_step() {
     assert!((given / default - 1.0).abs() < 1e-3, "{given} {default}");
 }
 
-/// Commas inside parentheses belong to a value; `--digits` shortens all numbers of `check`; rounding errors are no values.
+/// Commas inside parentheses belong to a value; `--digits` shortens all numbers of `check`; rounding errors are not shown as values.
 #[test]
 fn values_with_commas_digits_and_rounding_errors() {
     let place = TempFolder::new("commas");
@@ -557,7 +557,7 @@ fn jumps_that_move_with_the_design_are_told_before_a_run() {
     assert!(!shown(&load("2"), off, "max(x)").contains(integral));
 }
 
-/// A simulation has no objective to be checked, and a study is no run.
+/// A simulation has no objective to be checked, and a study is not a run.
 #[test]
 fn simulations_are_checked_and_studies_are_no_runs() {
     let place = TempFolder::new("everyday-simulation");

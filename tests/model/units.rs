@@ -413,7 +413,7 @@ fn a_false_label_changes_no_number() {
     assert_eq!(with("unit = \"mm\""), with("unit = \"m\""));
 }
 
-/// Labels of objective, bound and time points are no conversions either.
+/// Labels of objective, bound and time points do not convert either.
 #[test]
 fn labels_of_the_objective_and_of_the_time_are_true() {
     let noted = |text: &str| {

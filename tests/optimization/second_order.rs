@@ -1,4 +1,4 @@
-//! Stationary points that are no minima: saddle points at designs of symmetry, and bounds and limits without multipliers.
+//! Stationary points that are not minima: saddle points at designs of symmetry, and bounds and limits without multipliers.
 
 use linkwright::autodiff::Scalar;
 use linkwright::function;

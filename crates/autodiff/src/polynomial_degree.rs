@@ -32,7 +32,7 @@ pub fn degree(f: impl Fn(&[PolynomialDegree]) -> PolynomialDegree, x: &[f64]) ->
 }
 
 impl PolynomialDegree {
-    /// Degree of expressions that are no polynomials, or of a degree above 254.
+    /// Degree of expressions that are not polynomials, or of a degree above 254.
     pub const NONLINEAR: u8 = u8::MAX;
 
     /// A variable: degree one.

@@ -55,7 +55,7 @@ struct EditLine<'e> {
 }
 
 impl RunHistory {
-    /// Reads the history of a folder: the part of a state with the lines after it that are no cycles, or all of it.
+    /// Reads the history of a folder: the part of a state with the lines after it that are not cycles, or all of it.
     pub fn read(directory: &Directory, wanted: Option<&Prefix>) -> anyhow::Result<Self> {
         let place = directory.path().join(HISTORY);
         let read = Self::first(directory, wanted.map_or(usize::MAX, |wanted| wanted.cycles))?;
@@ -74,7 +74,7 @@ impl RunHistory {
         Ok(read)
     }
 
-    /// Reads the first cycles of the history of a folder, with the lines after them that are no cycles.
+    /// Reads the first cycles of the history of a folder, with the lines after them that are not cycles.
     pub fn first(directory: &Directory, most: usize) -> anyhow::Result<Self> {
         let place = directory.path().join(HISTORY);
         let mut read = Self::default();

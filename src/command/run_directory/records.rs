@@ -317,7 +317,7 @@ impl Summary {
         });
         let is_peak = |k: usize| problem.objective.peak().is_some_and(|peak| peak.variable == k);
         let at_bounds = state.design.iter().enumerate().filter_map(|(k, &value)| {
-            // The variable that bounds a peak is no choice of the user.
+            // The variable that bounds a peak is not chosen by the user.
             let bound = outcome::at_bound(problem, k, value).filter(|_| !is_peak(k))?;
             Some(format!("{} is {bound}", problem.variables[k].name))
         });

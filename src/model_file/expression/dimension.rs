@@ -71,7 +71,7 @@ fn uses_time(tree: &ExpressionTree) -> bool {
     is_used
 }
 
-/// The dimension in words; a unit that has a name of its own is no help.
+/// The dimension in words. For a literal with a unit, a dimension without a name is given in base units.
 fn of_kind(dimension: Dimension, literal: Option<&Unit>) -> String {
     match (dimension.to_string(), literal) {
         (words, Some(_)) if words.starts_with("a value in") => format!("one in {}", dimension.base_units()),

@@ -132,7 +132,7 @@ impl Names {
     /// Checks that a name can be defined.
     ///
     /// # Errors
-    /// If it is no valid name, is reserved, or is already defined.
+    /// If it is not a valid name, is reserved, or is already defined.
     pub fn check(&self, name: &str, span: Range<usize>) -> Result<(), Diagnostic> {
         check_name(name, span.clone())?;
         let is_axis = self.axis.sweep() == Some(name);

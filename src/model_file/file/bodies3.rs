@@ -175,7 +175,7 @@ impl BodySpec3 {
     /// Adds the body to a mechanism.
     ///
     /// # Errors
-    /// If its orientation is no rotation at this design.
+    /// If its orientation is not a rotation at this design.
     pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) -> Result<()> {
         let world = Pose3::at([S::from(0.0); 3]);
         let pose = Pose3::new(context.place(&world, &self.position, b), context.rotation(&world, &self.axes, b));

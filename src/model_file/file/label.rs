@@ -11,7 +11,7 @@ use crate::model_file::unit::{Dimension, Unit};
 use crate::problem::DesignVariable;
 use toml::de::{DeTable, DeValue};
 
-/// Keys whose texts are no formulas.
+/// Keys whose texts are not formulas.
 const TEXTS: &[&str] = &["title", "name", "unit", "file", "include", "command"];
 
 /// Symbols of units other than SI in which the plain numbers of a file may be.

@@ -178,7 +178,7 @@ impl MechanismTemplate {
     /// Bodies, beams and elements at a design.
     ///
     /// # Errors
-    /// If an orientation is no rotation.
+    /// If an orientation is not a rotation.
     pub fn parts_at<S: Scalar>(&self, b: &[S]) -> Result<BuildContext<S>> {
         let spec = &self.spec;
         let gravity = spec.gravity.each_ref().map(|g| g.value(&Inputs::design(b)));

@@ -291,7 +291,7 @@ fn natural_frequency(
         return Err(section.error_at("shown_in", message));
     }
     let dimension = shown_in.as_ref().map_or(natural.dimension, |unit| unit.dimension);
-    // Revolutions per second are converted, as they are no angular velocity in rad/s.
+    // Revolutions per second are converted, as they are not an angular velocity in rad/s.
     let of_turns = if dimension.is_written_like(natural.dimension) { 1.0 } else { 2.0 * PI };
     let unit = shown_in.as_ref().map_or(1.0, |unit| of_turns * unit.to_si(1.0));
     Ok(OutputSpec {

@@ -53,7 +53,7 @@ pub struct Imported {
 /// ```
 ///
 /// # Errors
-/// [`Error::Definition`] if it is no file of these formats; if links and joints are no tree; if masses, inertia matrices or axes
+/// [`Error::Definition`] if it is not a file of these formats; if links and joints do not form a tree; if masses, inertia matrices or axes
 /// are not possible; or if something that moves has no mass.
 pub fn import(name: &str, text: &str, base: Base) -> Result<Imported> {
     import_with(name, text, base, &|file| {

@@ -256,7 +256,7 @@ impl<'m> TimeStepper<'m> {
             self.grid_steps += 1;
             self.integrator.step.new.t = target;
         }
-        // The step after an event is the rest of a grid step: its length is no estimate of the next step size.
+        // The step after an event is the rest of a grid step: its length is not an estimate of the next step size.
         let length = if self.locator.opened.is_some() { self.next } else { trial };
         self.next = (2.0 * length).min(h);
         Ok(taken)

@@ -176,7 +176,7 @@ impl<S: Scalar> Rotation<S> {
 
 /// The unit vector along `v`, of any length but zero; of that length, no number.
 fn unit<S: Scalar>(v: [S; 3]) -> [S; 3] {
-    // The square of a very long or very short vector is no number.
+    // The square of a very long or very short vector may overflow or underflow.
     let largest = v.iter().fold(0.0f64, |most, x| most.max(x.re().abs()));
     let v = v.map(|x| x / S::from(largest));
     scaled(v, dot(v, v).sqrt().recip())

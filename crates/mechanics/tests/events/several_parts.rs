@@ -112,7 +112,7 @@ fn friction_that_was_released_turns_round() {
     sliders.check(&[-0.0328801, -0.1008271], 2e-4);
 }
 
-/// Friction holds sliders where they touch a stop: rounding errors of the gap are no impacts.
+/// Friction holds sliders where they touch a stop: rounding errors of the gap are not impacts.
 #[test]
 fn friction_holds_sliders_at_a_stop() {
     let sliders = Sliders {

@@ -182,7 +182,7 @@ fn conclude(optima: &'static [Optimum], names: [&'static str; 2], problem: &Prob
 /// change of the objective over the scale of a variable. It is relative to the objective or, if that is larger, to its change during the run; or
 /// relative to the largest derivative of the objective there, if that makes it smaller.
 ///
-/// The derivatives at the last design alone are no suitable unit: they are zero at an optimum in the interior.
+/// The derivatives at the last design alone are not a suitable unit: they are zero at an optimum in the interior.
 ///
 /// # Errors
 /// Those of an analysis and a sensitivity analysis.

@@ -107,7 +107,7 @@ impl CheckedDerivative {
         self.disagreeing.iter().map(|&k| (self.computed[k] - value).abs()).fold(0.0, f64::max)
     }
 
-    /// Returns whether a method that disagrees is none of the slopes on the two sides of a kink with this jump, nor between them.
+    /// Returns whether a method that disagrees is not one of the slopes on the two sides of a kink with this jump, nor between them.
     fn is_beyond(&self, jump: f64) -> bool {
         let Some(slope) = self.difference else { return false };
         self.disagreeing

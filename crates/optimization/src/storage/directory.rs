@@ -202,7 +202,7 @@ impl Directory {
         system::rename(&self.handle, from, to)
     }
 
-    /// Removes a file or a link. That it does not exist is no error.
+    /// Removes a file or a link. A missing one is not an error.
     ///
     /// # Errors
     /// Those of the file system.

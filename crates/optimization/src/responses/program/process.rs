@@ -105,7 +105,7 @@ fn cannot_start(program: &ExternalProgram, why: &str) -> Error {
 }
 
 impl Process {
-    /// Starts the program; a line of more than `longest` bytes is no answer.
+    /// Starts the program; a line of more than `longest` bytes is not an answer.
     ///
     /// # Errors
     /// [`Error::File`] if it cannot be started.
@@ -247,7 +247,7 @@ fn forward_lines(mut output: impl BufRead, longest: usize, lines: &SyncSender<In
         let mut line = vec![];
         let read = output.by_ref().take(longest as u64 + 1).read_until(b'\n', &mut line);
         let incoming = match read {
-            // An incomplete line at the end is no answer: the program has ended.
+            // An incomplete line at the end is not an answer: the program has ended.
             Ok(_) if line.last() == Some(&b'\n') => Incoming::Line(line),
             Ok(_) if line.len() > longest => Incoming::TooLong,
             _ => return,

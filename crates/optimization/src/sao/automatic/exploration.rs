@@ -477,7 +477,7 @@ impl CycleContext<'_> {
         self.by_linear_surrogate(design, region, Purpose::Displacement)
     }
 
-    /// A design that is no solution of a subproblem, with the prediction of the linear surrogate.
+    /// A design that is not the solution of a subproblem, with the prediction of the linear surrogate.
     fn by_linear_surrogate(&self, design: Vec<f64>, region: Region, purpose: Purpose) -> Proposal {
         let surrogate = self.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
         let values = surrogate.values(&design);
