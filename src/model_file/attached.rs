@@ -100,7 +100,7 @@ pub struct Unreadable {
 /// The content of a file of at most `most` bytes that a text names, in a folder or below.
 ///
 /// # Errors
-/// If the path leaves the folder, also by a link, or the file cannot be read or is not UTF-8.
+/// If the path leaves the folder, even by a link, or the file cannot be read or is not UTF-8.
 pub fn read_within(name: &str, folder: &Path, most: usize) -> Result<String, Unreadable> {
     let fail = |why: String| Unreadable { why, help: None };
     let path = Path::new(name);

@@ -456,7 +456,7 @@ mod tests {
         }
     }
 
-    /// The derivatives include those of the smallest margins, and of the peak, also where the histories are thinned.
+    /// The derivatives include those of the smallest margins, and of the peak, even where the histories are thinned.
     #[test]
     fn thinned_histories_keep_the_points_of_the_margins() {
         for (name, from, to) in [

@@ -265,7 +265,7 @@ impl Session {
         Ok(())
     }
 
-    /// Writes the text to the file, also with errors. A file that has changed since is replaced only if `over` is the hash of what was
+    /// Writes the text to the file, even with errors. A file that has changed since is replaced only if `over` is the hash of what was
     /// found on disk; one that is gone is written again.
     pub fn save(&self, over: Option<&str>) -> anyhow::Result<Saved> {
         let mut project = self.project();

@@ -21,7 +21,7 @@ impl fmt::Display for Occupied {
 
 impl std::error::Error for Occupied {}
 
-/// The lock of a folder. The system releases it when the process ends, also by a kill.
+/// The lock of a folder. The system releases it when the process ends, even by a kill.
 pub struct FolderLock {
     /// `None` if the file system has no locks.
     _file: Option<File>,

@@ -328,7 +328,7 @@ impl EventLocator {
             let is_leaving = has_begun || after > before || is_held_open;
             let has_opened = impact.is_open_contact(&old.modes) && has_begun;
             return match impact.is_sliding(&old.modes) && rate > 0.0 && has_begun {
-                // The velocity has the error of the step, also where friction begins to slide.
+                // The velocity has the error of the step, even where friction begins to slide.
                 true => [rate, (after - before.min(0.0)) / h],
                 // It may have returned in the step; an overlap of the size of rounding errors does not count.
                 false if has_opened => [TOUCHING, after + TOUCHING - before.min(0.0)],
@@ -452,7 +452,7 @@ impl EventLocator {
             }
         }
         let (mut low, mut high) = ([0.0, begin], [longest, end]);
-        // Also where the step is much longer than the way to the event.
+        // Valid even where the step is much longer than the distance to the event.
         let small = (4.0 * f64::EPSILON * (begin - end)).min(CLOSED_GAP * begin);
         let mut trial = longest;
         for _ in 0..MAX_TRIALS {

@@ -230,7 +230,7 @@ impl Directory {
     }
 
     /// Locks a file against other processes, without waiting; creates it if it is missing. The system releases the lock when the
-    /// process ends, also by a kill.
+    /// process ends, even by a kill.
     ///
     /// # Errors
     /// Those of the file system; also if it is not a regular file.
