@@ -54,7 +54,7 @@ pub(super) fn analysis_fingerprint(file: &DeTable<'_>) -> u64 {
     fingerprint(&file)
 }
 
-/// Converts the scale of a peak to version 1, where the default is 1: such a scale is removed. Returns a text that stands in the hash for
+/// Converts the scale of a peak to version 1, where the default is 1: such a scale is removed. Returns a text that replaces in the hash
 /// the default of later versions.
 fn peak_scale(file: &mut DeTable<'_>) -> String {
     let is_first = file.get("version").is_some_and(|version| plain(version.get_ref()) == "1");

@@ -440,7 +440,7 @@ class _Pool:
         if self.make is None:
             text = (
                 "a worker died and broke the executor; finished rows are kept: call `run` again with a new executor and the same file, or "
-                "with `resume=error.result`; a function that makes executors, or a number of processes, goes on by itself"
+                "with `resume=error.result`; a function that makes executors, or a number of processes, continues without that"
             )
             raise StudyError(text, self.rows.result()) from error
         if self.executor is not None:

@@ -133,7 +133,7 @@ struct Inner {
     taken: [usize; 2],
     added: usize,
     damaged: usize,
-    /// The first error. The run does not need the database, and goes on without it.
+    /// The first error. The run does not need the database, and continues without it.
     failure: Option<anyhow::Error>,
 }
 

@@ -51,7 +51,7 @@ pub enum RunRequest {
     Accept,
     /// Refuses the proposal that the method has accepted, and halves the move limits.
     Refuse,
-    /// Gives a setting of the model another value: a bound, a key of the method, or a limit, with which a new run goes on.
+    /// Gives a setting of the model another value: a bound, a key of the method, or a limit, with which a new run continues.
     Set {
         key: String,
         value: String,
@@ -71,7 +71,7 @@ impl RunRequest {
     }
 }
 
-/// True for the key of a constraint, with which a new run goes on.
+/// True for the key of a constraint; a change of it begins a new run.
 fn is_of_limit(key: &str) -> bool {
     key.starts_with("constraint.")
 }
@@ -318,7 +318,7 @@ impl SteeredRun {
     fn step(&mut self) -> anyhow::Result<()> {
         ensure!(
             self.state.status == Status::Running,
-            "the run has ended; change a setting or take a step back to go on"
+            "the run has ended; change a setting or take a step back to continue"
         );
         let mut before = self.state.clone();
         self.state = self.model.method().step(&self.problem, before.clone())?;

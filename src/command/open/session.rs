@@ -402,7 +402,7 @@ fn diagnostics(report: &DiagnosticReport) -> Vec<Value> {
         (before.matches('\n').count() + 1, line.encode_utf16().count(), before.encode_utf16().count())
     };
     let one = |d: &linkwright::model_file::Diagnostic| {
-        // A page has the own text of the model only: there, the name of an attached file stands for it.
+        // A page has only the text of the model itself: there, an attached file is represented by its name.
         let attached = report.attached_place(d);
         let named = attached.and_then(|(name, _)| Some((report.text.find(&format!("{name:?}"))?, name.len() + 2)));
         let span = named.map_or(d.span.clone(), |(start, length)| start..start + length);

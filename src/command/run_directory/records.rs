@@ -89,7 +89,7 @@ pub struct SettingChange {
 }
 
 impl SettingChange {
-    /// Returns `true` for title, method, and bounds of a design variable: a run goes on with other values of these.
+    /// Returns `true` for title, method, and bounds of a design variable: a run can continue with other values of these.
     pub fn may_be_edited(&self) -> bool {
         let is_bound = |key: &str| matches!(key.rsplit_once('.'), Some((_, "lower" | "upper")));
         self.key == "title"

@@ -393,7 +393,7 @@ impl Code<'_> {
 
 /// The error about a reduction of a history where none is allowed.
 fn misplaced(span: &Range<usize>) -> Diagnostic {
-    let message = "a reduction of a history can stand in `minimize`, `maximize` and the `value` of a constraint only";
+    let message = "a reduction of a history can be used in `minimize`, `maximize` and the `value` of a constraint only";
     Diagnostic::new(span.clone(), message)
         .help("write it there, not in another reduction, an output or a named expression")
 }

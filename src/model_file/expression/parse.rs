@@ -247,7 +247,7 @@ fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
         Piece::Number(value, _) => format!("the number {}", Readable(*value)),
         Piece::Name(name) => format!("the name `{name}`"),
         Piece::Sign(sign) => format!("`{sign}`"),
-        Piece::Compare(..) => "a comparison, which stands in `if(a > b, x, y)` and in `when` only".to_owned(),
+        Piece::Compare(..) => "a comparison, which can be used in `if(a > b, x, y)` and in `when` only".to_owned(),
         Piece::End => "the end of the expression".to_owned(),
     };
     Diagnostic::new(token.span.clone(), format!("expected {wanted}, got {got}")).label(format!("expected {wanted}"))

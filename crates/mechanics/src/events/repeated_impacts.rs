@@ -20,7 +20,7 @@ const MOST_IMPACTS: usize = 10_000;
 /// The contacts other than `contact` with which the impacts at it follow each other without end, until all of them rest.
 ///
 /// * `state`: the one before the impact at `contact`, with the modes during the impact;
-/// * `shortest`: time in s; contacts take part that close within it, or whose gap is a rounding error.
+/// * `shortest`: time in s; the contacts considered are those that close within it, or whose gap is a rounding error.
 ///
 /// In the positions of `state`, an impact at the contact k changes the rates of the gaps by ġ_j − (1 + e_k) ġ_k G_jk / G_kk, where G = Φ_q M⁻¹ Φ_qᵀ
 /// with the joints. The contact that approaches fastest, by ġ_k / √G_kk, is the next one. If the rates decrease to zero, the result equals that of one

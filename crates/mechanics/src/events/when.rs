@@ -183,7 +183,7 @@ pub(crate) fn not_happened(name: &str, t: f64, ended_by: Option<&str>) -> Error 
         let why = format!(
             "it has not happened when `{other}` ends the motion at t = {t:.6e} s, and an output is its value there"
         );
-        return Error::analysis(name, why, "change its condition, or let the motion go on");
+        return Error::analysis(name, why, "change its condition, or let the motion continue");
     }
     let why = format!("it has not happened until the last time point, t = {t:.6e} s, and an output is its value there");
     Error::analysis(name, why, "extend the time points, or change its condition or the design")

@@ -154,7 +154,7 @@ impl<'m> TimeStepper<'m> {
         }
     }
 
-    /// Returns whether the motion goes on and the current step ends before `t` (s).
+    /// Returns whether the motion continues and the current step ends before `t` (s).
     pub fn is_before(&self, t: f64) -> bool {
         !self.has_ended() && is_before(self.settings.start, self.integrator.step.new.t, t)
     }

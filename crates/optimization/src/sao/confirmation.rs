@@ -138,7 +138,7 @@ impl Method {
                 Err(error) if error.ends_run() => return Err(error),
                 Err(error) => {
                     state.status = Status::Stalled;
-                    state.reason = format!("{}; the automatic method cannot go on from here: {error}", state.reason);
+                    state.reason = format!("{}; the automatic method cannot continue from here: {error}", state.reason);
                     return Ok(state);
                 }
             },

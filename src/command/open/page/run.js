@@ -110,7 +110,7 @@ export class Run {
     fault.textContent = run?.fault ?? "";
     const other = find("#run-differing");
     other.hidden = !is_there || differing.length === 0;
-    other.textContent = `The run goes on with the problem with which it began. The model differs: ${readable(differing.join("; "))}. Begin here starts a run of the model at the design on the sliders.`;
+    other.textContent = `The run continues with the problem with which it began. The model differs: ${readable(differing.join("; "))}. Begin here starts a run of the model at the design on the sliders.`;
     const last = is_there ? run.cycles[run.cycles.length - 1] : null;
     this.race.update(run, rival);
     const pressed = Object.values(this.buttons).find((button) => button === document.activeElement);

@@ -118,7 +118,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         }
     }
 
-    /// Returns whether the motion goes on and the current step ends before `t` (s).
+    /// Returns whether the motion continues and the current step ends before `t` (s).
     pub fn is_before(&self, t: f64) -> bool {
         !self.stepper.rhs.has_ended() && t - self.stepper.t[1] > 1e-12 * (t - self.start).abs()
     }

@@ -79,8 +79,8 @@ impl Conic {
     /// # Errors
     /// [`Error::Option`] outside this range.
     pub fn with_tolerance(self, tolerance: f64) -> Result<Self> {
-        let good = (1e-14..=1e-4).contains(&tolerance);
-        Error::check_option("tolerance of the conic solver", "between 1e-14 and 1e-4", tolerance, good)?;
+        let is_valid = (1e-14..=1e-4).contains(&tolerance);
+        Error::check_option("tolerance of the conic solver", "between 1e-14 and 1e-4", tolerance, is_valid)?;
         Ok(Self { tolerance, ..self })
     }
 
