@@ -122,9 +122,11 @@ fn factor(h: DMatrix<f64>) -> Option<DMatrix<f64>> {
     if eigen.eigenvalues.iter().any(|&v| v < -1e-12 * most) {
         return None;
     }
-    let good: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|&k| eigen.eigenvalues[k] > 1e-14 * most).collect();
+    let positive: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|&k| eigen.eigenvalues[k] > 1e-14 * most).collect();
     let n = eigen.eigenvalues.len();
-    Some(DMatrix::from_fn(good.len(), n, |i, j| eigen.eigenvalues[good[i]].sqrt() * eigen.eigenvectors[(j, good[i])]))
+    Some(DMatrix::from_fn(positive.len(), n, |i, j| {
+        eigen.eigenvalues[positive[i]].sqrt() * eigen.eigenvectors[(j, positive[i])]
+    }))
 }
 
 impl Program for ApproximateProblem<'_> {

@@ -176,8 +176,8 @@ fn check_size(what: &str, matrix: &DMatrix<f64>, [rows, columns]: [usize; 2]) ->
     Error::check_length(&format!("columns of the {what} of the state"), columns, matrix.ncols())
 }
 
-fn require(good: bool, why: impl FnOnce() -> String) -> Result<()> {
-    if good {
+fn require(is_met: bool, why: impl FnOnce() -> String) -> Result<()> {
+    if is_met {
         Ok(())
     } else {
         Err(Error::definition("state", why(), "continue a state that a run of this problem wrote"))
