@@ -197,8 +197,8 @@ fn directions(limit_state: &impl Fn(&[f64]) -> Result<(f64, Vec<f64>)>, origin: 
     let mut all: Vec<Vec<f64>> = (0..n).map(axis).collect();
     let mut hessian = DMatrix::zeros(n, n);
     for k in 0..n {
-        let Some((_, beside)) = tolerated(limit_state(&along(&axis(k), STEP)))? else { break };
-        (0..n).for_each(|i| hessian[(i, k)] = (beside[i] - origin.gradient[i]) / STEP);
+        let Some((_, shifted_gradient)) = tolerated(limit_state(&along(&axis(k), STEP)))? else { break };
+        (0..n).for_each(|i| hessian[(i, k)] = (shifted_gradient[i] - origin.gradient[i]) / STEP);
     }
     if n > 1 && hessian.iter().all(|h: &f64| h.is_finite()) {
         let vectors = ((&hessian + hessian.transpose()) * 0.5).symmetric_eigen().eigenvectors;

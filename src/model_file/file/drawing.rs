@@ -507,9 +507,9 @@ impl DrawnState<'_> {
             Symbol::Rack => {
                 let (direction, radius, wheel) = (number("direction"), number("radius"), self.pose(b.frame));
                 let (s, c) = direction.sin_cos();
-                let ([x, y], beside) = (ends[1], -radius);
-                // The pitch line touches the wheel; it is drawn one radius to either side of the contact.
-                let foot = [x - s * beside, y + c * beside];
+                let ([x, y], offset) = (ends[1], -radius);
+                // The pitch line touches the wheel; it is drawn three radii to either side of the contact.
+                let foot = [x - s * offset, y + c * offset];
                 let from = [foot[0] - 3.0 * radius.abs() * c, foot[1] - 3.0 * radius.abs() * s];
                 let to = [foot[0] + 3.0 * radius.abs() * c, foot[1] + 3.0 * radius.abs() * s];
                 linkage.lines.push(symbols::rack([from, to], 0.2 * radius.abs()));

@@ -238,13 +238,13 @@ function take(record) {
   if (record.number === sequence) root.dataset.settled = `${record.number}${record.derivatives || !model.objective ? " differentiated" : ""}`;
 }
 
-// True for a constraint that is a curve beside the history of an output.
+// True for a constraint that is drawn as a curve with the history of an output.
 const isCurve = (c, output) => c.output === null && c.follows === output;
 
 function limitsOf(output, constraint) {
   const all = model.constraints.map((c, j) => ({ ...c, value: shown.constraints[j].limit, j }));
   if (output === undefined) return all.filter((c) => c.j === constraint);
-  // The limit of x(t) − f(t) is the curve f(t) + limit beside x(t).
+  // The limit of x(t) − f(t) is the curve f(t) + limit, drawn with x(t).
   const curve = (c) => shown.constraints[c.j].values.map((v, p) => (v === null ? null : shown.outputs[output][p] - v + c.value));
   return all.filter((c) => c.output === output || isCurve(c, output)).map((c) => (c.output === output ? c : { ...c, curve: curve(c) }));
 }
@@ -364,7 +364,7 @@ async function renewPins(before) {
   }
 }
 
-// Analyses a design beside that of the sliders, and pins it.
+// Analyses a design in addition to that of the sliders, and pins it.
 async function pinDesign(values, name) {
   if (values.length !== design.length) return;
   const record = await server.analyzeBeside(revision, values).catch((error) => ({ error: error.message }));

@@ -1,4 +1,4 @@
-// The optimization: controls, its cycles, move limits on the sliders, predicted beside computed responses.
+// The optimization: controls, its cycles, move limits on the sliders, predicted and computed responses.
 
 import * as server from "./server.js";
 import { cells, make, options, table } from "./elements.js";

@@ -70,8 +70,8 @@ impl Automatic {
                 memory.points.iter_mut().last().into_iter().for_each(|point| point.is_displaced = is_displaced);
                 next
             }
-            (Ok(beside), Some(found)) => {
-                self.store_beside(problem, &beside, &found, &mut memory);
+            (Ok(nearby), Some(found)) => {
+                self.store_nearby(problem, &nearby, &found, &mut memory);
                 data
             }
             _ if examined.missed.is_empty() => data,
@@ -216,8 +216,8 @@ impl Automatic {
     }
 
     /// Stores a design near the current one, as the last but one.
-    fn store_beside(&self, problem: &Problem, beside: &AnalyzedDesign, data: &CycleData, memory: &mut AutomaticState) {
-        let AnalyzedDesign { design, responses, evaluation } = beside;
+    fn store_nearby(&self, problem: &Problem, nearby: &AnalyzedDesign, data: &CycleData, memory: &mut AutomaticState) {
+        let AnalyzedDesign { design, responses, evaluation } = nearby;
         let point = AcceptedPoint::new(problem, (design, responses, evaluation), data);
         memory.points.insert(memory.points.len().saturating_sub(1), point);
         self.forget(memory);
