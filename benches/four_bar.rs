@@ -1,6 +1,6 @@
 //! Cost of derivatives and of a whole optimization of the flexible four-bar, in analyses: `cargo bench --bench four_bar`.
 //!
-//! CPU times of one thread, the minimum of several batches that alternate between the jobs. More threads reduce the elapsed time of
+//! CPU times of one thread: the minimum of several batches, in which the tasks alternate. More threads reduce the elapsed time of
 //! derivatives but add waiting time to the CPU time.
 
 mod cpu;
@@ -17,7 +17,7 @@ fn problem(derivatives: DerivativeMethod) -> Result<Problem> {
     StressConstrained { derivatives, ..StressConstrained::as_published() }.problem()
 }
 
-/// The moments whose stresses are retained at this design.
+/// The bending moments whose stresses are retained at this design.
 fn retained(problem: &Problem) -> Result<Vec<ResponseAt>> {
     let evaluation = problem.evaluate(&DESIGN, &problem.analyze(&DESIGN)?)?;
     let rows = method().screening.retain(problem, &evaluation);

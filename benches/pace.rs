@@ -1,7 +1,7 @@
 //! Cost of a cycle early and late in a run of a hundred thousand: `cargo bench --bench pace`; `CYCLES` sets another number.
 //!
-//! The analysis is a formula, and the steps go on beyond convergence. Screening, approximation, subproblem and history remain. The end is
-//! not confirmed: a run that goes on confirms it when it has become twice as long, but steps beyond its end would do so every time.
+//! The analysis is a formula, and the steps continue beyond convergence. Screening, approximation, subproblem and history remain. The end is
+//! not confirmed: a normal run confirms it again only when it has become twice as long, but steps beyond the end would do so every time.
 
 #[path = "cpu/mod.rs"]
 mod cpu;

@@ -49,14 +49,14 @@ fn study(name: &str, setup: &StressConstrained, method: &Make, starts: RangeIncl
     let start = |k: u32| [0.8191725, 0.6710436, 0.5497005].map(|a| 356.8 * (0.95 + 0.1 * (f64::from(k) * a).fract()));
     let solve = |k: u32| method().solve(&setup.clone().from_mm(start(k)).problem()?, |_| ());
     let ends = starts.into_par_iter().map(solve).collect::<Result<Vec<RunState>>>()?;
-    let good: Vec<&RunState> = ends.iter().filter(|end| end.status.is_success()).collect();
+    let successful: Vec<&RunState> = ends.iter().filter(|end| end.status.is_success()).collect();
     let mean = |f: fn(&RunState) -> usize| ends.iter().map(f).sum::<usize>() as f64 / 40.0;
-    let near = |kg: f64| good.iter().filter(|e| (e.evaluation.objective / kg - 1.0).abs() < 3e-3).count();
+    let near = |kg: f64| successful.iter().filter(|e| (e.evaluation.objective / kg - 1.0).abs() < 3e-3).count();
     let mut cycles: Vec<usize> = ends.iter().map(RunState::cycles).collect();
     cycles.sort_unstable();
     println!(
         "{name:<44} {:>2} of 40; cycles {} {} {} {} {}; {:.1} + {:.1}; I {}, II {}",
-        good.len(),
+        successful.len(),
         cycles[0],
         cycles[10],
         cycles[20],
@@ -67,7 +67,7 @@ fn study(name: &str, setup: &StressConstrained, method: &Make, starts: RangeIncl
         near(2.882),
         near(2.670)
     );
-    Ok((good.len(), cycles[20]))
+    Ok((successful.len(), cycles[20]))
 }
 
 fn main() -> Result<()> {

@@ -78,7 +78,7 @@ impl AnyFolder {
         let (folder, model, text) = RunDirectory::open(&self.path)?;
         let problem = model.problem()?;
         if let Some(last) = folder.last(&model, &problem)? {
-            // A step from numbers without a meaning may fail; it does not panic.
+            // A step from meaningless numbers may fail, but must not panic.
             drop(model.method().step(&problem, last.state));
         }
         DrawnReport::new(&folder, &model, Some(0), false)?.store(folder, &model, &text).map(drop)

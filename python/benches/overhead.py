@@ -1,8 +1,8 @@
-"""Cost of calls from Python beside that of the work in Rust: `python benches/overhead.py`.
+"""Cost of calls from Python compared with that of the work in Rust: `python benches/overhead.py`.
 
-1. One call of `analyze` beside one analysis in Rust, as processor times with one thread. An analysis in Rust is one of 1000 in a call of
+1. One call of `analyze` compared with one analysis in Rust, as processor times with one thread. An analysis in Rust is one of 1000 in a call of
    `analyze_many`, where Rust does them alone.
-2. 1000 designs in one call beside Rust on all cores: the same call without the Python part, `analyze_many` of the extension, and the
+2. 1000 designs in one call compared with Rust on all cores: the same call without the Python part, `analyze_many` of the extension, and the
    elapsed time of one thread divided by that of all threads.
 
 Each figure is the least of several repetitions that alternate with what they are compared with, since other programs on the machine

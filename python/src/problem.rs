@@ -313,7 +313,7 @@ impl Problem {
 }
 
 impl Problem {
-    /// Analyses designs. Ctrl-C is seen between two calls; Python functions see it themselves.
+    /// Analyses designs. Signals are checked between two calls; during Python functions, Python checks them.
     fn analyze_in_calls(&self, py: Python<'_>, designs: &[Vec<f64>]) -> PyResult<Vec<Result<AnalyzedDesign>>> {
         if self.is_function {
             return work(py, || Ok(self.problem.analyze_designs(designs)));
@@ -437,7 +437,7 @@ fn with_functions(
     Ok(problem)
 }
 
-/// The smallest model with this `[method]`, from which the method is taken: a `Method` cannot be copied.
+/// Reads a minimal model with this `[method]`, and returns its method: a `Method` cannot be copied.
 fn method_of(py: Python<'_>, text: &str) -> PyResult<Model> {
     let whole = format!("version = 2\n[design.x]\nstart = 1.0\n[objective]\nminimize = \"x\"\n{text}");
     model_file::read("method", &whole).map_err(|report| raise_report(py, &report))

@@ -117,7 +117,7 @@ impl Study {
 }
 
 impl Study {
-    /// All rows, and what they answer.
+    /// All rows, and the conclusions from them.
     fn concluded(&self, lines: &[String]) -> Result<(Rows, linkwright::study::Conclusions)> {
         let rows = self.rows(lines)?;
         let missing = self.0.missing(&rows, Part::WHOLE);

@@ -1,4 +1,4 @@
-"""`minimize` and `scipy_method`, beside SciPy's own methods."""
+"""`minimize` and `scipy_method`, compared with SciPy's own methods."""
 
 import pickle
 

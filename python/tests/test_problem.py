@@ -227,7 +227,7 @@ def test_the_callback_stops_a_run_or_ends_it():
 
 
 def test_a_function_may_use_a_model(formula):
-    """An analysis inside an analysis: each uses threads of its own accord."""
+    """An analysis inside an analysis: each uses threads without a request."""
 
     def cost(b):
         inner = formula.analyze([b[0], b[1], 0.0])

@@ -65,12 +65,12 @@ def test_the_lock_is_released_during_work():
     thread.join()
     longest = max(np.diff([begun, *ticks]))
     work = time.perf_counter() - begun
-    # With the lock held, the other thread would stand still for whole calls, a fifth of the time each.
+    # With the lock held, the other thread would wait for whole calls, a fifth of the time each.
     assert longest < work / 6, (longest, work)
 
 
 def test_a_function_in_many_threads_at_once():
-    """Runs whose analyses are Python functions, beside runs of models, in more threads than cores."""
+    """Runs whose analyses are Python functions, at the same time as runs of models, in more threads than cores."""
     model = linkwright.Model.from_file(MODELS / "impact-absorber-formula.toml")
 
     def one(k):
@@ -229,7 +229,7 @@ def test_pools_of_processes_work(method):
         found = [pool.submit(model.optimize, "slp") for _ in range(4)]
         results = [future.result(timeout=TIMEOUT) for future in found]
         assert [r.objective for r in results] == [expected] * 4
-        # An exception of the worker arrives as itself.
+        # An exception of the worker arrives with its own type.
         with pytest.raises(linkwright.DefinitionError, match="shape"):
             pool.submit(model.analyze, [1.0]).result(timeout=TIMEOUT)
         assert isinstance(pool.submit(failed).exception(timeout=TIMEOUT), linkwright.AnalysisError)

@@ -44,7 +44,7 @@ pub struct Sizes {
     retained: u64,
     /// Earlier designs whose derivatives the approximation uses.
     earlier: u64,
-    /// Designs whose numbers are stored for the automatic method, by which the ends of other methods are confirmed.
+    /// Designs whose numbers are stored for the automatic method, which also confirms the ends of other methods.
     stored: u64,
     /// True if second derivatives are computed.
     is_second_order: bool,
@@ -56,7 +56,7 @@ const CONFIRMED: u64 = 12;
 const NUMBER: u64 = 8;
 const TEXT: u64 = 25;
 const CELL: u64 = 64;
-/// Bytes of the value of a response or constraint, with its tables and pages.
+/// Bytes of the value of a response or constraint, including its places in tables and pages.
 const VALUE: u64 = 2 * (NUMBER + CELL + TEXT);
 /// Bytes of a first derivative: in the analysis, in the cycle, in the approximate problem, and as text of the state.
 const DERIVATIVE: u64 = 6 * NUMBER + 2 * TEXT;

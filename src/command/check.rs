@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 /// Significant digits of sizes in advice.
 const ADVISED: usize = 2;
-/// Part of a change that is a rounding error.
+/// Relative change up to which it is a rounding error.
 const ROUNDING: f64 = 1e-12;
 
 #[derive(Args)]

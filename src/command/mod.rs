@@ -9,11 +9,11 @@
 //! | `open` | the interactive design tool, feature `app` |
 //! | `run_directory` | the files of a run, safe against a kill at any moment |
 //! | `run_entry` | runs and studies below a folder |
-//! | `folder` | folders into which commands write, with the list of their files |
+//! | `output_folder` | folders into which commands write, with the list of their files |
 //! | `budget` | memory and time, estimated from the sizes of a problem |
 //! | `progress`, `eta` | the table of cycles during a run, and the estimated time to its end |
 //! | `interruption` | Ctrl-C |
-//! | `analysis_page` | the page of an analysis |
+//! | `analysis_page`, `report_pair` | the page of an analysis, the page of two runs |
 //! | `tables` | cycles, histories and derivatives as tables |
 //! | `model`, `output` | reading of model files; standard output and standard error, dates and durations |
 //!

@@ -281,8 +281,8 @@ pub fn located<'m, T>(model: impl Into<Option<&'m Model>>, result: linkwright::R
     })
 }
 
-/// Returns `true` if an argument is a model file rather than the name of a problem of the library. A file wins over a problem of its name, as it does
-/// in the commands that know only files; a folder does not.
+/// Returns `true` if an argument is a model file rather than the name of a problem of the library. A file is preferred to a problem with its name, as
+/// in the commands that accept only files; a folder is not.
 pub fn is_file(what: &str) -> bool {
     let path = Path::new(what);
     let is_known = linkwright::cases::suite::problems().any(|entry| entry.name == what);

@@ -155,7 +155,7 @@ fn save(warm: &Warm) {
     }
 }
 
-/// Begins a run of a model, with its text and file, in a reserved folder; returns its path, too. An earlier run in the folder is replaced after the
+/// Begins a run of a model, with its text and file, in a reserved folder; also returns its path. An earlier run in the folder is replaced after the
 /// analysis of the start design, so that it is not lost if that fails.
 fn begin(
     reserved: Reserved,
@@ -208,12 +208,13 @@ fn first_state(
 /// The name of the folder of a model file.
 fn name(file: &Path) -> anyhow::Result<String> {
     let name = file.file_stem().and_then(|name| name.to_str()).filter(|name| !name.starts_with('.'));
-    let name = name
-        .with_context(|| format!("the name of {} is not one for a folder; give a folder with --out", file.display()))?;
+    let name = name.with_context(|| {
+        format!("the name of {} cannot be that of a folder; give a folder with --out", file.display())
+    })?;
     Ok(name.to_owned())
 }
 
-/// Largest number of a folder.
+/// Largest number at the end of the name of a folder.
 const NUMBERED: usize = 9999;
 
 /// The folder NAME in the folder of results, or the first of NAME-2, NAME-3, … without a run. With `force` it is NAME.
@@ -302,7 +303,7 @@ impl ProgressForm {
         Show::of(self.json, self.quiet)
     }
 
-    /// Continues the run of a claimed folder; says which settings have changed.
+    /// Continues the run of a claimed folder; prints which settings have changed.
     fn resume(
         &self,
         mut folder: RunDirectory,
@@ -321,7 +322,7 @@ impl ProgressForm {
         self.run(&model, &problem, &mut folder, state, &None, &out)
     }
 
-    /// Runs to the end, from a state or from the start design. A closed standard output is an interruption.
+    /// Runs to the end, from a state or from the start design. A closed standard output interrupts the run.
     fn run(
         &self,
         model: &Model,
@@ -382,14 +383,15 @@ impl ProgressForm {
     }
 }
 
-/// The state with which a run goes on by the settings of a model. A run that has ended stays so if they allow no cycle.
+/// The state from which a run continues with the settings of a model. A run that has ended remains so if they allow no further
+/// cycle.
 fn restarted(model: &Model, problem: &Problem, state: RunState) -> linkwright::Result<RunState> {
     let again = model.method().restart(problem, state.clone())?;
     let stays = state.status != Status::Running && again.status == Status::CycleLimit;
     Ok(if stays { state } else { again })
 }
 
-/// Ends the process at Ctrl-C with a line that says how to go on. Every cycle is stored, so it may end at any moment.
+/// Ends the process at Ctrl-C with a line that says how to continue. Every cycle is stored, so it may end at any moment.
 fn announce_interruptions(out: &Path) {
     let text = format!("\ninterrupted; `linkwright resume {}` continues the run", argument(&out.display().to_string()));
     at_interruption(move || {

@@ -22,7 +22,7 @@ pub fn say_raw(text: &str) -> anyhow::Result<()> {
     }
 }
 
-/// Prints a line on standard error; control characters are shown. That it cannot be written is no error.
+/// Prints a line on standard error; control characters are shown. A failure to write it is ignored.
 pub fn complain(text: &str) {
     drop(writeln!(io::stderr(), "{}", visible(text)));
 }
@@ -63,7 +63,7 @@ impl std::error::Error for ClosedOutput {}
 
 /// An argument as it is typed into a shell: a file, a folder, or a value with its name.
 pub fn argument(text: &str) -> String {
-    // It would be taken for an option.
+    // It would be read as an option.
     if text.starts_with('-') {
         return argument(&format!("./{text}"));
     }

@@ -1,7 +1,7 @@
 //! Folders into which commands write, with the list of the files that they wrote.
 //!
-//! `files.json` lists the files that linkwright wrote into a folder. Only these are replaced; other files of the same name belong
-//! to somebody else.
+//! `files.json` lists the files that linkwright wrote into a folder. Only these are replaced; other files of the same name are
+//! never touched.
 
 use super::output::results;
 use anyhow::{Context, anyhow, bail};
@@ -29,7 +29,7 @@ const LIMIT: u64 = 16 << 20;
 pub struct OutputFolder {
     directory: Directory,
     own: BTreeSet<String>,
-    /// True for a folder of an earlier version, which has no list.
+    /// True for a folder that an earlier version wrote, which has no list.
     is_earlier: bool,
 }
 
@@ -124,7 +124,7 @@ impl OutputFolder {
         if names.iter().all(|name| self.own.contains(name.as_ref())) {
             return Ok(());
         }
-        let _alone = alone_in(&self.directory);
+        let _lock = list_lock(&self.directory);
         // Another process may have written into the folder since the list was read.
         self.own.extend(listed(&self.directory)?);
         let new: Vec<&str> = names.iter().map(S::as_ref).filter(|name| !self.own.contains(*name)).collect();
@@ -188,8 +188,8 @@ fn listed(directory: &Directory) -> anyhow::Result<BTreeSet<String>> {
 /// Time to wait for another process that changes the list, in steps of 10 ms. A change takes a few milliseconds.
 const LIST_WAITS: usize = 200;
 
-/// The lock of a folder while the list is changed. Without it, as on a file system that has no locks, the list is changed all the same.
-fn alone_in(directory: &Directory) -> Option<File> {
+/// The lock of a folder while the list is changed. `None` on a file system without locks, where the list is changed all the same.
+fn list_lock(directory: &Directory) -> Option<File> {
     for _ in 0..LIST_WAITS {
         match directory.lock_folder() {
             Ok(Lock::Own(folder)) => return Some(folder),

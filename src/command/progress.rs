@@ -190,7 +190,7 @@ impl RunningTime {
 }
 
 /// A task that is being done, until the value is dropped: a line on a terminal; elsewhere lines on standard error, from the first second on and then more
-/// and more rarely; nothing with `--json` and `--quiet`. Ctrl-C ends the process and says how to go on.
+/// and more rarely; nothing with `--json` and `--quiet`. Ctrl-C ends the process and prints how to continue.
 pub struct Task {
     line: StatusLine,
     what: String,
@@ -279,12 +279,12 @@ impl StatusLine {
         }
     }
 
-    /// Keeps the line from being drawn.
+    /// Prevents the line from being drawn while the guard is held.
     fn hold(&self) -> std::sync::MutexGuard<'_, Option<(String, String)>> {
         self.shared.text.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
-    /// Clears the line for good, so that what follows starts on an empty line.
+    /// Clears the line finally, so that what follows starts on an empty line.
     fn end(&self) {
         let mut text = self.hold();
         if !self.shared.has_ended.swap(true, Ordering::AcqRel) {

@@ -213,7 +213,7 @@ pub fn mechanism(
         let all = designs.iter().map(|(_, b)| *b).chain(cycles.iter().map(|(_, b)| *b));
         model.drawings(&all.collect::<Vec<_>>(), &times)
     };
-    // Where the design of a cycle cannot be drawn, the others are.
+    // If the design of a cycle cannot be drawn, the titled designs are drawn without the cycles.
     let (drawn, cycles) = match of(cycles) {
         Err(_) if !cycles.is_empty() => (of(&[]), &[][..]),
         drawn => (drawn, cycles),

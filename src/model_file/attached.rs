@@ -1,7 +1,7 @@
 //! Files that a model file names: other model files by `include`, and tables of numbers by `file`.
 //!
-//! Their texts are attached to the text of the model, each after a line with its name. So a model is one text, whatever it consists of: it is
-//! stored with a run, hashed and edited as one. Only [`with_files`] opens files.
+//! Their texts are attached to the text of the model, each after a line with its name. A model with all its files is therefore one text,
+//! which is stored with a run, hashed and edited as a whole. Only [`with_files`] opens files.
 
 use super::diagnostics::SecondUse;
 use super::text_parts::{AttachedText, MARK, split};
@@ -15,13 +15,13 @@ use toml::de::{DeTable, DeValue};
 /// Attaches the files that a model names, from its folder. A text that is not TOML is returned unchanged.
 ///
 /// # Errors
-/// If a path leaves the folder, a file cannot be read or includes itself, or all together are too long.
+/// If a path leaves the folder, a file cannot be read or includes itself, or all files together are too long.
 pub fn with_files(file: &str, text: &str, folder: &Path) -> Result<String, Box<DiagnosticReport>> {
     let mut all = text.to_owned();
     let fail = |all: &str, error: Diagnostic| {
         Box::new(DiagnosticReport { file: file.to_owned(), text: all.to_owned(), diagnostics: vec![error] })
     };
-    // Parts whose names are looked for, each with the files that led to it.
+    // Parts that are searched for names of files, each with the chain of files that include it.
     let mut parts: Vec<(Range<usize>, Vec<String>)> = vec![(0..split(text).0, vec![])];
     while let Some((part, path)) = parts.pop() {
         let Ok(table) = DeTable::parse(&all[part.clone()]) else { continue };
@@ -100,7 +100,7 @@ pub struct Unreadable {
 /// The content of a file of at most `most` bytes that a text names, in a folder or below.
 ///
 /// # Errors
-/// If the path leaves the folder, also by a link, or the file cannot be read or is not UTF-8.
+/// If the path leaves the folder, even by a link, or the file cannot be read or is not UTF-8.
 pub fn read_within(name: &str, folder: &Path, most: usize) -> Result<String, Unreadable> {
     let fail = |why: String| Unreadable { why, help: None };
     let path = Path::new(name);
@@ -231,7 +231,7 @@ fn moved_value<'a>(value: Spanned<DeValue<'a>>, offset: usize) -> Spanned<DeValu
     Spanned::new(span, value)
 }
 
-/// Adds an included model: tables of names get more entries, lists of parts get longer.
+/// Merges an included model: adds its entries to the tables of names, and its parts to the lists of parts.
 fn merge<'a>(all: &mut DeTable<'a>, included: DeTable<'a>) -> Result<(), Diagnostic> {
     for (key, value) in included {
         let name = key.get_ref().to_string();

@@ -9,7 +9,7 @@ use crate::sao::presets;
 pub struct Completions {
     /// First byte of the word that is replaced; it ends at the position.
     pub from: usize,
-    /// The words, those that the file needs first.
+    /// The words; those of required keys come first.
     pub words: Vec<Completion>,
 }
 
@@ -59,7 +59,7 @@ pub fn completions(text: &str, at: usize) -> Completions {
         }
     };
     let lower = word.to_lowercase();
-    // A word that takes quotes is found by its beginning without them, too.
+    // A word that is written in quotes is also found by its beginning without them.
     let begins = |text: &str| {
         let text = text.to_lowercase();
         text.starts_with(&lower) || text.trim_start_matches('"').starts_with(&lower)
@@ -155,7 +155,7 @@ fn enclosing(text: &str, at: usize) -> (TableWords, bool) {
     (TableWords { keys, kinds, present }, in_space)
 }
 
-/// The declarations of a table by its header; those in space have names that end with 3.
+/// The declarations of the table with a header; the names of those in space end with 3.
 fn own_tables(header: &str, in_space: bool) -> Vec<TableKeys> {
     let group = header.split_once('.').map_or_else(|| header.to_owned(), |(group, _)| format!("{group}.NAME"));
     let named = |name: &str| tables().into_iter().filter(|table| table.name == name).collect::<Vec<_>>();
@@ -295,7 +295,7 @@ mod tests {
     fn tables_keys_kinds_words_and_names_are_offered() {
         assert!(at("[[bo|").contains(&"[[body]]".to_owned()));
         assert!(at("[obj|").contains(&"[objective]".to_owned()));
-        // Required keys come first, and keys that are there are left out.
+        // Required keys come first; keys that the table has already are not offered.
         let keys = at("[[constraint]]\nname = \"a\"\n|\n");
         assert_eq!(keys[0], "value = ");
         assert!(keys.contains(&"at_most = ".to_owned()) && !keys.contains(&"name = ".to_owned()), "{keys:?}");

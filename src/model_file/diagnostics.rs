@@ -33,7 +33,7 @@ pub struct Diagnostic {
     pub help: Option<String>,
     /// The unknown name, if the diagnostic is about one.
     pub(super) unknown_name: Option<Box<str>>,
-    /// The name or key that the underlined bytes use again, if the diagnostic is about that.
+    /// The name or key of which the underlined bytes are a second use, if the diagnostic is about that.
     pub(super) second_use: Option<Box<SecondUse>>,
 }
 
@@ -72,7 +72,7 @@ impl Diagnostic {
 
     /// An error about an unknown name; the help suggests the nearest known one.
     pub fn unknown<'k>(span: Range<usize>, kind: &str, asked: &str, known: impl IntoIterator<Item = &'k str>) -> Self {
-        // Comparing very long names takes too long.
+        // The comparison of very long names would take too long.
         let known: Vec<&str> = known.into_iter().filter(|name| name.len() <= limits::NAME).collect();
         let shown: String = asked.chars().take(limits::NAME).collect();
         let diagnostic = Self::new(span, format!("there is no {kind} `{shown}`"));
@@ -121,7 +121,7 @@ fn of_same_owner<'k>(asked: &str, known: Vec<&'k str>) -> Vec<&'k str> {
     if own.is_empty() { known } else { own }
 }
 
-/// Usual words for measures, with the names that they have here.
+/// Common words for measures, with their names in model files.
 const SYNONYMS: &[(&[&str], &[&str])] = &[
     (&["angle", "rotation", "orientation", "phi", "psi", "rot"], &["theta"]),
     (&["angular_velocity", "angular_speed", "rate", "theta_dot", "dtheta", "thetad", "w"], &["omega"]),
@@ -129,7 +129,7 @@ const SYNONYMS: &[(&[&str], &[&str])] = &[
     (&["torque", "couple"], &["moment", "driving_force"]),
 ];
 
-/// Usual words for keys, with the names that they have here.
+/// Common words for keys, with their names in model files.
 const KEYS: &[(&[&str], &[&str])] = &[
     (
         &["length", "rest", "rest_length", "free_length", "natural_length", "unloaded_length", "unloaded"],
@@ -161,7 +161,7 @@ const KEYS: &[(&[&str], &[&str])] = &[
     (&["optimizer", "optimization", "algorithm"], &["method"]),
 ];
 
-/// The known name of the same part whose measure is usually called by the last word of `asked`, or the key that has this usual name.
+/// The known name of the same part whose measure is commonly called by the last word of `asked`, or the key that is commonly called `asked`.
 fn synonym<'k>(asked: &str, known: &[&'k str]) -> Option<&'k str> {
     let Some((owner, word)) = asked.rsplit_once('.') else {
         let mut names = KEYS.iter().filter(|(usual, _)| usual.contains(&asked)).flat_map(|(_, names)| names.iter());
@@ -219,7 +219,7 @@ impl DiagnosticReport {
         let (name, part) = text_parts::part_at(&self.text, span.start);
         let own = |byte: usize| byte.clamp(part.start, part.end) - part.start;
         let underlined = AnnotationKind::Primary.span(own(span.start)..own(span.end)).label(label);
-        let path = name.map_or(self.file.clone(), |name| beside(&self.file, name));
+        let path = name.map_or(self.file.clone(), |name| in_folder_of(&self.file, name));
         let mut snippet = Snippet::source(&self.text[part.clone()]).path(path).annotation(underlined);
         let first =
             diagnostic.second_use.as_ref().and_then(|second| second.first.as_ref()).map(|first| self.first_line(first));
@@ -253,11 +253,11 @@ impl DiagnosticReport {
 }
 
 /// The path of a file in the folder of another one.
-fn beside(file: &str, name: &str) -> String {
+fn in_folder_of(file: &str, name: &str) -> String {
     file.rfind('/').map_or(name.to_owned(), |end| format!("{}/{name}", &file[..end]))
 }
 
-/// Most errors that are shown at once.
+/// Largest number of errors that are shown at once.
 const MOST_SHOWN: usize = 10;
 
 /// Diagnostics of a file that is being read, and the locations of its parts.

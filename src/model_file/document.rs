@@ -144,7 +144,7 @@ fn object(name: &str, all: &[TableKeys]) -> Value {
     for key in own().flat_map(|table| table.keys) {
         let new = property(name, key, all);
         match properties.get_mut(key.name) {
-            // Kinds may take different values under one key: a slider has one velocity, a body in the plane two.
+            // Kinds may take different values for one key: a slider has one velocity component, a body in the plane two.
             Some(known) => extend(known, new),
             None => drop(properties.insert(key.name.to_owned(), new)),
         }
@@ -224,7 +224,7 @@ fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
             let one = format!("#/$defs/{}.NAME", key.name);
             json!({ "type": "object", "additionalProperties": { "$ref": one } })
         }
-        // The items follow from the kind of mechanisms.
+        // The schema of the items depends on the dimension of the mechanism.
         Accepts::Tables if has_space(key.name, all) => json!({ "type": "array" }),
         Accepts::Tables => json!({ "type": "array", "items": { "$ref": format!("#/$defs/{}", key.name) } }),
         Accepts::Table if key.name == "orientation" => json!({ "$ref": "#/$defs/orientation3" }),

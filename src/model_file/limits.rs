@@ -8,7 +8,7 @@ pub const GENERATED: usize = 1 << 26;
 pub const FILES: usize = 32;
 /// Characters of an expression.
 pub const EXPRESSION: usize = 4096;
-/// Nesting levels of parentheses, signs and powers, and of named expressions.
+/// Levels of nested parentheses, signs and powers, and of named expressions that use each other.
 pub const NESTING: usize = 64;
 /// Operations of a compiled expression, with those of named expressions that it uses.
 pub const OPERATIONS: usize = 20_000;

@@ -26,7 +26,7 @@ pub(super) fn parse_up_to(longest: usize, text: &str) -> Result<DeTable<'_>, Dia
 pub(super) fn fingerprint(file: &DeTable<'_>) -> u64 {
     let mut file = file.clone();
     let mut text = peak_scale(&mut file);
-    // The words of version 1, with which the first runs were stored.
+    // The keywords of version 1, in which the first stored runs were hashed.
     version::to_first_version(&mut file);
     for (key, value) in &file {
         match &**key.get_ref() {
@@ -54,8 +54,8 @@ pub(super) fn analysis_fingerprint(file: &DeTable<'_>) -> u64 {
     fingerprint(&file)
 }
 
-/// The scale of a peak in the terms of version 1, where it is 1 by default: such a scale is removed. Returns what stands for the default of
-/// later versions.
+/// Converts the scale of a peak to version 1, where the default is 1: such a scale is removed. Returns a text that replaces in the hash
+/// the default of later versions.
 fn peak_scale(file: &mut DeTable<'_>) -> String {
     let is_first = file.get("version").is_some_and(|version| plain(version.get_ref()) == "1");
     let Some(DeValue::Table(objective)) = file.get_mut("objective").map(toml::Spanned::get_mut) else {
@@ -205,7 +205,7 @@ fn parts_of(key: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
-/// A text as it is written in TOML, in quotes: with `\\` before quotes and backslashes, and control characters by their numbers.
+/// A text as a TOML string: in quotes, with `\\` before quotes and backslashes, and with control characters as escape codes.
 pub fn toml_string(text: &str) -> String {
     let written = |c: char| match c {
         '"' | '\\' => format!("\\{c}"),
@@ -215,7 +215,7 @@ pub fn toml_string(text: &str) -> String {
     format!("\"{}\"", text.chars().map(written).collect::<String>())
 }
 
-/// A key as it is written in TOML: in quotes unless it is of letters, digits, `_` and `-`.
+/// A key as it is written in TOML: in quotes unless it consists of letters, digits, `_` and `-`.
 fn written(part: &str) -> String {
     let is_bare = part.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
     if is_bare { part.to_owned() } else { toml_string(part) }

@@ -1,7 +1,7 @@
 //! Units of numbers in model files: `120 mm`, `30 deg`, `1.5 kN*m/rad`.
 //!
 //! A unit is a factor to the SI unit and a dimension. Angles have a dimension of their own, but formulas need not account for it: a length times
-//! an angle is a length. Cycles have one, too, so that 5 Hz are not taken for 5 rad/s, whatever way they go: an angle is no number of cycles.
+//! an angle is a length. So have cycles: 5 Hz and 5 rad/s are never converted into each other, since an angle is not a number of cycles.
 
 use crate::Readable;
 use std::fmt;
@@ -31,7 +31,7 @@ impl Dimension {
         Self { exponents: [WHOLE * length, WHOLE * mass, WHOLE * time, WHOLE * angle, WHOLE * cycles] }
     }
 
-    /// That of a product: of `self` and the `power` of another one. `None` if an exponent is not a multiple of 1/12, or too large.
+    /// The dimension of a product: of `self` and the `power` of another one. `None` if an exponent is not a multiple of 1/12, or too large.
     pub fn times(self, other: Self, power: f64) -> Option<Self> {
         let mut exponents = self.exponents;
         for (own, other) in exponents.iter_mut().zip(other.exponents) {
@@ -44,7 +44,7 @@ impl Dimension {
         Some(Self { exponents })
     }
 
-    /// Without the exponents of angles and cycles.
+    /// The dimension without the exponents of angles and cycles.
     fn without_turns(self) -> Self {
         let [length, mass, time, ..] = self.exponents;
         Self { exponents: [length, mass, time, 0, 0] }
@@ -61,7 +61,7 @@ impl Dimension {
         (length, mass, angle) == (0, 0, 0) && cycles != 0
     }
 
-    /// As [`is_like`](Self::is_like), but a number of cycles is no angle, and a frequency no angular velocity.
+    /// As [`is_like`](Self::is_like), but a number of cycles is not an angle, and a frequency is not an angular velocity.
     pub fn fits(self, other: Self) -> bool {
         let is_mixed = |one: Self, other: Self| one.counts_cycles() && other.exponents[3] != 0;
         self.is_like(other) && !is_mixed(self, other) && !is_mixed(other, self)
@@ -266,7 +266,7 @@ impl Unit {
                 let dimension = all.dimension.times(next.dimension, sign * next.power)?;
                 Some((next, dimension))
             });
-            // A name that is no unit begins the next operand.
+            // A name that is not a unit begins the next operand.
             let Some((next, dimension)) = next else { break };
             let powers = next.factor.map(|f| f.powf(next.power));
             let [above, below] = if sign > 0.0 { powers } else { [powers[1], powers[0]] };
@@ -336,7 +336,7 @@ impl Unit {
         usual.into_iter().filter(|text| symbol(text).is_some_and(|(_, own)| own == dimension)).collect()
     }
 
-    /// All symbols without prefixes, and the most usual ones with them, for suggestions.
+    /// All symbols without prefixes, and the most common ones with prefixes, for suggestions.
     pub fn known() -> impl Iterator<Item = &'static str> {
         let usual = ["mm", "cm", "km", "kg", "ms", "kN", "MN", "kPa", "MPa", "GPa", "kJ", "mJ", "kW", "kHz", "mrad"];
         UNITS.iter().map(|(known, ..)| *known).filter(|known| *known != "1").chain(usual)

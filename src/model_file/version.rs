@@ -173,7 +173,7 @@ impl Modernizer {
                 word.role == WordRole::Measure && word.old == measure && (word.table == "driver") == is_driver(owner)
             };
             let word = RENAMED.iter().find(is_meant)?;
-            // Where the text is in the file letter for letter, the word itself is underlined.
+            // If the text is written in the file without escapes, the word alone is underlined.
             let exact = place.quoted.start + 1 + place.word.start..place.quoted.start + 1 + place.word.end;
             let is_exact = text.get(exact.clone()) == Some(measure);
             self.add(word, if is_exact { exact } else { place.quoted });

@@ -12,10 +12,10 @@ use crate::sao::{Cycle, RunState};
 const SATISFIED: f64 = 1e-5;
 /// Distance from the limit, relative to the size, up to which a constraint counts as active.
 const ACTIVE: f64 = 1e-3;
-/// Part of the range of the objective, and of the scale of a constraint, by which a design is better than another one.
+/// Fraction of the range of the objective, and of the scale of a constraint, by which one design must be better than another.
 const BETTER: f64 = 1e-4;
 
-/// The objective at a design: of a maximum its own value, of a min–max objective the largest |f| over the time points.
+/// The objective at a design: for a maximized objective with the sign of the statement, for a min–max objective the largest |f| over the time points.
 ///
 /// `evaluation` is that of `design`.
 pub fn objective(problem: &Problem, design: &[f64], evaluation: &Evaluation) -> f64 {
@@ -27,7 +27,7 @@ pub fn peak_row(problem: &Problem, design: &[f64], evaluation: &Evaluation) -> O
     let rows = peak_constraints(problem).flat_map(|constraint| {
         let sign = problem.constraints[constraint].sign();
         let values = values(problem, constraint, design, evaluation).into_iter().enumerate();
-        // A value counts on its own side only.
+        // Each of the two constraints counts values of its own sign only.
         values.filter_map(move |(point, value)| {
             let value = sign * value?;
             (value >= 0.0).then_some((RowId { constraint, point }, value))
@@ -38,7 +38,7 @@ pub fn peak_row(problem: &Problem, design: &[f64], evaluation: &Evaluation) -> O
 
 /// The objective of trial step `k` of a run's history.
 ///
-/// Of a min–max objective it is the largest |f| at the design. A history of an earlier version does not contain it: there it is the
+/// For a min–max objective it is the largest |f| at the design. A history of an earlier version does not contain it: there it is the
 /// largest among the rows that the history contains, and the start design is analysed again if it has none of them.
 ///
 /// # Errors

@@ -77,7 +77,7 @@ impl Distribution {
     }
 }
 
-/// Φ(u), the probability that a standard normal variable is at most u; to rounding, also in the tails.
+/// Φ(u), the probability that a standard normal variable is at most u; accurate to rounding even in the tails.
 pub fn normal_probability(u: f64) -> f64 {
     0.5 * libm::erfc(-u * std::f64::consts::FRAC_1_SQRT_2)
 }

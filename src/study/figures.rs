@@ -1,4 +1,4 @@
-//! Pictures of rows.
+//! Figures of the rows of a study.
 
 use super::plan::{Column, Phase};
 use super::rows::{Row, Rows};
@@ -8,12 +8,12 @@ use crate::report::figure::{
     Stroke, literal,
 };
 
-/// Most panels in a row and in a column.
+/// Largest number of panels in a row and in a column.
 const PANELS: usize = 4;
-/// Most points of a cloud; of more rows each n-th is drawn.
-const CLOUD: usize = 2000;
+/// Largest number of points of a scatter plot; of more rows, every n-th one is drawn.
+const SCATTER_POINTS: usize = 2000;
 
-/// Most nodes of a grid that are marked.
+/// Largest number of nodes of a grid that are marked.
 const NODES: usize = 600;
 
 /// The label of a column.
@@ -27,10 +27,10 @@ fn finished(rows: &Rows, phase: usize) -> Vec<&Row> {
     rows.of(phase).filter(|row| !row.has_failed()).collect()
 }
 
-/// A cloud for each quantity (downwards) over each variable (to the right); the first `inputs` columns are variables. `None` without rows.
+/// A scatter plot for each quantity (downwards) over each variable (to the right); the first `inputs` columns are variables. `None` without rows.
 pub fn over_sample(phase: &Phase, rows: &Rows, inputs: usize) -> Result<Option<Figure>> {
     let rows = finished(rows, 0);
-    let shown: Vec<&&Row> = rows.iter().step_by(rows.len().div_ceil(CLOUD).max(1)).collect();
+    let shown: Vec<&&Row> = rows.iter().step_by(rows.len().div_ceil(SCATTER_POINTS).max(1)).collect();
     let across = inputs.min(PANELS);
     let down = (phase.columns.len() - inputs).min(PANELS);
     if shown.is_empty() || across == 0 || down == 0 {
@@ -129,7 +129,7 @@ pub fn bars(quantity: &str, names: &[String], series: &[(&str, Vec<f64>)]) -> Pa
     panel
 }
 
-/// Panels of bars below each other, at most four; `None` without a panel.
+/// At most four panels of bars, one below the other; `None` without a panel.
 pub fn stacked(description: &str, panels: Vec<Panel>, bars: usize) -> Option<Figure> {
     let shown = panels.len().min(PANELS);
     let height = (25.0 + 9.0 * bars as f64).min(220.0);
@@ -163,7 +163,7 @@ pub fn starts_and_ends(phase: &Phase, rows: &[&Row], starts: [usize; 2], ends: [
     panel
 }
 
-/// Values in increasing order over their rank. Values whose relative difference is below `same` count as one and are not drawn apart.
+/// Values in increasing order over their rank. Values whose relative difference is below `same` are drawn as one value.
 pub fn ranked(quantity: &QuantityLabel, series: &[(String, Vec<f64>)], same: f64) -> Panel {
     let all = || series.iter().flat_map(|(_, values)| values).copied().filter(|v| v.is_finite());
     let [low, high] = all().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);

@@ -339,7 +339,7 @@ fn of_table(table: &DeTable<'_>, source: FileSource<'_>) -> Read<StudyFile> {
     Ok(read)
 }
 
-/// The settings of the model, as they stand in the file.
+/// The settings of the model, as written in the file.
 fn settings(section: &Section<'_>) -> Read<Vec<(Word, String)>> {
     let Some(value) = section.get("set") else { return Ok(vec![]) };
     let Some(table) = value.get_ref().as_table() else { return Err(wrong_type(value, "`set`", "a table")) };
@@ -399,13 +399,13 @@ fn vary(name: Word, table: &Section<'_>, keys: &[Key]) -> Read<Vary> {
         return Err(table.error_at("points", "`points` must be at least 2"));
     }
     let [mean, deviation, plus_minus] = [number("mean")?, number("deviation")?, number("plus_minus")?];
-    // The values are known with the unit of the model, their signs and mistakes are now.
+    // The values are known only with the unit of the model, their signs and mistakes already now.
     let value = |tree: &Option<ExpressionTree>| {
         tree.as_ref().map(|tree| Names::default().evaluate(tree, &name.text, "")).transpose()
     };
     let signs = [&from, &to, &mean, &deviation, &plus_minus].map(value).into_iter().collect::<Read<Vec<_>>>()?;
     if is_logarithmic && !signs[..2].iter().all(|end| end.is_some_and(|end| end > 0.0)) {
-        return Err(table.error_at("scale", "a logarithmic range has positive ends"));
+        return Err(table.error_at("scale", "the ends of a logarithmic range must be positive"));
     }
     let is_normal = match table.table.contains_key("distribution") {
         true => {

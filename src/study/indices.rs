@@ -102,7 +102,7 @@ fn at_level(distribution: &Distribution, level: f64) -> f64 {
     }
 }
 
-/// A trajectory of a Morris design: each variable moves once, by Δ = p/(2(p − 1)) of its p levels, in a random order.
+/// A trajectory of a Morris design: each variable changes once, by Δ = p/(2(p − 1)) with p levels, in a random order.
 ///
 /// # Sources
 /// M. D. Morris, *Technometrics* 33 (1991) 161–174.
@@ -214,7 +214,7 @@ impl Indices {
             }
             let largest = (0..d).max_by(|a, b| indices[*a][1].total_cmp(&indices[*b][1])).unwrap_or(0);
             sentences.push(format!(
-                "{} depends most on {}: with its interactions it makes {:.0} % of the variance.",
+                "{} depends most on {}: with its interactions it accounts for {:.0} % of the variance.",
                 quantity.name,
                 names[largest],
                 100.0 * indices[largest][1]

@@ -12,7 +12,7 @@
 //! | `multi_start`, `sweep`, `optimum` | optimizations from many starts, over a parameter, on a Pareto front |
 //! | `tolerance`, `reliability` | scatter of results, and reliability indices |
 //! | `indices` | sensitivity indices |
-//! | `figures`, `page` | pictures of rows, the page |
+//! | `figures`, `page` | figures of rows, the page |
 //!
 //! A run is a pure function of its number. Rows are therefore the same for any number of threads, and runs may be done in parts.
 //!
@@ -250,7 +250,7 @@ impl StudyFile {
         StudyError::File(self.report(Diagnostic::new(span.clone(), message)))
     }
 
-    /// The wanted quantities of a model, or the usual ones.
+    /// The quantities that the study file names, or the default ones.
     fn wanted(&self, evaluator: &Evaluator) -> std::result::Result<Vec<StudyQuantity>, StudyError> {
         if self.quantities.is_empty() {
             return Ok(evaluator.usual());

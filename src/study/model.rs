@@ -9,7 +9,7 @@ use crate::{Error, Result};
 use nalgebra::DMatrix;
 use std::path::PathBuf;
 
-/// A model file, to be read with other settings again and again.
+/// A model file that is read repeatedly with different settings.
 #[derive(Clone, Debug)]
 pub struct ModelSource {
     /// Name of the file, for messages.
@@ -318,14 +318,14 @@ fn is_margin(quantity: &StudyQuantity) -> bool {
     matches!(quantity.measure, ResultKind::Margin(_) | ResultKind::Distance(_))
 }
 
-/// The model with constants as design variables; `None` if it cannot be read so.
+/// The model with constants as design variables; `None` if it cannot be read in this form.
 fn promoted(source: &ModelSource, varied: &[VariedNumber]) -> Option<Model> {
     let mut constants = varied.iter().filter(|number| number.is_constant);
     let text = constants.try_fold(source.text.clone(), |text, c| with_constant_as_variable(&text, &c.name))?;
     ModelSource { text, ..source.clone() }.model().ok()
 }
 
-/// A design with other values at some places.
+/// A design with other values of some variables.
 fn placed(mut design: Vec<f64>, indices: &[usize], x: &[f64]) -> Vec<f64> {
     indices.iter().zip(x).for_each(|(k, value)| design[*k] = *value);
     design
@@ -396,7 +396,7 @@ pub fn two_sides(name: &str) -> [String; 2] {
     ["lower", "upper"].map(|side| format!("{name} {side}{suffix}"))
 }
 
-/// First of the largest values.
+/// Index of the first of the largest values.
 fn largest(values: &[f64], sign: f64) -> usize {
     (1..values.len()).fold(0, |best, p| if sign * values[p] > sign * values[best] { p } else { best })
 }
@@ -405,7 +405,7 @@ fn of_responses(responses: &Responses, wanted: &[StudyQuantity]) -> Vec<f64> {
     wanted.iter().map(|q| output(responses, &q.measure).map_or(f64::NAN, |at| responses.at(at))).collect()
 }
 
-/// The place of an output's value.
+/// The response and time point of an output's value.
 fn output(responses: &Responses, measure: &ResultKind) -> Option<ResponseAt> {
     let (response, point): (usize, fn(&[f64]) -> usize) = match measure {
         ResultKind::Value(h) => (*h, |_| 0),

@@ -20,7 +20,7 @@ use crate::{Error, Result};
 const FEASIBLE: f64 = 0.1;
 /// Relative difference of objectives up to which two ends count as one optimum.
 const SAME: f64 = 1e-3;
-/// Most optima in the table.
+/// Largest number of optima in the table.
 const OPTIMA: usize = 20;
 
 /// Optimizations from many starts.
@@ -222,7 +222,7 @@ impl MultiStartPlan {
         Ok(table)
     }
 
-    /// For each method: runs, feasible optima, best ones, failures, mean work of the feasible ones.
+    /// For each method: numbers of runs, feasible optima, best optima and failures, and the mean work of the feasible runs.
     fn by_method(&self, rows: &Rows, best: f64) -> Result<Table> {
         let columns = ["method", "runs", "optima", "best", "failed", "mean_analyses", "mean_sensitivity_analyses"];
         let mut table = Table::new("Methods", columns).headed(columns.map(in_words))?;

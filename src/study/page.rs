@@ -4,7 +4,7 @@ use super::{Conclusions, Rows, Study};
 use crate::report::page::{Badge, Page, PageSection};
 use crate::report::table::Table;
 
-/// Most failed runs in the table of the page.
+/// Largest number of failed runs in the table of the page.
 const FAILURES: usize = 50;
 
 impl Study {

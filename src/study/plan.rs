@@ -1,4 +1,4 @@
-//! Parts of a study: phases of runs, a row for each run, and conclusions from all rows.
+//! The plan of a study: phases of runs, a row for each run, and conclusions from all rows.
 
 use super::error::StudyError;
 use super::rows::{Row, Rows};
@@ -38,7 +38,7 @@ impl Column {
     }
 }
 
-/// The name of a column of ours as a heading.
+/// The heading of a column whose name is defined by the library.
 pub fn in_words(name: &str) -> String {
     name.replace('_', " ")
 }
@@ -120,7 +120,7 @@ impl RunResult {
     /// A run without results, with its inputs.
     ///
     /// # Errors
-    /// The error itself if it [ends](crate::Error::ends_run) the study: it says nothing about this run.
+    /// The error itself if it [ends](crate::Error::ends_run) the study, as it is then not a result of this run.
     pub fn failed(inputs: Vec<f64>, why: impl Into<StudyError>) -> Result<Self> {
         let why = why.into();
         if let StudyError::Other(error) = &why
@@ -141,14 +141,14 @@ impl RunResult {
     }
 }
 
-/// The conclusions of a study: text, tables and pictures.
+/// The conclusions of a study: text, tables and figures.
 #[derive(Clone, Debug, Default)]
 pub struct Conclusions {
     /// Sentences, the most important one first.
     pub sentences: Vec<String>,
     /// Tables, by the names of their files.
     pub tables: Vec<(String, Table)>,
-    /// Pictures: name of the file, caption, figure.
+    /// Figures: name of the file, caption, figure.
     pub figures: Vec<(String, String, Figure)>,
 }
 
@@ -173,7 +173,7 @@ pub trait StudyPlan: Send + Sync {
     fn conclude(&self, rows: &Rows) -> Result<Conclusions>;
 }
 
-/// Waves of numbers 0 … n − 1 in which each number is near one of an earlier wave: the middle first, then the middles of the rest.
+/// Waves of numbers 0 … n − 1 in which each number is near one of an earlier wave: the middle first, then the middles of the remaining intervals.
 ///
 /// Returns for each wave its numbers.
 pub fn bisection(n: usize) -> Vec<Vec<usize>> {

@@ -28,7 +28,7 @@ const FARTHEST: f64 = 1e5;
 const CERTAIN: f64 = 8.0;
 /// Distances from the origin at which g is explored.
 const EXPLORED: [f64; 2] = [3.0, 6.0];
-/// Largest number of explored points from which the nearest one is sought.
+/// Largest number of explored points from which a search for the nearest point starts.
 const STARTS: usize = 4;
 /// Cosine of the angle between two directions above which they lead to the same point.
 const SAME_DIRECTION: f64 = 0.8;
@@ -42,10 +42,11 @@ const STEP: f64 = 0.1;
 /// linear.
 ///
 /// The first start is the origin. Its first step is that of Rackwitz and Fiessler; the later ones use the curvature of g, too, so that the iteration
-/// does not cycle. A limit with curvature may have several points that are nearer than all others around them. The other starts are therefore the at
-/// most four points, in different directions, that promise the nearest limits among those at 3 and 6 standard deviations along the axes, along the
-/// eigenvectors of the second derivatives at the origin, and in 8 + 4n evenly distributed directions, on both sides. This finds what such a number of
-/// points can find; a sample confirms it.
+/// does not cycle. A limit with curvature may have several points that are nearer than all others around them. The other starts are
+/// therefore at most four points, in different directions, with the nearest estimated limits: g is explored at 3 and 6 standard deviations
+/// along the axes, along the
+/// eigenvectors of the second derivatives at the origin, and in 8 + 4n evenly distributed directions, on both sides. A nearer point
+/// between these directions may be missed; a sample is an independent check.
 ///
 /// If no start leads to a point, the least |g| is sought: a sign of g that does not change within the reach of the variables gives an infinite index.
 ///
@@ -126,7 +127,7 @@ fn along(direction: &[f64], distance: f64) -> Vec<f64> {
     direction.iter().map(|d| distance * d).collect()
 }
 
-/// The points from which g = 0 may be nearest, in different directions: on the limit where the explored points have passed it.
+/// Starts in different directions with the nearest estimated limits: points on the limit where explored points lie beyond it.
 fn explored(
     value: &(impl Fn(&[f64]) -> Result<f64> + Sync),
     limit_state: &(impl Fn(&[f64]) -> Result<(f64, Vec<f64>)> + Sync),
@@ -172,7 +173,7 @@ fn first_zero(value: f64, slope: f64, at_r: f64, r: f64) -> Option<f64> {
     zeros.into_iter().filter(|s| s.is_finite() && *s > 0.0).min_by(f64::total_cmp)
 }
 
-/// A distance in a direction near the limit, beyond it, by bisection between the origin and a point that violates it.
+/// A distance in a direction slightly beyond the limit, by bisection between the origin and a point that violates it.
 fn first_violation(value: &impl Fn(&[f64]) -> Result<f64>, direction: &[f64], radius: f64, sign: f64) -> Result<f64> {
     let (mut low, mut high) = (0.0, radius);
     for _ in 0..COARSE_BISECTIONS {
@@ -196,8 +197,8 @@ fn directions(limit_state: &impl Fn(&[f64]) -> Result<(f64, Vec<f64>)>, origin: 
     let mut all: Vec<Vec<f64>> = (0..n).map(axis).collect();
     let mut hessian = DMatrix::zeros(n, n);
     for k in 0..n {
-        let Some((_, beside)) = tolerated(limit_state(&along(&axis(k), STEP)))? else { break };
-        (0..n).for_each(|i| hessian[(i, k)] = (beside[i] - origin.gradient[i]) / STEP);
+        let Some((_, shifted_gradient)) = tolerated(limit_state(&along(&axis(k), STEP)))? else { break };
+        (0..n).for_each(|i| hessian[(i, k)] = (shifted_gradient[i] - origin.gradient[i]) / STEP);
     }
     if n > 1 && hessian.iter().all(|h: &f64| h.is_finite()) {
         let vectors = ((&hessian + hessian.transpose()) * 0.5).symmetric_eigen().eigenvectors;

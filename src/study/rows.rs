@@ -33,7 +33,7 @@ fn is_zero(n: &usize) -> bool {
 }
 
 impl Row {
-    /// True for a row of an earlier version about a program that was not started: the run was not done.
+    /// True for a row that an earlier version wrote for a program that was not started: the run still has to be done.
     fn is_of_missing_program(&self) -> bool {
         PROGRAM_NOT_STARTED.iter().any(|why| self.failure.contains(why))
     }
@@ -50,7 +50,7 @@ impl Row {
 
     /// The line of a row file, with its end.
     pub fn line(&self) -> String {
-        sealed(&serde_json::to_string(self).expect("a row is representable in JSON"))
+        with_checksum(&serde_json::to_string(self).expect("a row is representable in JSON"))
     }
 }
 
@@ -66,18 +66,18 @@ pub struct RowHeader {
 impl RowHeader {
     /// The line, with its end.
     pub fn line(&self) -> String {
-        sealed(&serde_json::to_string(self).expect("a header is representable in JSON"))
+        with_checksum(&serde_json::to_string(self).expect("a header is representable in JSON"))
     }
 }
 
 /// The text of a JSON object with a checksum as its last key.
-fn sealed(object: &str) -> String {
+fn with_checksum(object: &str) -> String {
     let open = &object[..object.len() - 1];
     format!("{open},\"check\":\"{:016x}\"}}\n", fnv1a(open))
 }
 
-/// The object of a sealed line, if the checksum is right.
-fn opened(line: &str) -> Option<String> {
+/// The object of a line without its checksum, if the checksum is right.
+fn without_checksum(line: &str) -> Option<String> {
     let (open, check) = line.rsplit_once(",\"check\":\"")?;
     let check = check.strip_suffix("\"}")?;
     (u64::from_str_radix(check, 16).ok()? == fnv1a(open)).then(|| format!("{open}}}"))
@@ -181,9 +181,9 @@ impl Rows {
                 why: format!("line {number} {why}"),
                 remedy: "remove this line, and the run is done again; or restore the file".to_owned(),
             };
-            let line = std::str::from_utf8(&bytes[stored.length..next - 1]).ok().and_then(opened);
+            let line = std::str::from_utf8(&bytes[stored.length..next - 1]).ok().and_then(without_checksum);
             let Some(line) = line else {
-                // A write that was cut can end with any bytes.
+                // An interrupted write can leave any bytes at the end.
                 if next == bytes.len() && number > 1 {
                     break;
                 }

@@ -1,7 +1,7 @@
 //! The optimum for each value of a parameter, and Pareto fronts by ε-constraints.
 //!
 //! An optimization starts from the optimum of the nearest finished value, on a Pareto front moved by the derivative of that optimum with
-//! respect to the limit. The values are done in an order of bisection, so that there are several at once.
+//! respect to the limit. The values are computed in the order of a repeated bisection, so that several optimizations can run in parallel.
 
 use super::error::StudyError;
 use super::figures;
@@ -22,7 +22,7 @@ use crate::{Error, Result};
 
 /// Largest violation in percent of a design that counts as feasible.
 const FEASIBLE: f64 = 0.1;
-/// Relative difference by which a design is better than another one.
+/// Relative difference by which one design must be better than another.
 const BETTER: f64 = 1e-6;
 
 /// A setting that is swept.
@@ -156,7 +156,7 @@ impl Sweep {
             && row.value(self.objective() + 1) <= FEASIBLE
     }
 
-    /// Places of a run along each parameter.
+    /// Indices of the values of a run, one for each parameter.
     fn places(&self, run: usize) -> Vec<usize> {
         let mut rest = run;
         let place = |n: &usize| {

@@ -1,4 +1,4 @@
-//! Scatter of the results for scattered variables, which are independent.
+//! Scatter of the results for independent random variables.
 //!
 //! | phase | runs |
 //! |---|---|
@@ -23,21 +23,21 @@ use crate::report::table::{Cell, Table};
 use crate::{Error, Result};
 use nalgebra::DMatrix;
 
-/// Distance of the derivatives from the mean, in standard deviations: h of the central differences of second derivatives.
+/// Step of the central differences of derivatives for second derivatives, in standard deviations.
 const ASIDE: f64 = 0.1;
 /// Step of central differences of a quantity without derivatives, in standard deviations.
 const STEP: f64 = 1e-3;
 
-/// Error of the mean derivative over a step, relative to the change of the derivative, above which the change is not even; zero for a
-/// parabola.
+/// Error of the trapezoidal rule from the derivatives at both ends of a step, relative to the change of the derivative, above which the
+/// derivative counts as not linear; zero for a parabola.
 const UNEVEN: f64 = 0.1;
-/// Change over a step relative to the value that may be rounding.
+/// Change over a step, relative to the value, up to which it may be rounding.
 const ROUNDING: f64 = 1e-9;
-/// Difference of two probabilities, in standard errors of the sample, that is no accident.
+/// Difference of two probabilities, in standard errors of the sample, from which it counts as significant.
 const DIFFERENT: f64 = 4.0;
-/// Part of a reliability index that is an error of its search.
+/// Relative error of the search for a reliability index.
 const CLOSE: f64 = 1e-6;
-/// Share of the standard deviation below which second derivatives do not matter.
+/// Share of the standard deviation below which second derivatives are negligible.
 const NEGLIGIBLE: f64 = 1e-3;
 
 const DERIVATIVES: usize = 0;
@@ -206,8 +206,8 @@ impl Tolerances {
         Some([linear, second.unwrap_or([f64::NAN; 2])])
     }
 
-    /// The variable along which the derivative of a quantity does not change evenly near the mean, as where an extreme moves to another
-    /// time point: on one side the value is not that of the mean derivative. Differences of derivatives are then not second derivatives.
+    /// The variable along which the derivative of a quantity is not linear near the mean, as where an extreme moves to another time point: on
+    /// one side, the change of the value is not the step times the mean derivative. Differences of derivatives are then not second derivatives.
     fn uneven(&self, rows: &Rows, q: usize) -> Option<usize> {
         let d = self.distributions.len();
         let row = |run: usize| rows.get(DERIVATIVES, run).filter(|row| !row.has_failed());
@@ -294,7 +294,7 @@ impl StudyPlan for Tolerances {
             let largest = (0..shares.len()).max_by(|a, b| shares[*a].total_cmp(&shares[*b])).unwrap_or(0);
             sentences.push(
                 format!(
-                    "{} scatters by {} {} (standard deviation); {} makes {:.0} % of the variance.",
+                    "{} scatters by {} {} (standard deviation); {} accounts for {:.0} % of the variance.",
                     quantity.name,
                     readable(variance.sqrt(), 4),
                     quantity.unit,
@@ -408,7 +408,7 @@ impl Tolerances {
         beyond.map(size).min_by(f64::total_cmp).filter(|distance| *distance < reach)
     }
 
-    /// What must be said about the reliability index of a limit.
+    /// A remark about the reliability index of a limit, if one is needed.
     fn about_limit(&self, rows: &Rows, limit: usize) -> Option<String> {
         let margin = &self.limits[limit];
         let name = margin.name.strip_suffix(".margin").unwrap_or(&margin.name);

@@ -79,7 +79,7 @@ fn explicit_steps_keep_energy_momentum_and_joints() {
     }
 }
 
-/// Momentum and joints hold to the tolerance of Newton's iteration, energy and angular momentum to second order or better.
+/// Momentum and joints are exact to the tolerance of Newton's iteration, energy and angular momentum to second order or better.
 #[test]
 fn implicit_steps_keep_momentum_and_joints_and_the_rest_to_their_order() {
     let m = flyer();

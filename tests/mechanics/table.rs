@@ -113,7 +113,7 @@ fn all_rows() -> Vec<Row> {
 /// Largest deviation of a row. The figures themselves are the rounding of differences, which varies between machines.
 const LARGEST: f64 = 1e-7;
 
-/// The power of ten above, with some room.
+/// A power of ten above the deviation, with a margin.
 fn bound(deviation: f64) -> f64 {
     10f64.powf((2.0 * deviation).max(1e-12).log10().ceil())
 }

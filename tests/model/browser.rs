@@ -32,7 +32,7 @@ impl Browser<'_> {
         let output = Command::new(&self.program)
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"])
             .args(["--disable-component-update", "--disable-dev-shm-usage", "--hide-scrollbars", "--mute-audio"])
-            // Each picture is of a finished frame, however busy the machine is.
+            // A picture is taken only after its frame is finished, even on a busy machine.
             .args(["--run-all-compositor-stages-before-draw", "--disable-new-content-rendering-timeout"])
             .args(["--disable-checker-imaging", "--disable-threaded-animation", "--disable-threaded-scrolling"])
             .args([
@@ -129,7 +129,7 @@ fn from_nothing_to_a_page_whose_mechanism_moves() {
     assert_eq!(attribute(&dom, "data-wide"), "0 of false");
 }
 
-/// Hover shows values in all histories and moves the mechanism; tables sort, copy and save; plots save; a printed page is whole.
+/// Hover shows values in all histories and moves the mechanism; tables sort, copy and save; plots save; a printed page is complete.
 #[test]
 fn the_page_answers_the_pointer_and_prints_whole() {
     let Some(program) = browser() else { return };

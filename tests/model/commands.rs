@@ -52,7 +52,7 @@ fn one_design_is_analysed_and_differentiated() {
     assert!(place.run(&["analyze", "impact-absorber.toml", "--at", "k=9"], 1).contains("bounds"));
 }
 
-/// A file has the name of a problem of the library: all commands take the file. A folder of that name is none.
+/// A file has the name of a problem of the library: all commands read the file. A folder of that name does not count.
 #[test]
 fn a_file_wins_over_a_problem_of_the_library() {
     let place = TempFolder::new("own-absorber");
@@ -93,7 +93,7 @@ fn a_study_is_not_opened_as_a_model() {
     assert!(why.contains("s.toml is a study") && why.contains("linkwright study s.toml"), "{why}");
 }
 
-/// Commands that last say so on standard error, where standard output is no terminal, and what to do after Ctrl-C.
+/// Commands that last say so on standard error, where standard output is not a terminal, and what to do after Ctrl-C.
 #[cfg(unix)]
 #[test]
 fn long_commands_show_progress_and_end_at_ctrl_c() {
@@ -385,7 +385,7 @@ fn names_and_hints_are_usable() {
     }
 }
 
-/// A file may have a name that is no text; its folder of results then has to be named.
+/// The name of a file need not be UTF-8; its folder of results must then be given.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_name_that_is_no_text_is_a_name_of_a_file() {

@@ -208,7 +208,7 @@ fn processes_that_write_at_the_same_time_lose_nothing() {
     }
 }
 
-/// The largest size of a file stands in for a full disk: the run ends as without a database.
+/// A limit on the size of files acts as a full disk: the run ends as it does without a database.
 #[cfg(unix)]
 #[test]
 fn a_run_does_not_need_its_database() {
@@ -255,7 +255,7 @@ fn a_program_is_not_asked_for_designs_that_are_known() {
     assert_eq!(asked(), 2 * first);
 }
 
-/// The name of a folder need not be text: it neither hides the other runs nor is left out.
+/// The name of a folder need not be UTF-8: such a folder is listed, and does not hide the others.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_folder_whose_name_is_no_text_is_taken() {

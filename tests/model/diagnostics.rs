@@ -48,7 +48,7 @@ fn a_body_with_a_mistake_is_not_missing() {
     assert!(report.to_string().contains("no key `omega`"), "{report}");
 }
 
-/// The usual word for a measure leads to the name that it has here.
+/// A common word for a measure leads to its name in model files.
 #[test]
 fn usual_words_for_measures_lead_to_their_names() {
     let template =
@@ -63,7 +63,7 @@ fn usual_words_for_measures_lead_to_their_names() {
     }
 }
 
-/// The usual word for a part of a model leads to the section in which it is declared.
+/// A common word for a part of a model leads to the section in which it is declared.
 #[test]
 fn usual_words_for_sections_lead_to_their_names() {
     let words =

@@ -1,4 +1,4 @@
-//! The documentation lists exactly the keys that the reader knows.
+//! The documentation lists exactly the keys that model files may have.
 
 use linkwright::model_file::document;
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! Edit, run again, look: the loop of every day.
+//! Everyday use: edit a model, run it again, look at the results.
 #![cfg(feature = "cli")]
 
 use crate::shell::{TempFolder, linkwright, text};
@@ -17,7 +17,7 @@ fn a_second_run_goes_to_the_next_folder() {
     assert_eq!(place.read("out/two-bar-truss/cycles.csv"), place.read("out/two-bar-truss-3/cycles.csv"));
     place.run(&["optimize", "two-bar-truss.toml", "-q", "--force"], 0);
     assert!(!place.0.join("out/two-bar-truss-4").exists());
-    // A folder that is named is not changed behind the user's back.
+    // A folder that is given explicitly is not replaced by a numbered one.
     assert!(place.run(&["optimize", "two-bar-truss.toml", "-o", "out/two-bar-truss"], 1).contains("--force"));
 }
 
@@ -312,7 +312,7 @@ fn dynamics_have_a_default_step() {
     assert!((given / default - 1.0).abs() < 1e-3, "{given} {default}");
 }
 
-/// Commas inside parentheses belong to a value; `--digits` shortens all numbers of `check`; rounding errors are no values.
+/// Commas inside parentheses belong to a value; `--digits` shortens all numbers of `check`; rounding errors are not shown as values.
 #[test]
 fn values_with_commas_digits_and_rounding_errors() {
     let place = TempFolder::new("commas");
@@ -479,7 +479,7 @@ fn every_number_has_its_unit() {
         shown.contains("the start 60 ft of `w` is outside its bounds, 0.0656167979 ft to 0.393700787 ft"),
         "{shown}"
     );
-    // Times have as many digits as tell the points from each other.
+    // Times have as many digits as are needed to distinguish the points.
     let shown = place.run(&["sensitivities", "beam", "--set", "constraint.strength.at_most=20 kN"], 0);
     assert!(shown.contains("at time 0.7 s"), "{shown}");
 }
@@ -517,7 +517,7 @@ fn values_in_steps_are_told_before_a_run() {
     }
 }
 
-/// Derivatives lack the motion of a jump: of a force that jumps by a formula, and of a history under an integral.
+/// Derivatives neglect how the time of a jump changes with the design: of a force that jumps by a formula, and of a history under an integral.
 #[test]
 fn jumps_that_move_with_the_design_are_told_before_a_run() {
     let place = TempFolder::new("everyday-jumps");
@@ -557,7 +557,7 @@ fn jumps_that_move_with_the_design_are_told_before_a_run() {
     assert!(!shown(&load("2"), off, "max(x)").contains(integral));
 }
 
-/// A simulation has no objective to be checked, and a study is no run.
+/// A simulation has no objective to be checked, and a study is not a run.
 #[test]
 fn simulations_are_checked_and_studies_are_no_runs() {
     let place = TempFolder::new("everyday-simulation");

@@ -131,8 +131,10 @@ pub(crate) fn assert_derivatives(text: &str) -> Vec<f64> {
     here.values.iter().map(|values| values[values.len() - 1]).collect()
 }
 
-pub(crate) fn outputs(measures: impl Iterator<Item = String>) -> String {
-    measures.enumerate().map(|(k, m)| format!("[[output]]\nname = \"o{k}\"\nvalue = \"{m}\"\n")).collect()
+/// Outputs of these measures, with the names `o0`, `o1`, ….
+pub(crate) fn outputs(measures: impl IntoIterator<Item: AsRef<str>>) -> String {
+    let all = measures.into_iter().enumerate();
+    all.map(|(k, m)| format!("[[output]]\nname = \"o{k}\"\nvalue = \"{}\"\n", m.as_ref())).collect()
 }
 
 #[test]
@@ -164,7 +166,7 @@ fn every_joint_drive_and_force_measures_and_differentiates() {
 fn every_function_of_time_differentiates() {
     for function in FUNCTIONS {
         let part = format!("[[force]]\nname = 'part'\nkind = 'load'\nb = 'one.x'\ngeneralized_force = {function}\n");
-        let outputs = outputs(["part.generalized_force".to_owned()].into_iter());
+        let outputs = outputs(["part.generalized_force"]);
         let values = assert_derivatives(&format!("{BASE}{EXPLICIT}{part}{outputs}"));
         assert!(values.iter().any(|v| *v != 0.0), "{function} measures nothing: {values:?}");
     }
@@ -173,9 +175,7 @@ fn every_function_of_time_differentiates() {
 #[test]
 fn mass_on_a_coordinate_slows_it_down() {
     let part = "[[force]]\nname = \"ballast\"\nkind = \"inertia\"\ncoordinate = \"one.x\"\ninertia = \"p\"\n";
-    let of = |part: &str| {
-        assert_derivatives(&format!("{BASE}{EXPLICIT}{part}{}", outputs(["one.ax".to_owned()].into_iter())))[0]
-    };
+    let of = |part: &str| assert_derivatives(&format!("{BASE}{EXPLICIT}{part}{}", outputs(["one.ax"])))[0];
     // 3p cos 1 on 2p, and on 3p.
     assert!((of("") / of(part) - 1.5).abs() < 1e-9, "{} {}", of(""), of(part));
 }
@@ -203,16 +203,14 @@ fn bodies_beams_and_formulas_differentiate() {
         "p*rod.last.y + hypot(rod.2.x, one.vy)",
     ];
     for beam in beams {
-        let values =
-            assert_derivatives(&format!("{BASE}{DYNAMICS}{beam}{}", outputs(measures.iter().map(|m| (*m).to_owned()))));
+        let values = assert_derivatives(&format!("{BASE}{DYNAMICS}{beam}{}", outputs(measures)));
         assert!(values.iter().all(|v| *v != 0.0), "{values:?}");
     }
     let parts = "[[body]]\nname = \"bob\"\nkind = \"point\"\nmass = 1\nposition = [2, 0]\nvelocity = [\"p\", 0]\n\
                  [[body]]\nname = \"slide\"\nkind = \"slider\"\nmass = 1\nvelocity = \"p\"\n\
                  [[point]]\nname = \"edge\"\nbody = \"one\"\nat = [\"p\", 0]\n";
     let measures = ["bob.vx", "slide.position", "edge.x", "kinetic_energy", "potential_energy + time"];
-    let values =
-        assert_derivatives(&format!("{BASE}{DYNAMICS}{parts}{}", outputs(measures.iter().map(|m| (*m).to_owned()))));
+    let values = assert_derivatives(&format!("{BASE}{DYNAMICS}{parts}{}", outputs(measures)));
     // Without forces along x; the edge of the body that is pulled has hardly moved.
     for (found, expected, tolerance) in [(values[0], 1.5, 1e-9), (values[1], 0.03, 1e-9), (values[2], 1.5, 1e-3)] {
         assert!((found - expected).abs() < tolerance, "{values:?}");

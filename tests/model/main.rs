@@ -29,7 +29,9 @@ mod notice;
 mod open;
 #[cfg(feature = "app")]
 mod open_disk;
+#[cfg(feature = "app")]
 mod open_journey;
+#[cfg(feature = "app")]
 mod open_page;
 #[cfg(feature = "app")]
 mod open_results;

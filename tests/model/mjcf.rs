@@ -230,8 +230,8 @@ fn files_that_attack_are_refused() {
         ("<mujoco/>", "nothing moves"),
         ("<mujoco>", "repair"),
         ("<sdf/>", "<sdf>"),
-        (&*deep, "in each other"),
-        (&*classes, "in each other"),
+        (&*deep, "nested more than"),
+        (&*classes, "nested more than"),
         (bomb, "entities"),
         (&*" ".repeat(LIMIT + 1), "bytes"),
     ] {

@@ -12,6 +12,9 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+/// Condition of a page that shows an analysis with its derivatives.
+pub const SETTLED: &str = "document.documentElement.dataset.settled?.endsWith('differentiated')";
+
 /// A server on a model file.
 pub struct Server {
     process: Child,
@@ -52,7 +55,7 @@ impl Server {
         stream
     }
 
-    /// The answer of the server to these bytes; `is_all` closes this direction after them, as a client that has died.
+    /// The answer of the server to these bytes; `is_all` closes this direction after them, as if the client had ended.
     fn raw(&self, bytes: &[u8], is_all: bool) -> String {
         let mut stream = self.connect();
         // The server may close the connection before it has read all.
@@ -89,6 +92,17 @@ impl Server {
         (status, serde_json::from_str(&body).unwrap_or(Value::Null))
     }
 
+    /// Sends an action to the run.
+    pub fn act(&self, action: &Value) {
+        assert_eq!(self.post("run", action).0, 200, "{action}");
+    }
+
+    /// The answer to a request for an analysis.
+    fn analyze(&self, page: &str, revision: &Value, design: &Value, derivatives: bool) -> (u16, Value) {
+        let request = json!({ "page": page, "revision": revision, "design": design, "derivatives": derivatives });
+        self.post("analyze", &request)
+    }
+
     /// The server answers, and knows its model.
     fn assert_alive(&self, what: &str) {
         assert!(self.get("model")["model"]["title"].is_string(), "after {what}");
@@ -100,6 +114,29 @@ impl Drop for Server {
         drop(self.process.kill());
         drop(self.process.wait());
     }
+}
+
+/// What `linkwright analyze --json` prints.
+fn analyzed(place: &TempFolder, arguments: &[&str]) -> Value {
+    serde_json::from_str(&place.run(&[&["analyze", "--json"][..], arguments].concat(), 0)).unwrap()
+}
+
+/// A folder with an example, and a server on this example.
+pub fn served(folder: &str, example: &str) -> (TempFolder, Server) {
+    let place = TempFolder::new(folder);
+    place.example(example);
+    let server = Server::start(&place.0, &format!("{example}.toml"));
+    (place, server)
+}
+
+/// An example in a browser, once it is analysed; `None` without a browser.
+pub fn shown(folder: &str, example: &str, size: [u32; 2]) -> Option<(TempFolder, Server, Page)> {
+    let program = browser()?;
+    let (place, server) = served(folder, example);
+    let mut page = Page::open(&program, &place.0, size);
+    page.show(&server.address());
+    page.wait(SETTLED);
+    Some((place, server, page))
 }
 
 pub fn start_design(model: &Value) -> Vec<f64> {
@@ -181,9 +218,7 @@ fn requests_that_are_not_from_the_page_are_refused() {
 
 #[test]
 fn malformed_large_and_many_requests_leave_the_server_running() {
-    let place = TempFolder::new("open-many");
-    place.example("impact-absorber");
-    let server = Server::start(&place.0, "impact-absorber.toml");
+    let (_place, server) = served("open-many", "impact-absorber");
     let good = format!(
         "POST {}analyze HTTP/1.1\r\nhost: {}\r\ncontent-type: application/json\r\ncontent-length: 90\r\n\r\n",
         server.base, server.host
@@ -222,8 +257,7 @@ fn malformed_large_and_many_requests_leave_the_server_running() {
     }
     let revision = server.get("model")["revision"].clone();
     for design in [json!([]), json!([0.5]), json!([0.5, 0.5, 0.5]), json!([1e300, 0.5]), json!([-1.0, 0.5])] {
-        let (status, answer) = server
-            .post("analyze", &json!({ "page": "a", "revision": revision, "design": design, "derivatives": true }));
+        let (status, answer) = server.analyze("a", &revision, &design, true);
         assert!(status == 200 && answer["error"].is_string(), "{design}: {status} {answer}");
     }
 
@@ -252,7 +286,7 @@ fn malformed_large_and_many_requests_leave_the_server_running() {
     let open: Vec<TcpStream> = (0..1000).filter_map(|_| TcpStream::connect(&server.host).ok()).collect();
     assert!(open.len() > 500, "{}", open.len());
     drop(open);
-    // A thousand requests from many threads: each is answered or told to come again.
+    // A thousand requests from many threads: each is answered, or asked to retry later.
     let statuses: Vec<u16> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..50)
             .map(|_| {
@@ -274,13 +308,9 @@ fn malformed_large_and_many_requests_leave_the_server_running() {
 /// Analyses of two pages do not disturb each other; an old revision is outdated; a file that changes is read again.
 #[test]
 fn the_file_is_the_truth_and_pages_are_independent() {
-    let place = TempFolder::new("open-truth");
-    place.example("impact-absorber");
-    let server = Server::start(&place.0, "impact-absorber.toml");
+    let (place, server) = served("open-truth", "impact-absorber");
     let model = server.get("model");
-    let analyze = |page: &str, revision: &Value, design: &[f64]| {
-        server.post("analyze", &json!({ "page": page, "revision": revision, "design": design, "derivatives": true }))
-    };
+    let analyze = |page: &str, revision: &Value, design: &[f64]| server.analyze(page, revision, &json!(design), true);
     let design = start_design(&model);
     std::thread::scope(|scope| {
         let ask = |page: &'static str, k: f64| {
@@ -297,7 +327,7 @@ fn the_file_is_the_truth_and_pages_are_independent() {
     let (status, record) = analyze("one", &model["revision"], &design);
     assert_eq!(status, 200, "{record}");
     // The objective is what the command prints.
-    let printed: Value = serde_json::from_str(&place.run(&["analyze", "impact-absorber", "--json"], 0)).unwrap();
+    let printed = analyzed(&place, &["impact-absorber"]);
     assert_eq!(record["objective"], printed["objective"]["value"]);
     assert_eq!(record["constraints"][0]["margin"], printed["constraints"][0]["margin"]);
 
@@ -330,16 +360,13 @@ fn the_file_is_the_truth_and_pages_are_independent() {
 fn a_long_analysis_is_stopped() {
     let place = TempFolder::new("open-long");
     place.example("pendulum-chain");
-    // 2 000 s of a motion that the example has for half a second.
+    // A motion over 2 000 s instead of half a second.
     let text =
         place.read("pendulum-chain.toml").replace("to = 0.5", "to = 2000.0").replace("points = 51", "points = 50001");
     std::fs::write(place.0.join("long.toml"), text).unwrap();
     let server = Server::start(&place.0, "long.toml");
     let model = server.get("model");
-    let ask = |damping: f64| {
-        let body = json!({ "page": "p", "revision": model["revision"], "design": [damping], "derivatives": false });
-        server.post("analyze", &body)
-    };
+    let ask = |damping: f64| server.analyze("p", &model["revision"], &json!([damping]), false);
     std::thread::scope(|scope| {
         let old = scope.spawn(|| ask(1.0));
         std::thread::sleep(Duration::from_millis(400));
@@ -361,14 +388,13 @@ fn a_closed_run_stays_closed() {
         place.read("pendulum-chain.toml").replace("to = 0.5", "to = 50.0").replace("points = 51", "points = 5001");
     std::fs::write(place.0.join("long.toml"), text).unwrap();
     let server = Server::start(&place.0, "long.toml");
-    let act = |action: Value| assert_eq!(server.post("run", &action).0, 200);
     let design = start_design(&server.get("model"));
     let begun = Instant::now();
-    act(json!({ "action": "start", "design": design }));
+    server.act(&json!({ "action": "start", "design": design }));
     rests(&server, "Paused", |tries| tries == 0);
     let analysis = begun.elapsed();
-    act(json!({ "action": "start", "design": design }));
-    act(json!({ "action": "close" }));
+    server.act(&json!({ "action": "start", "design": design }));
+    server.act(&json!({ "action": "close" }));
     // The analysis of the closed run ends in this time.
     let closed = Instant::now();
     while closed.elapsed() < 2 * analysis + Duration::from_millis(500) {
@@ -383,9 +409,7 @@ fn the_server_keeps_the_budget_of_memory() {
     place.example("impact-absorber");
     let server = Server::start_with(&place.0, "impact-absorber.toml", &["--memory", "1k"]);
     let model = server.get("model");
-    let body =
-        json!({ "page": "p", "revision": model["revision"], "design": start_design(&model), "derivatives": false });
-    let (_, answer) = server.post("analyze", &body);
+    let (_, answer) = server.analyze("p", &model["revision"], &json!(start_design(&model)), false);
     assert!(answer.to_string().contains("of memory are needed"), "{answer}");
 }
 
@@ -404,11 +428,10 @@ fn a_problem_does_not_need_its_start() {
     let analyze = |crank: f64| {
         let mut design = start_design(&model);
         design[0] = crank;
-        let wanted = json!({ "page": "p", "revision": model["revision"], "design": design, "derivatives": true });
-        server.post("analyze", &wanted).1
+        server.analyze("p", &model["revision"], &json!(design), true).1
     };
     assert!(analyze(0.5)["error"].as_str().unwrap().contains("assembled"));
-    let printed: Value = serde_json::from_str(&place.run(&["analyze", "shaper", "--json"], 0)).unwrap();
+    let printed = analyzed(&place, &["shaper"]);
     let [found, exact] =
         [&analyze(0.12)["objective"], &printed["objective"]["value"]].map(|value| value.as_f64().unwrap());
     assert!((found - exact).abs() < 1e-9 * exact, "{found} and {exact}");
@@ -442,7 +465,7 @@ fn limits_over_a_sweep_are_in_its_unit() {
     let Some(program) = browser() else { return };
     let mut page = Page::open(&program, &place.0, [1400, 1200]);
     page.show(&server.address());
-    page.wait("document.documentElement.dataset.settled?.endsWith('differentiated')");
+    page.wait(SETTLED);
     // Level and sloped limits, of which the beginning is the margin: the largest values are 16.7 mm.
     let exact = 25.0 - 1e3 * (0.2 - (0.04f64 - 0.0064).sqrt());
     for output in ["back", "labelled"] {
@@ -452,7 +475,7 @@ fn limits_over_a_sweep_are_in_its_unit() {
                  limitText(text, model.outputs.find((one) => one.name === '{output}'), '≤', [[-80, 25], [80, {last}]], 6, model.time))"
             ));
             std::fs::write(place.0.join("drawn.toml"), text).unwrap();
-            let printed: Value = serde_json::from_str(&place.run(&["analyze", "drawn", "--json"], 0)).unwrap();
+            let printed = analyzed(&place, &["drawn"]);
             let margin = of(&printed["constraints"].as_array().unwrap().last().unwrap()["margin"]);
             assert!((margin - exact).abs() < 1e-4 * exact, "{output} {last}: {margin} and {exact}");
         }
@@ -480,14 +503,7 @@ fn limits_over_a_sweep_are_in_its_unit() {
 /// Drags a slider: the margin changes, first the approximation, then the analysis; both agree for a small step.
 #[test]
 fn a_slider_moves_the_mechanism_and_its_margins() {
-    let Some(program) = browser() else { return };
-    let place = TempFolder::new("open-play");
-    place.example("shaper");
-    let server = Server::start(&place.0, "shaper.toml");
-    let mut page = Page::open(&program, &place.0, [1400, 1000]);
-    page.show(&server.address());
-    let settled = "document.documentElement.dataset.settled?.endsWith('differentiated')";
-    page.wait(settled);
+    let Some((place, _server, mut page)) = shown("open-play", "shaper", [1400, 1000]) else { return };
     assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
     let margins = "[...document.querySelectorAll('.margin')].map((e) => Number(e.dataset.margin))";
     let read = |page: &mut Page| -> Vec<f64> { serde_json::from_value(page.value(margins)).unwrap() };
@@ -499,7 +515,7 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
     let frame = page.text("document.querySelector('#stage svg').dataset.frame");
     page.wait(&format!("document.querySelector('#stage svg').dataset.frame != {frame:?}"));
 
-    // While the mouse holds the slider, the approximation is shown as what it is.
+    // While the slider is dragged, the approximation is marked as one.
     let sliders = page.value("document.querySelectorAll('#sliders input[type=range]').length").as_u64().unwrap();
     assert!(sliders > 1);
     let from = page.middle("#sliders input[type=range]");
@@ -517,15 +533,14 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
     page.mouse("mouseReleased", [thumb[0] + 12.0, thumb[1]]);
     let moved = page.value(value).as_f64().unwrap();
     assert_ne!(moved, old);
-    page.wait(&format!("{settled} && Number(document.documentElement.dataset.answered) > 1"));
+    page.wait(&format!("{SETTLED} && Number(document.documentElement.dataset.answered) > 1"));
     page.wait("!document.querySelector('.margin[data-predicted]')");
     let after = read(&mut page);
     assert!(before.iter().zip(&after).any(|(a, b)| a != b), "{before:?} and {after:?}");
     // The margins are those that the command computes.
     let name = page.text("document.querySelector('#sliders input[type=range]').dataset.variable");
     let at: f64 = page.value("Number(document.querySelector('#sliders input[type=number]').value)").as_f64().unwrap();
-    let printed: Value =
-        serde_json::from_str(&place.run(&["analyze", "shaper", "--json", "--at", &format!("{name}={at}")], 0)).unwrap();
+    let printed = analyzed(&place, &["shaper", "--at", &format!("{name}={at}")]);
     for (k, margin) in after.iter().enumerate() {
         let exact = printed["constraints"][k]["margin"].as_f64().unwrap();
         assert!((margin - exact).abs() <= 1e-5 * exact.abs().max(1e-3), "{margin} and {exact}");
@@ -541,7 +556,7 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
     assert_eq!(page.value("document.querySelectorAll('#pins tbody tr').length"), 1);
     page.click("#reset");
     page.wait(&format!("{value} === {old}"));
-    page.wait(settled);
+    page.wait(SETTLED);
     assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
 
     // A file with an error, and the design on the sliders stays.
@@ -560,7 +575,7 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
     assert_eq!(page.text(pinned).split(' ').next(), old.split(' ').next());
     std::fs::write(place.0.join("shaper.toml"), &text).unwrap();
     page.wait(&format!("{pinned} === {old:?}"));
-    page.wait(settled);
+    page.wait(SETTLED);
 
     page.value("document.querySelector('#sliders input[type=range]').focus()");
     page.views("play", "body");
@@ -578,7 +593,7 @@ pub fn wait(server: &Server, route: &str, what: &str, is_so: impl Fn(&Value) -> 
     panic!("never: {what}\n{}", server.get(route))
 }
 
-/// The number of trial steps of the run, once it rests with this status.
+/// The run, once it has this status and a suitable number of trial steps.
 pub fn rests(server: &Server, status: &str, tries: impl Fn(usize) -> bool) -> Value {
     let cycles = |value: &Value| value["run"]["cycles"].as_array().map_or(0, |all| all.len());
     let found = wait(server, "run", &format!("the run is {status}"), |value| {
@@ -595,36 +610,35 @@ fn a_run_is_steered_and_goes_on_after_a_kill() {
     place.run(&["optimize", "impact-absorber", "--quiet", "--out", "whole"], 0);
     std::fs::write(place.0.join("absorber.toml"), place.read("impact-absorber.toml")).unwrap();
     let server = Server::start(&place.0, "absorber.toml");
-    let act = |action: Value| assert_eq!(server.post("run", &action).0, 200);
     let design = start_design(&server.get("model"));
-    act(json!({ "action": "start", "design": design }));
+    server.act(&json!({ "action": "start", "design": design }));
     let run = rests(&server, "Paused", |tries| tries == 0);
     assert_eq!(run["fault"], Value::Null, "{run}");
-    act(json!({ "action": "step" }));
+    server.act(&json!({ "action": "step" }));
     let one = rests(&server, "Paused", |tries| tries == 1);
     assert!(one["region"]["lower"].is_array() && !one["rows"].as_array().unwrap().is_empty());
 
     // Taken back and done again, the step is the same.
-    act(json!({ "action": "back" }));
+    server.act(&json!({ "action": "back" }));
     rests(&server, "Paused", |tries| tries == 0);
-    act(json!({ "action": "step" }));
+    server.act(&json!({ "action": "step" }));
     let again = rests(&server, "Paused", |tries| tries == 1);
     assert_eq!(one["cycles"], again["cycles"]);
 
     // A refused proposal leaves the design and halves the move limits; an accepted one is the design.
-    act(json!({ "action": "refuse" }));
+    server.act(&json!({ "action": "refuse" }));
     let refused =
         wait(&server, "run", "refused", |value| value["run"]["cycles"][1]["accepted"] == false)["run"].clone();
     assert_eq!(refused["design"], json!(design));
     let half = |key: usize| 0.5 * run["factors"][key].as_f64().unwrap();
     assert_eq!(refused["factors"], json!([half(0), half(1)]));
-    act(json!({ "action": "accept" }));
+    server.act(&json!({ "action": "accept" }));
     let accepted =
         wait(&server, "run", "accepted", |value| value["run"]["cycles"][1]["accepted"] == true)["run"].clone();
     assert_eq!(accepted["design"], one["design"]);
 
     // A bound is changed in mid-run; a key of the problem, and a bound that excludes the design, are refused.
-    act(json!({ "action": "set", "key": "analysis.tolerance", "value": "1e-9" }));
+    server.act(&json!({ "action": "set", "key": "analysis.tolerance", "value": "1e-9" }));
     let fault = wait(&server, "run", "refused key", |value| value["run"]["fault"].is_string());
     assert!(fault["run"]["fault"].as_str().unwrap().contains("only bounds, limits and the method"));
     // That the file states another problem is told; start values, bounds and the method are those of the run.
@@ -636,12 +650,12 @@ fn a_run_is_steered_and_goes_on_after_a_kill() {
     assert!(differing["differing"][0].as_str().unwrap().contains("at_most"), "{differing}");
     write(&text);
     wait(&server, "run", "the problem of the run", |value| value["differing"] == json!([]));
-    act(json!({ "action": "set", "key": "design.k.upper", "value": "1e-5" }));
+    server.act(&json!({ "action": "set", "key": "design.k.upper", "value": "1e-5" }));
     let fault = wait(&server, "run", "refused bound", |value| {
         value["run"]["fault"].as_str().is_some_and(|f| !f.contains("only bounds"))
     });
     assert_eq!(fault["run"]["status"], "Paused", "{fault}");
-    act(json!({ "action": "set", "key": "design.c.upper", "value": "0.9" }));
+    server.act(&json!({ "action": "set", "key": "design.c.upper", "value": "0.9" }));
     let edits = |value: &Value| value["run"]["edits"].to_string();
     let edited = wait(&server, "run", "edited bound", |value| edits(value).contains("design.c.upper"));
     assert!(
@@ -650,28 +664,26 @@ fn a_run_is_steered_and_goes_on_after_a_kill() {
     );
 
     // Two steps more, then the server is killed. The command lists the run, and another server goes on with it to the end.
-    act(json!({ "action": "step" }));
-    act(json!({ "action": "step" }));
+    server.act(&json!({ "action": "step" }));
+    server.act(&json!({ "action": "step" }));
     let before = rests(&server, "Paused", |tries| tries == 3);
     drop(server);
     assert!(place.run(&["runs"], 0).contains("out/absorber"));
     let server = Server::start(&place.0, "absorber.toml");
-    let act = |action: Value| assert_eq!(server.post("run", &action).0, 200);
     assert_eq!(server.get("stored")["stored"][0]["folder"], "out/absorber");
-    act(json!({ "action": "resume", "folder": "../secret" }));
+    server.act(&json!({ "action": "resume", "folder": "../secret" }));
     wait(&server, "run", "another folder is refused", |value| value["run"]["status"] == "Failed");
-    act(json!({ "action": "resume", "folder": "out/absorber" }));
+    server.act(&json!({ "action": "resume", "folder": "out/absorber" }));
     let resumed = rests(&server, "Paused", |tries| tries == 3);
     assert_eq!(resumed["cycles"], before["cycles"]);
-    act(json!({ "action": "run" }));
+    server.act(&json!({ "action": "run" }));
     let end = rests(&server, "Converged", |_| true);
     drop(server);
     // Another limit begins a run of its own at this design.
     let server = Server::start(&place.0, "absorber.toml");
-    let act = |action: Value| assert_eq!(server.post("run", &action).0, 200);
-    act(json!({ "action": "resume", "folder": "out/absorber" }));
+    server.act(&json!({ "action": "resume", "folder": "out/absorber" }));
     rests(&server, "Converged", |_| true);
-    act(json!({ "action": "set", "key": "constraint.1.at_most", "value": "0.9" }));
+    server.act(&json!({ "action": "set", "key": "constraint.1.at_most", "value": "0.9" }));
     let next = rests(&server, "Paused", |tries| tries == 0);
     assert_eq!((&next["design"], &next["fault"]), (&end["design"], &Value::Null));
     assert_eq!(server.get("run")["differing"].as_array().unwrap().len(), 1);
@@ -688,13 +700,11 @@ fn a_run_is_steered_and_goes_on_after_a_kill() {
     assert!(history.contains("accepted by hand") && history.contains("design.c.upper"), "{history}");
 }
 
-/// Edited text is kept beside the file until it is saved, also over a restart; a file that changed elsewhere is not overwritten unasked.
+/// Edited text is kept beside the file until it is saved, also over a restart; a file that was changed by another program is not overwritten without a confirmation.
 #[test]
 fn edited_text_is_kept_until_it_is_saved() {
-    let place = TempFolder::new("open-edit");
-    place.example("impact-absorber");
+    let (place, server) = served("open-edit", "impact-absorber");
     let file = "impact-absorber.toml";
-    let server = Server::start(&place.0, file);
     let before = server.get("model");
     let text = before["text"].as_str().unwrap().to_owned();
     let post_edit = |server: &Server, text: &str, edited: &Value, base: &Value| {
@@ -725,7 +735,7 @@ fn edited_text_is_kept_until_it_is_saved() {
     edit(&server, &tight, &before["base"]);
     drop(server);
 
-    // Another session takes the text up. A file that has changed meanwhile is not replaced unasked.
+    // Another session continues with the edited text. A file that has changed meanwhile is not replaced without a confirmation.
     std::fs::write(place.0.join(file), &other).unwrap();
     let server = Server::start(&place.0, file);
     let found = server.get("model");
@@ -741,7 +751,7 @@ fn edited_text_is_kept_until_it_is_saved() {
     let saved = server.get("model");
     assert_eq!((&saved["is_unsaved"], saved["errors"].as_array().unwrap().len()), (&json!(false), 0));
 
-    // The file changes under the edit.
+    // The file changes during the edit.
     edit(&server, &text, &saved["base"]);
     let other = tight.replace("at_most = 0.9", "at_most = 0.8");
     std::fs::write(place.0.join(file), &other).unwrap();
@@ -766,8 +776,7 @@ fn the_page_steers_edits_and_draws() {
     let server = Server::start(&place.0, "lift.toml");
     let mut page = Page::open(&program, &place.0, [1400, 1200]);
     page.show(&server.address());
-    let settled = "document.documentElement.dataset.settled?.endsWith('differentiated')";
-    page.wait(settled);
+    page.wait(SETTLED);
 
     // A limit is drawn on the first history: it is a constraint of the edited text, and of the file once it is saved.
     let limits = page.value("document.querySelectorAll('.margin').length").as_u64().unwrap();
@@ -813,7 +822,7 @@ fn the_page_steers_edits_and_draws() {
         page.text("document.querySelector('#errors button').textContent.replace('line ', '')")
     );
     page.views("file", "#text");
-    // Another page has edited the text meanwhile: it is not replaced unasked.
+    // Another page has edited the text meanwhile: it is not replaced without a confirmation.
     let of_other = format!("{text}# of another page\n");
     page.value(&format!(
         "(async () => {{ const {{ edited, base }} = await (await fetch('model')).json(); const e = document.getElementById('text'); e.value = {}; \
@@ -829,7 +838,7 @@ fn the_page_steers_edits_and_draws() {
     page.wait("document.getElementById('save').textContent === 'Save'");
     type_text(&mut page, &text);
     page.wait("!document.querySelector('#errors button') && document.getElementById('save').disabled");
-    page.wait(settled);
+    page.wait(SETTLED);
 
     // The run: begun, stepped, run to its end, with the move limits on the sliders on the way.
     page.click("[data-action=start]");
@@ -851,7 +860,7 @@ fn the_page_steers_edits_and_draws() {
     place.example("shaper");
     let shaper = Server::start(&place.0, "shaper.toml");
     page.show(&shaper.address());
-    page.wait(settled);
+    page.wait(SETTLED);
     page.value("(() => { const b = document.querySelector('#stage .controls button'); if (b.textContent === 'Pause') b.click(); \
         const s = document.querySelector('#stage .controls input'); s.value = 0; s.dispatchEvent(new Event('input')); scrollTo(0, 0); return 0; })()");
     let designs = "[...document.querySelectorAll('#sliders input[type=range]')].map((e) => Number(e.value))";
@@ -864,7 +873,7 @@ fn the_page_steers_edits_and_draws() {
         now != before
     });
     assert!(moved, "no joint can be dragged");
-    page.wait(settled);
+    page.wait(SETTLED);
     assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
     page.views("dragged", "body");
 }
@@ -886,14 +895,13 @@ fn a_model_of_several_files_is_shown() {
     let shown = server.get("model");
     assert_eq!((&shown["errors"], &shown["text"]), (&json!([]), &json!(model)));
     let value = |revision: &Value| {
-        let wanted = json!({ "revision": revision, "page": "one", "design": [1], "derivatives": false });
-        let (status, answer) = server.post("analyze", &wanted);
+        let (status, answer) = server.analyze("one", revision, &json!([1]), false);
         assert_eq!(status, 200, "{answer}");
         answer["objective"].as_f64().unwrap_or_else(|| panic!("{answer}"))
     };
     assert_eq!(value(&shown["revision"]), 20.0);
     // A run begins with the files, too.
-    assert_eq!(server.post("run", &json!({ "action": "start", "design": [0.5] })).0, 200);
+    server.act(&json!({ "action": "start", "design": [0.5] }));
     rests(&server, "Paused", |tries| tries == 0);
     assert!(place.read("out/cam/model.toml").contains("#@ file steel.toml"));
     // An edit of an included file shows; an error in it is named where the model names the file.

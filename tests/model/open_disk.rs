@@ -1,13 +1,11 @@
 //! `linkwright open` and what happens outside of its page: other editors, a lost connection, other processes in the folder of a run.
 
-use crate::browser::browser;
 use crate::devtools::Page;
-use crate::open::{Server, rests, start_design, wait};
+use crate::open::{Server, rests, served, shown, start_design, wait};
 use crate::shell::TempFolder;
 use serde_json::{Value, json};
 use std::time::Duration;
 
-const SETTLED: &str = "document.documentElement.dataset.settled?.endsWith('differentiated')";
 const STATE: &str = "document.getElementById('source-state').textContent";
 const SAVE: &str = "document.getElementById('save')";
 
@@ -20,14 +18,7 @@ fn put(page: &mut Page, text: &str) {
 }
 
 fn edited(name: &str) -> Option<(TempFolder, Server, Page)> {
-    let program = browser()?;
-    let place = TempFolder::new(name);
-    place.example("impact-absorber");
-    let server = Server::start(&place.0, "impact-absorber.toml");
-    let mut page = Page::open(&program, &place.0, [1400, 1200]);
-    page.show(&server.address());
-    page.wait(SETTLED);
-    Some((place, server, page))
+    shown(name, "impact-absorber", [1400, 1200])
 }
 
 /// A file that was changed by another editor is replaced after a question, which stays until it is answered.
@@ -97,44 +88,41 @@ fn a_file_that_is_gone_or_unreadable_is_written_again() {
     assert_eq!(place.read("impact-absorber.toml"), text);
 }
 
-/// A run that rests in a page is open to other processes, has its own status for them, and keeps it when it is looked at.
+/// A run that is paused in a page can be continued by other processes, is listed by them with its own status, and keeps this status.
 #[test]
 fn a_run_that_rests_is_not_running_and_keeps_its_status() {
-    let place = TempFolder::new("open-rest");
-    place.example("shaper");
-    let server = Server::start(&place.0, "shaper.toml");
-    let act = |action: Value| assert_eq!(server.post("run", &action).0, 200);
+    let (place, server) = served("open-rest", "shaper");
     let listed = |status: &str| {
         let runs = place.run(&["runs"], 0);
         assert!(runs.contains(status) && !runs.contains("Running"), "{status}: {runs}");
         assert_eq!(server.get("stored")["stored"][0]["status"], status);
     };
-    act(json!({ "action": "start", "design": start_design(&server.get("model")) }));
-    act(json!({ "action": "step" }));
+    server.act(&json!({ "action": "start", "design": start_design(&server.get("model")) }));
+    server.act(&json!({ "action": "step" }));
     let one = rests(&server, "Paused", |tries| tries == 1);
     listed("Interrupted");
-    act(json!({ "action": "run" }));
+    server.act(&json!({ "action": "run" }));
     let end = rests(&server, "Converged", |_| true);
     listed("Converged");
 
     // Taken up again and closed, it is as before.
-    act(json!({ "action": "close" }));
+    server.act(&json!({ "action": "close" }));
     wait(&server, "run", "closed", |value| value["run"].is_null());
-    act(json!({ "action": "resume", "folder": "out/shaper" }));
+    server.act(&json!({ "action": "resume", "folder": "out/shaper" }));
     let again = rests(&server, "Converged", |_| true);
     assert_eq!(again["cycles"], end["cycles"]);
-    act(json!({ "action": "close" }));
+    server.act(&json!({ "action": "close" }));
     wait(&server, "run", "closed", |value| value["run"].is_null());
     listed("Converged");
     let summary: Value = serde_json::from_str(&place.read("out/shaper/summary.json")).unwrap();
     assert_eq!(summary["status"], "Converged");
 
-    // The command continues a run that rests in the page, and the page then continues from what the command has done.
-    act(json!({ "action": "start", "design": start_design(&server.get("model")) }));
-    act(json!({ "action": "step" }));
+    // The command continues a run that is paused in the page, and the page then continues from the last step of the command.
+    server.act(&json!({ "action": "start", "design": start_design(&server.get("model")) }));
+    server.act(&json!({ "action": "step" }));
     rests(&server, "Paused", |tries| tries == 1);
     place.run(&["resume", "out/shaper-2", "--quiet"], 0);
-    act(json!({ "action": "run" }));
+    server.act(&json!({ "action": "run" }));
     let end = rests(&server, "Converged", |tries| tries > 1);
     assert_eq!(end["cycles"][1], one["cycles"][1]);
     assert_eq!(end["can_go_back"], false);

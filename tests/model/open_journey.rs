@@ -1,12 +1,11 @@
-//! All that the page of `linkwright open` does, in a browser, on the slider-crank, the four-bar and the shaper.
+//! Every function of the page of `linkwright open`, in a browser, on the slider-crank, the four-bar and the shaper.
 
 use crate::browser::browser;
 use crate::devtools::Page;
-use crate::open::Server;
+use crate::open::{SETTLED, Server};
 use crate::shell::{TempFolder, linkwright};
 use serde_json::json;
 
-const SETTLED: &str = "document.documentElement.dataset.settled?.endsWith('differentiated')";
 const DESIGN: &str = "[...document.querySelectorAll('#sliders input[type=range]')].map((e) => Number(e.value))";
 const MARGINS: &str = "[...document.querySelectorAll('.margin')].map((e) => Number(e.dataset.margin))";
 const ENDED: &str =

@@ -1,23 +1,15 @@
 //! The page of `linkwright open`: what is drawn, where it stays, and what keys do.
 
-use crate::browser::browser;
 use crate::devtools::Page;
-use crate::open::Server;
+use crate::open::{SETTLED, Server, shown};
 use crate::shell::TempFolder;
 use serde_json::json;
 
-const SETTLED: &str = "document.documentElement.dataset.settled?.endsWith('differentiated')";
 const STOP: &str = "(() => { const b = document.querySelector('#stage .controls button'); if (b.textContent === 'Pause') b.click(); return 0; })()";
 
 /// The page of an example, at rest.
 fn opened(name: &str, example: &str, size: [u32; 2]) -> Option<(TempFolder, Server, Page)> {
-    let program = browser()?;
-    let place = TempFolder::new(name);
-    place.example(example);
-    let server = Server::start(&place.0, &format!("{example}.toml"));
-    let mut page = Page::open(&program, &place.0, size);
-    page.show(&server.address());
-    page.wait(SETTLED);
+    let (place, server, mut page) = shown(name, example, size)?;
     page.value(STOP);
     Some((place, server, page))
 }
@@ -198,7 +190,7 @@ fn tick_labels_are_short_and_differ() {
     assert_eq!(page.value(empty), true);
 }
 
-/// On a phone, what has the focus is not behind the mechanism, and the mechanism leaves with the last history.
+/// On a phone, what has the focus is not behind the mechanism, and the mechanism scrolls out of view with the last history.
 #[test]
 fn the_focus_is_in_sight_on_a_phone() {
     let Some((_place, _server, mut page)) = opened("open-focus", "shaper", [375, 667]) else { return };

@@ -2,7 +2,7 @@
 
 use crate::browser::browser;
 use crate::devtools::Page;
-use crate::open::{Server, rests, start_design, wait};
+use crate::open::{SETTLED, Server, rests, start_design, wait};
 use crate::shell::TempFolder;
 use serde_json::{Value, json};
 
@@ -174,8 +174,7 @@ fn the_page_races_compares_and_completes() {
     let server = Server::start(&place.0, "absorber.toml");
     let mut page = Page::open(&program, &place.0, [1400, 1200]);
     page.show(&server.address());
-    let settled = "document.documentElement.dataset.settled?.endsWith('differentiated')";
-    page.wait(settled);
+    page.wait(SETTLED);
     let designs = "[...document.querySelectorAll('#sliders input[type=range]')].map((e) => Number(e.value))";
     let design = |page: &mut Page| -> Vec<f64> { serde_json::from_value(page.value(designs)).unwrap() };
 
@@ -232,7 +231,7 @@ fn the_page_races_compares_and_completes() {
     let now = design(&mut page);
     assert_ne!(now, before);
     assert!((now[0] - values[0].as_f64().unwrap()).abs() < 1e-12, "{now:?} and {values}");
-    page.wait(settled);
+    page.wait(SETTLED);
     page.value("(() => { const s = document.querySelector('#study svg'); s.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight' })); return 0; })()");
     page.wait(&format!("document.getElementById('study').dataset.row !== '{run}'"));
     page.views("race", "#race");
@@ -274,8 +273,7 @@ fn the_tour_leads_to_the_optimum_that_it_names() {
     let server = Server::start(&place.0, "shaper.toml");
     let mut page = Page::open(&program, &place.0, [1400, 1200]);
     page.show(&server.address());
-    let settled = "document.documentElement.dataset.settled?.endsWith('differentiated')";
-    page.wait(settled);
+    page.wait(SETTLED);
     let objective = |page: &mut Page| page.text("document.getElementById('objective-value').textContent");
     let named = |shown: &str| assert!(tour.contains(shown), "the tour does not name {shown}");
     named(&objective(&mut page));
@@ -283,7 +281,7 @@ fn the_tour_leads_to_the_optimum_that_it_names() {
 
     // 2: a number is typed, the design pinned.
     page.value("(() => { const e = document.getElementById('value-0'); e.value = '0.13'; e.dispatchEvent(new Event('change')); return 0; })()");
-    page.wait(&format!("{settled} && document.getElementById('objective-value').textContent.startsWith('319')"));
+    page.wait(&format!("{SETTLED} && document.getElementById('objective-value').textContent.startsWith('319')"));
     named(&objective(&mut page));
     assert_eq!(page.value("document.querySelectorAll('.margin .pill.bad').length"), 0);
     page.click("#pin");
@@ -303,7 +301,7 @@ fn the_tour_leads_to_the_optimum_that_it_names() {
     page.wait(&edits(2));
     page.click("[data-action=run]");
     page.wait(&status("Converged"));
-    page.wait(&format!("{settled} && document.getElementById('objective-value').textContent.startsWith('285')"));
+    page.wait(&format!("{SETTLED} && document.getElementById('objective-value').textContent.startsWith('285')"));
     named(&objective(&mut page));
 
     // 4: the bound excludes the design; from the start it does not.
@@ -377,7 +375,7 @@ fn frames_and_answers_while_a_slider_is_dragged() {
         let server = Server::start(&place.0, &format!("{name}.toml"));
         let mut page = Page::open(&program, &place.0, [1400, 1000]);
         page.show(&server.address());
-        page.wait("document.documentElement.dataset.settled?.endsWith('differentiated')");
+        page.wait(SETTLED);
         let [rate, longest, median, most]: [f64; 4] = serde_json::from_value(page.value(DRAG)).unwrap();
         println!("{name:<24}{rate:>8.0}{longest:>18.0}{median:>20.1}{most:>8.1}");
     }

@@ -57,6 +57,11 @@ pub fn last(text: &str) -> Vec<f64> {
     responses.values.iter().map(|values| values[values.len() - 1]).collect()
 }
 
+/// Values of the outputs at all times of a model without design variables.
+fn simulated(text: &str) -> Vec<Vec<f64>> {
+    read("m.toml", text).unwrap_or_else(|report| panic!("{text}\n{report}")).simulate(&[]).unwrap().values
+}
+
 pub fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
     let worst = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(found.len() == expected.len() && worst <= tolerance, "{found:?}, expected {expected:?}");
@@ -184,7 +189,7 @@ start = "ground"
         "kinetic_energy",
         "p*rod.2.torque + hypot(one.x, far.vy)",
     ];
-    let values = assert_derivatives(&format!("{text}{}", outputs(wanted.iter().map(|m| (*m).to_owned()))));
+    let values = assert_derivatives(&format!("{text}{}", outputs(wanted)));
     assert!(values.iter().take(9).all(|value| *value != 0.0), "{values:?}");
 }
 
@@ -214,7 +219,7 @@ radius_a = 0.2
 radius_b = 0.1
 "#
     );
-    let values = last(&format!("{text}{}", outputs(["first.angle", "second.angle"].map(str::to_owned).into_iter())));
+    let values = last(&format!("{text}{}", outputs(["first.angle", "second.angle"])));
     assert!(values[0].abs() > 1e-4, "{values:?}");
     assert_near(&[values[1]], &[-2.0 * values[0]], 1e-9);
 }
@@ -263,7 +268,7 @@ motion = "3*time"
         ["driving", "driven"]
             .map(|name| format!("[[body]]\nname = \"{name}\"\nmass = 1\ninertia = [1, 1, 1]\n"))
             .concat(),
-        outputs(["sleeve.angle", "joint.torque"].into_iter().map(str::to_owned)),
+        outputs(["sleeve.angle", "joint.torque"]),
     );
     assert_near(&last(&text), &[1.2, 0.0], 1e-11);
     assert_derivatives(&text);
@@ -271,7 +276,7 @@ motion = "3*time"
 
 /// A frame at rest with the orientation, and its angles.
 fn angles(orientation: &str) -> Vec<f64> {
-    let outputs = outputs(["frame.yaw", "frame.pitch", "frame.roll"].map(str::to_owned).into_iter());
+    let outputs = outputs(["frame.yaw", "frame.pitch", "frame.roll"]);
     last(&format!("{BASE}[[body]]\nname = \"frame\"\nkind = \"fixed-node\"\norientation = {orientation}\n{outputs}"))
 }
 
@@ -299,12 +304,10 @@ fn a_conical_pendulum_keeps_its_height() {
                 velocity = [0, \"0.3*sqrt(9.81/0.4)\", 0]\n\
                 [[joint]]\nname = \"rod\"\nkind = \"distance\"\na = \"ground\"\nb = \"bob\"\nlength = 0.5\n\
                 [analysis]\nkind = \"dynamics\"\nscheme = \"rk8\"\ntolerance = 1e-10\n";
-    let model =
-        read("m.toml", &format!("{text}{}", outputs(["bob.x", "bob.y", "bob.z"].map(str::to_owned).into_iter())));
-    let responses = model.unwrap_or_else(|report| panic!("{report}")).simulate(&[]).unwrap();
-    let end: Vec<f64> = responses.values.iter().map(|v| v[v.len() - 1]).collect();
+    let values = simulated(&format!("{text}{}", outputs(["bob.x", "bob.y", "bob.z"])));
+    let end: Vec<f64> = values.iter().map(|v| v[v.len() - 1]).collect();
     assert_near(&end, &[0.3, 0.0, -0.4], 1e-7);
-    assert!(responses.values[2].iter().all(|z| (z + 0.4).abs() < 1e-8));
+    assert!(values[2].iter().all(|z| (z + 0.4).abs() < 1e-8));
 }
 
 #[test]
@@ -314,13 +317,11 @@ fn a_cantilever_bends_to_both_sides_as_beam_theory_says() {
                 [[beam]]\nname = \"bar\"\nkind = \"rectangular\"\nfrom = [0, 0, 0]\nto = [2, 0, 0]\nstart = \"ground\"\n\
                 young = 2e11\ndensity = 8000\nwidth = 0.02\nheight = 0.04\nshear = \"rigid\"\nelements = 8\n\
                 [[force]]\nname = \"down\"\nkind = \"force\"\nat = \"bar.last\"\ndirection = [0, 3, -4]\nmagnitude = 0.5\n";
-    let text =
-        format!("{text}{}", outputs(["bar.last.y", "bar.last.z", "bar.first.moment_y"].map(str::to_owned).into_iter()));
-    let responses = read("m.toml", &text).unwrap_or_else(|report| panic!("{report}")).simulate(&[]).unwrap();
+    let values = simulated(&format!("{text}{}", outputs(["bar.last.y", "bar.last.z", "bar.first.moment_y"])));
     let [y, z] = [0.02f64.powi(3) * 0.04 / 12.0, 0.04f64.powi(3) * 0.02 / 12.0].map(|i| 8.0 / (3.0 * 2e11 * i));
-    assert_near(&[responses.values[0][0] / y, responses.values[1][0] / z], &[0.3, -0.4], 3e-3);
+    assert_near(&[values[0][0] / y, values[1][0] / z], &[0.3, -0.4], 3e-3);
     // Half way in the first of eight elements: 0.4 N · 1.875 m.
-    assert!((responses.values[2][0].abs() - 0.75).abs() < 1e-3, "{}", responses.values[2][0]);
+    assert!((values[2][0].abs() - 0.75).abs() < 1e-3, "{}", values[2][0]);
 }
 
 #[test]
@@ -348,10 +349,8 @@ fn mirrored_halves_are_copies_with_a_sign() {
                 b = { body = \"{side}\", at = [0, \"{s}*(-0.3)\", 0], z = [1, 0, 0] }\n\
                 [[driver]]\neach = [{ side = \"left\", s = -1 }, { side = \"right\", s = 1 }]\nname = \"{side}_drive\"\n\
                 coordinate = \"{side}_hinge.angle\"\nmotion = \"{s}*0.5\"\n";
-    let wanted = ["left.y", "right.y", "left.z", "right.z", "left_hinge.angle"].map(str::to_owned);
-    let model = read("m.toml", &format!("{text}{}", outputs(wanted.into_iter())));
-    let responses = model.unwrap_or_else(|report| panic!("{report}")).simulate(&[]).unwrap();
-    let values: Vec<f64> = responses.values.iter().map(|v| v[0]).collect();
+    let wanted = ["left.y", "right.y", "left.z", "right.z", "left_hinge.angle"];
+    let values: Vec<f64> = simulated(&format!("{text}{}", outputs(wanted))).iter().map(|v| v[0]).collect();
     let (sin, cos) = 0.5f64.sin_cos();
     assert_near(&values, &[-0.1 - 0.3 * cos, 0.1 + 0.3 * cos, 0.3 * sin, 0.3 * sin, -0.5], 1e-9);
 }
@@ -437,13 +436,18 @@ const MISTAKES: &[[&str; 4]] = &[
     ["inertia = [0.02, 0.03, 0.02]", "inertia = 0.02", "m.toml:15:11", "three values [x, y, z]"],
 ];
 
+/// The good file with one replacement.
+fn edited(good: &str, bad: &str) -> String {
+    assert!(GOOD.contains(good), "`{good}` is not in the good file");
+    GOOD.replacen(good, bad, 1)
+}
+
 #[test]
 fn mistakes_in_space_are_shown_at_their_location() {
     read("m.toml", GOOD).unwrap_or_else(|report| panic!("{report}"));
     for [good, bad, place, words] in MISTAKES {
-        assert!(GOOD.contains(good), "`{good}` is not in the good file");
-        let text = GOOD.replacen(good, bad, 1);
-        let report = read("m.toml", &text).err().unwrap_or_else(|| panic!("{bad}: the file was read")).to_string();
+        let report =
+            read("m.toml", &edited(good, bad)).err().unwrap_or_else(|| panic!("{bad}: the file was read")).to_string();
         assert!(report.contains(place) && report.contains(words), "{bad}: wanted {place} and `{words}` in\n{report}");
     }
     let planar = include_str!("good.toml").replacen("kind = \"fixed\"", "kind = \"spherical\"", 1);
@@ -469,8 +473,7 @@ const FAILURES: &[[&str; 3]] = &[
 #[test]
 fn impossible_mechanisms_in_space_are_named() {
     for [good, bad, words] in FAILURES {
-        assert!(GOOD.contains(good), "`{good}` is not in the good file");
-        let model = read("m.toml", &GOOD.replacen(good, bad, 1)).unwrap_or_else(|report| panic!("{bad}: {report}"));
+        let model = read("m.toml", &edited(good, bad)).unwrap_or_else(|report| panic!("{bad}: {report}"));
         let error = model.simulate(&[0.4]).err().unwrap_or_else(|| panic!("{bad}: nothing fails"));
         let report = model.locate(&error).unwrap_or_else(|| panic!("{bad}: {error}")).to_string();
         assert!(report.contains(words) && report.contains("m.toml:"), "{bad}: wanted `{words}` in\n{report}");

@@ -14,7 +14,7 @@ fn body(key: &str, measures: &[&str]) -> Vec<f64> {
          [[body]]\nname = \"b\"\nmass = 1\ninertia = [1, 1.2, 1.4]\nvelocity = [1, 0, 0]\n{key}\n\
          [[point]]\nname = \"tip\"\nbody = \"b\"\nat = [0, 1, 0]\n"
     );
-    last_of(&(text + &outputs(measures.iter().map(|measure| (*measure).to_owned()))))
+    last_of(&(text + &outputs(measures)))
 }
 
 /// The angular velocity of a body that a driven hinge turns at 1 rad/s.
@@ -24,7 +24,7 @@ fn spin(body: &str, joint: &str) -> Vec<f64> {
          [[joint]]\nname = \"h\"\nkind = \"revolute\"\n{joint}\n\
          [[driver]]\nname = \"m\"\ncoordinate = \"h.angle\"\nmotion = \"time\"\n"
     );
-    last_of(&(text + &outputs(["b.omega_x", "b.omega_y", "b.omega_z"].map(str::to_owned).into_iter())))
+    last_of(&(text + &outputs(["b.omega_x", "b.omega_y", "b.omega_z"])))
 }
 
 #[test]

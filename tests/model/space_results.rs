@@ -24,8 +24,7 @@ fn joint_coordinates_have_the_force_that_acts_on_them() {
                  [[joint]]\nname = \"l\"\nkind = \"{kind}\"\na = \"ground\"\nb = \"b\"\n{axis}\
                  [[force]]\nname = \"s\"\nkind = \"coordinate-spring\"\nb = \"l\"\nstiffness = 10\nunloaded = 0.1\n"
             );
-            let values =
-                last_of(&(text + &outputs(["l.position", "l.generalized_force"].map(str::to_owned).into_iter())));
+            let values = last_of(&(text + &outputs(["l.position", "l.generalized_force"])));
             assert_near(&values, &[position, 10.0 * (0.1 - position)], 1e-9);
         }
     }
@@ -104,7 +103,7 @@ fn derivatives_of_zero_are_right_where_designs_have_other_steps() {
                 restitution = 1\n[time]\nto = 2\npoints = 6\n\
                 [analysis]\nkind = \"dynamics\"\nscheme = \"rk8\"\ntolerance = 1e-10\n";
     let measures = ["a.omega_y", "b.omega_x", "b.vz", "a.vy", "a.roll", "l.position", "kinetic_energy"];
-    let outputs = outputs(measures.map(str::to_owned).into_iter());
+    let outputs = outputs(measures);
     let problem = problem(&format!("{text}{outputs}[objective]\nminimize = \"final(o0)\"\n"));
     problem.check_sensitivities(&problem.start(), 3).unwrap().expect_right();
 }
@@ -195,8 +194,8 @@ fn the_first_and_last_node_of_a_beam_are_its_ends() {
     // F L³/(3 E I) and the shear of F L/(k G A).
     let tip = 1.0 / (3.0 * 2e9 * std::f64::consts::PI * 0.02f64.powi(4) / 64.0);
     for fixed in ["start = \"A\"\n", "start = \"A\"\nend = \"B\"\n"] {
-        let places = ["bm.first.z", "bm.last.z", "bm.last.roll", "bm.last.y"].map(str::to_owned);
-        let values = last_of(&(text(fixed) + &outputs(places.into_iter())));
+        let places = ["bm.first.z", "bm.last.z", "bm.last.roll", "bm.last.y"];
+        let values = last_of(&(text(fixed) + &outputs(places)));
         assert_near(&values[..3], &[0.3, 0.3, 0.0], 1e-9);
         assert!((values[3] / tip - 1.0).abs() < 1e-3, "{values:?} for {tip}");
     }

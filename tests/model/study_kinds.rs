@@ -172,7 +172,7 @@ fn an_index_that_the_sample_contradicts_is_left_out() {
     assert!(about.contains("has no reliability index") && !about.contains("all values"), "{about}");
 }
 
-/// A constant that another constant uses cannot become a design variable: the file is read again, with central differences.
+/// A constant that another constant uses cannot become a design variable: the file is read again for each value, and derivatives are central differences.
 #[test]
 fn a_constant_of_which_others_depend_has_derivatives_too() {
     let model = "[design]\nx = { start = 2.0 }\n[constants]\na = 3\nb = \"a^2\"\n[[output]]\nname = \"f\"\nvalue = \"b*x\"\n[objective]\nminimize = \"f\"\n";

@@ -99,7 +99,7 @@ fn a_constant_has_its_value_as_mean() {
     near(&column(&tolerance, &rows(&tolerance)[..1], "d pace/d w"), &[0.3 * std::f64::consts::PI / 30.0]);
 }
 
-/// A constant of which a bound depends is no design variable: the model is read again with its number and unit.
+/// A constant on which a bound depends cannot become a design variable: the model is read again with its number and unit.
 #[test]
 fn a_constant_that_is_a_bound_varies_in_its_unit() {
     let study = study(

@@ -99,7 +99,7 @@ fn plain_numbers_are_in_si_and_units_and_labels_show_them() {
     let at = LIFT.replace("from = \"-80 mm\"\nto = \"80 mm\"\npoints = 9", "at = [\"-1 cm\", 0, \"20 mm\"]");
     let model = read("lift.toml", &at).unwrap_or_else(|report| panic!("{report}"));
     assert_eq!((model.grid().unwrap().points.clone(), &*model.grid().unwrap().unit), (vec![-0.01, 0.0, 0.02], "m"));
-    // Formulas without a mechanism go over a sweep, too.
+    // Formulas without a mechanism can be evaluated over a sweep, too.
     let formula = "version = 2\n[sweep]\nvariable = \"angle\"\nto = \"90 deg\"\npoints = 3\n[[output]]\nname = \"height\"\n\
                    value = \"sin(angle)\"\n";
     let model = read("f.toml", formula).unwrap_or_else(|report| panic!("{report}"));

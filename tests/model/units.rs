@@ -291,7 +291,7 @@ fn revolutions_per_second_are_no_angular_velocity() {
     assert_eq!(of("N/m").to_string(), "a value in kg/s²");
 }
 
-/// A frequency is no angular velocity, whatever way it goes: through constants, variables, expressions, sums, units of outputs and limits.
+/// A frequency is not accepted as an angular velocity by any route: through constants, variables, expressions, sums, units of outputs and limits.
 #[test]
 fn a_frequency_is_not_taken_for_an_angular_velocity() {
     let text = in_units();
@@ -413,7 +413,7 @@ fn a_false_label_changes_no_number() {
     assert_eq!(with("unit = \"mm\""), with("unit = \"m\""));
 }
 
-/// Labels of objective, bound and time points are no conversions either.
+/// Labels of objective, bound and time points do not convert either.
 #[test]
 fn labels_of_the_objective_and_of_the_time_are_true() {
     let noted = |text: &str| {

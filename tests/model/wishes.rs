@@ -94,7 +94,7 @@ fn what_is_no_reduction_of_a_history_is_explained() {
     for (wish, message) in [
         ("range(a)", "reduces a history, and this is a number"),
         ("x - mean(x)", "cannot use a history beside them"),
-        ("max(range(x))", "can stand in"),
+        ("max(range(x))", "can be used in"),
         ("at(x)", "takes a history, a number"),
         ("at(x, 7)", "is not between"),
         ("mean(x, 0.5, 0.501)", "fewer than two points"),

@@ -300,7 +300,7 @@ fn an_objective_is_not_zero_beside_that_of_a_start_far_away() {
 
 #[test]
 fn a_start_without_any_slope_is_left() {
-    // −x y z of HS 37 is flat at the origin, which is no minimum.
+    // −x y z of HS 37 is flat at the origin, which is not a minimum.
     let entry = find("hs37").unwrap();
     let end = solve(&Transformation::parse("start=0").unwrap().build(entry).unwrap());
     assert_eq!(end.status, Status::Converged, "{}", end.reason);

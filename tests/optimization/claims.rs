@@ -57,7 +57,7 @@ fn a_curvature_that_no_step_has_shown_is_no_proof() {
     let wrong =
         false_claims(&["saddle", "saddle-in-a-plane", "small-objective"], &["offset=1e3", "offset=1e4"], &automatic);
     assert!(wrong.is_empty(), "{wrong:#?}");
-    // A flat direction leads to another design that is no optimum; a length that is too short by nine orders.
+    // A flat direction leads to another design that is not an optimum; a length that is too short by nine orders.
     let wrong = false_claims(&["hs108"], &["random=0.3,seed=4"], &automatic);
     assert!(wrong.is_empty(), "{wrong:#?}");
     let wrong = false_claims(&["small-and-large-variables"], &["start=1e-3"], &automatic);

@@ -1,4 +1,4 @@
-//! Stationary points that are no minima: saddle points at designs of symmetry, and bounds and limits without multipliers.
+//! Stationary points that are not minima: saddle points at designs of symmetry, and bounds and limits without multipliers.
 
 use linkwright::autodiff::Scalar;
 use linkwright::function;
@@ -9,12 +9,23 @@ fn solve(problem: &Problem) -> RunState {
     Method::automatic().solve(problem, |_| ()).unwrap()
 }
 
+fn assert_optimum(end: &RunState, optimum: f64, what: &str) {
+    assert_eq!(end.status, Status::Converged, "{what}: {}", end.reason);
+    let found = end.evaluation.objective;
+    assert!((found - optimum).abs() < 1e-6, "{what}: {found} instead of {optimum} at {:?}", end.design);
+}
+
+/// Adds variables without bounds.
+fn add_variables(parts: &mut ProblemBuilder, start: &[f64]) {
+    for (k, b) in start.iter().enumerate() {
+        parts.variable(DesignVariable::new(format!("x{k}"), "", *b));
+    }
+}
+
 /// A problem in variables without bounds; the objective is response 0.
 fn free(start: &[f64], rows: impl Fn(&mut ProblemBuilder, usize), analysis: impl ClosedForm + 'static) -> Problem {
     let mut parts = ProblemBuilder::new("free");
-    start.iter().enumerate().for_each(|(k, b)| {
-        parts.variable(DesignVariable::new(format!("x{k}"), "", *b));
-    });
+    add_variables(&mut parts, start);
     let [f, c] = ["f", "c"].map(|name| parts.constant(name, ""));
     parts.minimize("f", "", Quantity::response(None, f));
     rows(&mut parts, c);
@@ -52,13 +63,7 @@ fn a_vertex_of_symmetry_on_an_equality_is_left() {
             parts.subject_to(Constraint::equal("ellipse", limit, Quantity::response(None, c)));
         };
         let end = solve(&free(&start, row, OnEllipse));
-        assert_eq!(end.status, Status::Converged, "from {start:?}: {}", end.reason);
-        assert!(
-            (end.evaluation.objective - optimum).abs() < 1e-6,
-            "from {start:?}: {} instead of {optimum} at {:?}",
-            end.evaluation.objective,
-            end.design
-        );
+        assert_optimum(&end, optimum, &format!("from {start:?}"));
     }
 }
 
@@ -122,13 +127,7 @@ fn points_of_symmetry_in_several_variables_are_left() {
             parts.subject_to(Constraint::at_most("ellipsoid", 1.042_624, Quantity::response(None, c)));
         };
         let end = solve(&free(&start, by_output, Coupled));
-        assert_eq!(end.status, Status::Converged, "from {start:?}: {}", end.reason);
-        assert!(
-            (end.evaluation.objective - optimum).abs() < 1e-6,
-            "from {start:?}: {} instead of {optimum} at {:?}",
-            end.evaluation.objective,
-            end.design
-        );
+        assert_optimum(&end, optimum, &format!("from {start:?}"));
     }
 }
 
@@ -138,20 +137,12 @@ fn points_of_symmetry_of_functions_that_are_given_directly_are_left() {
     let optimum = least_of_coupled();
     for start in [[0.0, 0.0, 0.0, 0.0, 0.3], [0.0, 0.0, 0.3, 0.0, 0.0]] {
         let mut parts = ProblemBuilder::new("direct");
-        start.iter().enumerate().for_each(|(k, b)| {
-            parts.variable(DesignVariable::new(format!("x{k}"), "", *b));
-        });
+        add_variables(&mut parts, &start);
         parts.minimize("f", "", Quantity::plain(function!(|p| coupled_quartic(p.design))));
         let row = Quantity::plain(function!(|p| ellipsoid(p.design)));
         parts.subject_to(Constraint::at_most("ellipsoid", 1.042_624, row));
         let end = solve(&parts.build_analytic(Coupled).unwrap());
-        assert_eq!(end.status, Status::Converged, "from {start:?}: {}", end.reason);
-        assert!(
-            (end.evaluation.objective - optimum).abs() < 1e-6,
-            "from {start:?}: {} instead of {optimum} at {:?}",
-            end.evaluation.objective,
-            end.design
-        );
+        assert_optimum(&end, optimum, &format!("from {start:?}"));
     }
 }
 
@@ -179,8 +170,7 @@ fn a_bound_or_a_limit_without_a_multiplier_is_left_where_the_objective_falls_inw
                 parts.subject_to(Constraint::at_most("y", 4.0, Quantity::response(None, c)));
             }
             let end = solve(&parts.build_analytic(Inwards(sign)).unwrap());
-            assert_eq!(end.status, Status::Converged, "{sign} {is_limit}: {}", end.reason);
-            assert!((end.evaluation.objective + 10.0).abs() < 1e-6, "{sign} {is_limit}: {:?}", end.design);
+            assert_optimum(&end, -10.0, &format!("{sign} {is_limit}"));
         }
     }
 }
@@ -209,7 +199,6 @@ fn a_vertex_with_one_bound_without_a_multiplier_is_left() {
     let f = parts.constant("f", "");
     parts.minimize("f", "", Quantity::response(None, f));
     let end = solve(&parts.build_analytic(Cubic).unwrap());
-    assert_eq!(end.status, Status::Converged, "{}", end.reason);
     // The least value on the edge of the last variable: that of its other end.
-    assert!((end.evaluation.objective + 156.0).abs() < 1e-6, "{} at {:?}", end.evaluation.objective, end.design);
+    assert_optimum(&end, -156.0, "cubic");
 }

@@ -1,5 +1,5 @@
-//! Suites of problems: published optima satisfy the optimality conditions, transformations do what they say, the judge sees what
-//! is false.
+//! Suites of problems: published optima satisfy the optimality conditions, transformations do what they say, false claims are
+//! recognized.
 
 use super::documented::assert_table;
 use linkwright::cases::suite::{Claim, Suite, Transformation, Verdict, judge, problems, run};
@@ -48,9 +48,9 @@ fn the_best_known_optima_satisfy_the_optimality_conditions() {
         let Some(optimum) = entry.optima().first() else { continue };
         let problem = (entry.build)().unwrap();
         let coupling = DirectCoupling::new(&problem);
-        let beside =
+        let displaced =
             |(j, &x): (usize, &f64)| x + 0.01 * if j % 2 == 0 { x } else { -x } + if x == 0.0 { 0.01 } else { 0.0 };
-        let start: Vec<f64> = optimum.design.unwrap().iter().enumerate().map(beside).collect();
+        let start: Vec<f64> = optimum.design.unwrap().iter().enumerate().map(displaced).collect();
         let found = Sqp::default().solve(&coupling, &start).unwrap();
         let apart = (found.objective - optimum.objective).abs() / optimum.objective.abs().max(1.0);
         let residual = found.kkt.largest();

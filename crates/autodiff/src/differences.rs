@@ -1,4 +1,4 @@
-//! Derivatives by extrapolated differences that bound their own error, and detection of kinks.
+//! Derivatives by extrapolated differences with error estimates, and detection of kinks.
 //!
 //! For functions that cannot be written over [`Scalar`](crate::Scalar), and to check those that are.
 
@@ -43,26 +43,26 @@ impl TableauEntry {
 /// Number of the smallest steps from which the noise is estimated.
 const SMALLEST: usize = 4;
 
-/// Growth of the scatter from a step to the next larger one that no smooth function has: a jump of the values.
+/// Growth of the scatter from a step to the next larger one that indicates a jump: smooth functions have less.
 const JUMP: f64 = 1024.0;
 
 /// Growth of the scatter of smooth functions from a step to the next larger one, of the order h⁵; that of noise is smaller.
 const SMOOTH: f64 = 32.0;
 
-/// Estimates the derivative at 0 from the value at 0, `here`, and values at ±h for falling steps h.
+/// Estimates the derivative at 0 from the value at 0, `here`, and values at ±h for decreasing steps h.
 ///
 /// Central differences are extrapolated to h = 0 in all ways that the steps allow. Large steps suffer from curvature, small
-/// ones from the noise of the values. Of each step, the entry that differs least from its neighbours is taken, and of all
+/// ones from the noise of the values. For each step, the entry that differs least from its neighbours is selected, and among all
 /// steps the one with the least error. The error is the largest of
 ///
-/// * the differences from the two entries of which it is made,
+/// * the differences from the two entries from which it is computed,
 /// * the differences from the best entries of the neighbouring steps, since two numbers may agree by chance,
 /// * the distance from the best entry of each smaller step to within its error: the values may jump between the steps,
 /// * the noise of the values, times the weights of the combination.
 ///
 /// The noise is estimated from combinations of odd and even parts of the values at the smallest steps, of which smooth
 /// functions contribute only the order h⁵. Rounding errors may be the same at all small steps and jump at a larger one: a
-/// scatter that grows from one step to the next by more than any smooth function, and no further, is noise, too.
+/// scatter that grows from one step to the next by more than any smooth function, and then no more, counts as noise, too.
 ///
 /// Returns `None` with fewer than two steps.
 ///
@@ -88,7 +88,7 @@ pub fn ridders(here: f64, steps: &[StepValues]) -> Option<DifferenceEstimate> {
     extrapolated(&central.collect::<Vec<_>>(), 2, odd.max(even))
 }
 
-/// Estimates the slopes on the lower and on the upper side of 0, from the value at 0, `here`, and values at ±h for falling steps h.
+/// Estimates the slopes on the lower and on the upper side of 0, from the value at 0, `here`, and values at ±h for decreasing steps h.
 ///
 /// They differ at a kink. The estimates are made as those of [`ridders`], from the differences (f(±h) − f(0))/±h, whose expansion has all
 /// powers of h: they are less accurate. `None` with fewer than two steps.
@@ -116,7 +116,7 @@ pub fn one_sided(here: f64, steps: &[StepValues]) -> [Option<DifferenceEstimate>
     [side(-1.0, |s| s.behind), side(1.0, |s| s.ahead)]
 }
 
-/// Extrapolates differences with falling steps h, whose expansion has multiples of the power `order` of h, to h = 0.
+/// Extrapolates differences with decreasing steps h, whose expansion has multiples of the power `order` of h, to h = 0.
 fn extrapolated(differences: &[(f64, TableauEntry)], order: i32, noise: f64) -> Option<DifferenceEstimate> {
     let mut rows: Vec<DifferenceEstimate> = Vec::new();
     let mut above: Vec<TableauEntry> = Vec::new();
@@ -146,7 +146,7 @@ fn extrapolated(differences: &[(f64, TableauEntry)], order: i32, noise: f64) -> 
     (1..rows.len()).map(of_row).min_by(|a, b| a.error.total_cmp(&b.error))
 }
 
-/// Difference of two numbers in which the lowest power of h has been eliminated from `values` at the falling steps `h`; `order` is this power.
+/// Difference of two numbers in which the lowest power of h has been eliminated from `values` at the decreasing steps `h`; `order` is this power.
 fn scatter(values: [f64; 3], h: [f64; 3], order: i32) -> f64 {
     let eliminate = |coarse: f64, fine: f64, ratio: f64| (ratio * fine - coarse) / (ratio - 1.0);
     let ratio = |k: usize| (h[k] / h[k + 1]).powi(order);

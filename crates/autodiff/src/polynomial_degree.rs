@@ -3,7 +3,7 @@
 use crate::chain_rule::impl_scalar;
 use std::fmt;
 
-/// A value together with the polynomial degree of the expression that made it.
+/// A value together with the polynomial degree of the expression that computed it.
 ///
 /// Constants have degree 0 and variables degree 1. A sum has the larger degree, even if terms cancel; a product has the sum of the
 /// degrees. Every other function of an expression that is not constant is [`PolynomialDegree::NONLINEAR`]. Where a function
@@ -32,7 +32,7 @@ pub fn degree(f: impl Fn(&[PolynomialDegree]) -> PolynomialDegree, x: &[f64]) ->
 }
 
 impl PolynomialDegree {
-    /// Degree of expressions that are no polynomials, or of a degree above 254.
+    /// Degree of expressions that are not polynomials, or of a degree above 254.
     pub const NONLINEAR: u8 = u8::MAX;
 
     /// A variable: degree one.

@@ -5,7 +5,7 @@
 //! error of the tip after 1 s of at most 1e-5 m, the simulated seconds per CPU second are measured, for each choice of coordinates
 //! that the mechanism permits.
 //!
-//! `PEERS=python cargo bench -p linkwright-mechanics --bench space` runs `benches/peers/spatial_chain.py` by this interpreter in turns with the own analyses, and prints
+//! `PEERS=python cargo bench -p linkwright-mechanics --bench space` runs `benches/peers/spatial_chain.py` by this interpreter in turns with the analyses of this crate, and prints
 //! the ratios of one run: Runge-Kutta steps of order 4 of MuJoCo, Pinocchio and Exudyn with the same error. `-- N…` measures
 //! chains of N links instead of 8 and 32.
 
@@ -59,7 +59,7 @@ fn peer(python: &str, name: &str, links: usize, exact: [f64; 3]) -> Option<(f64,
     let numbers = exact.map(|x| format!("{x:.17}"));
     let output = Command::new(python).args([script, name, &links.to_string()]).args(numbers).output().ok()?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    // Exudyn announces itself before.
+    // Exudyn prints lines of its own first.
     let (seconds, words) = text.trim().lines().last()?.split_once(' ')?;
     Some((seconds.parse().ok()?, words.to_owned()))
 }

@@ -91,7 +91,7 @@ fn active_constraints(mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<boo
 const SINGULAR: f64 = 1e-3;
 
 /// The error of an analysis that stops in or near a singular position, where constraints that are independent elsewhere
-/// depend on each other: a dead centre, or a parallelogram in line. `None` if `state` is not near one.
+/// depend on each other: a dead centre, or a flat parallelogram. `None` if `state` is not near one.
 pub(crate) fn singular_position(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Error> {
     if mechanism.multipliers == 0 || system.allows_redundancy() || state.q.iter().any(|q| !q.is_finite()) {
         return None;
@@ -147,14 +147,14 @@ pub fn indeterminate_reactions(system: &System, mechanism: &Mechanism<f64>, stat
 
 /// Names of free coordinates that the constraints leave undetermined: one for each degree of freedom.
 ///
-/// Eliminates the coordinates with the largest gradients first; those that are left can move while all drives stand still.
+/// Eliminates the coordinates with the largest gradients first; the remaining ones can move while all drives are at rest.
 pub fn undetermined_coordinates(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
     let mut rows = system.constraint_jacobian(mechanism, state);
     let mut left: Vec<usize> = (0..mechanism.coordinates.len()).filter(|&i| system.equation_of(i).is_some()).collect();
     let largest = rows.iter().flatten().fold(0.0f64, |a, x| a.max(x.abs()));
     loop {
         let entries = rows.iter().enumerate().flat_map(|(r, row)| left.iter().map(move |&i| (row[i].abs(), r, i)));
-        // Of equal entries the one of the last coordinate is eliminated: the rotation of the first body is left.
+        // Of equal entries the one of the last coordinate is eliminated: the rotation of the first body remains.
         let Some((size, r, i)) = entries.reduce(|a, b| if b.0 >= a.0 * (1.0 - 1e-9) { b } else { a }) else { break };
         if size <= DEPENDENT * largest {
             break;

@@ -104,7 +104,7 @@ fn newton(
     Ok(false)
 }
 
-/// The error of a load without equilibrium; `turn` is the largest fraction of the load that was reached.
+/// The error of a load without equilibrium; `turn` is the load fraction at the limit point, the largest that was reached.
 fn no_equilibrium(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -155,7 +155,7 @@ const SMALLEST_STEP: f64 = 1e-9;
 const MOST_PATH_STEPS: usize = 3000;
 const MOST_CORRECTIONS: usize = 12;
 
-/// Largest correction (m or rad) of the last iteration on the way.
+/// Largest correction (m or rad) of the last iteration at an intermediate load.
 const ON_THE_WAY: f64 = 1e-7;
 
 impl<'s, 'm> LoadPath<'s, 'm> {
@@ -290,7 +290,7 @@ impl<'s, 'm> LoadPath<'s, 'm> {
             }
             previous = largest;
         }
-        Err(Error::analysis("load path", "does not converge", "take a shorter step"))
+        Err(Error::analysis("load path", "does not converge", "use a shorter step"))
     }
 }
 

@@ -105,7 +105,7 @@ fn has_redundant_constraints(
     if here.redundant.is_empty() {
         return false;
     }
-    // Any direction will do; its components have no simple ratios.
+    // An arbitrary direction whose components have no simple ratios.
     let mut direction: Vec<f64> = (0..state.q.len())
         .map(|i| if system.equation_of(i).is_some() { (1.0 + 2.3 * i as f64).sin() } else { 0.0 })
         .collect();
@@ -176,14 +176,14 @@ fn close_joints(
     Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))
 }
 
-/// Inverse of the size of a mechanism in m below which the convergence of its assembly is judged in units of its size.
+/// Inverse of the size in m below which a mechanism counts as small: convergence of its assembly is then measured relative to its size.
 const SMALL: f64 = 10.0;
 
-/// Error of a constraint in the built positions, in m or rad, from which on a failure names it.
+/// Error of a constraint in the positions of the model, in m or rad, from which on a failure names it.
 pub(crate) const LARGE_GAP: f64 = 1e-2;
 
-/// The `error` of a failed assembly from `guess`, if that is the built positions, with the largest error of a constraint in them: a
-/// drive that prescribes another position than the built one is the usual reason.
+/// The `error` of a failed assembly from `guess`. If `guess` has the positions of the model, it names the largest error of a constraint in them: the
+/// usual reason is a drive that prescribes another position than the model has.
 fn with_largest_gap(error: Error, system: &mut System, mechanism: &Mechanism<f64>, guess: &State<f64>) -> Error {
     let mut rows = vec![[0.0]; system.size()];
     let gap = largest_gap(system, mechanism, guess, &mut rows);

@@ -55,12 +55,12 @@ const DETERMINED: f64 = 1e-9;
 /// energy, the smallest ones are taken. It is constant next to a design, so that it has no derivatives.
 const MASSLESS: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// Distance (m or rad) of the positions in which masses are looked for: in the built ones, a coordinate with mass can have a zero on
-/// the diagonal of M, as Euler parameters of an axis that is parallel to one of the world.
+/// Distance (m or rad) from the positions of the model of those in which masses are detected: in the former, a coordinate with mass can have a
+/// zero on the diagonal of M, such as an Euler parameter of an axis that is parallel to a world axis.
 const NEARBY: f64 = 0.1;
 
-/// Part of the largest velocity (m/s or rad/s) below which two velocities are equal, and part of a velocity by which it may differ
-/// from the given one without a warning.
+/// Fraction of the largest velocity (m/s or rad/s) below which two velocities count as equal, and fraction of a velocity by which it may
+/// differ from the given one without a warning.
 const EQUAL: [f64; 2] = [1e-9, 1e-3];
 
 /// The matrix of the velocities, factorized in a [`System`], with the columns of the held coordinates.
@@ -148,7 +148,7 @@ impl VelocityMatrix {
         self.add_columns(rows, &impulses, -1.0);
     }
 
-    /// The transpose of [`Self::stop`]: from derivatives with respect to velocities, by equation, to those with respect to the rates of
+    /// The transpose of [`Self::stopping_change`]: from derivatives with respect to velocities, by equation, to those with respect to the rates of
     /// the held coordinates.
     pub fn stop_transposed<const L: usize>(&self, velocities: &[[f64; L]]) -> Vec<[f64; L]> {
         let along = |column: &Vec<f64>| {
@@ -240,7 +240,7 @@ impl VelocityMatrix {
         for &i in given {
             if let Some(equation) = system.equation_of(i) {
                 let scale = match &rank {
-                    // It may move masses of other coordinates: its scale follows from its mobility, if it can move at all.
+                    // It may move masses of other coordinates: it is scaled by its mobility, if it can move at all.
                     Some(rank) if is_massless(i) => {
                         let mut direction = vec![0.0; at.q.len()];
                         direction[i] = 1.0;
@@ -262,7 +262,7 @@ impl VelocityMatrix {
         }
         let mut held = Vec::new();
         loop {
-            // Of equal shares the first one is taken, so that rounding does not decide.
+            // Of equal shares the first one is chosen, so that rounding does not decide.
             let of = |k: usize| shares[(k, k)];
             let Some(pivot) = (0..count).reduce(|a, b| if of(b) > of(a) * (1.0 + 1e-6) { b } else { a }) else { break };
             let share = shares[(pivot, pivot)];
@@ -354,7 +354,7 @@ fn changed_velocities(mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<usi
 
 /// Warning about given velocities that the joints do not allow in the consistent initial `state`.
 ///
-/// Of bodies in space it names the angular velocities, not the rates of the Euler parameters.
+/// For bodies in space it names the angular velocities, not the rates of the Euler parameters.
 pub(crate) fn velocities_that_do_not_fit(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<String> {
     let mut changed = changed_velocities(mechanism, state);
     let mut named = Vec::new();

@@ -15,7 +15,7 @@ const ITERATIONS: usize = 40;
 /// Relative change of accelerations and reactions after which the iteration ends: the next change is about its square.
 const CONVERGED: f64 = 1e-11;
 
-/// Relative change that is accepted if it does not decrease any more, by rounding.
+/// Relative change that is accepted if rounding errors prevent a further decrease.
 const ROUNDING: f64 = 1e-8;
 
 /// Smallest size of a force or an acceleration with which a change is compared: smaller numbers have fewer digits.
@@ -59,7 +59,7 @@ pub(crate) fn iterate(
 /// Subtracts a correction from the free accelerations and the multipliers. Returns the larger of both relative changes.
 ///
 /// `excess` is the largest force that was not in equilibrium before, `load` the largest applied one. If the excess is small, so is the
-/// change of the inertia forces, whatever that of the accelerations is.
+/// change of the inertia forces, for any change of the accelerations.
 fn subtract(system: &System, rows: &[[f64; 1]], state: &mut State<f64>, [excess, load]: [f64; 2]) -> f64 {
     let (mut change, mut size) = ([0.0f64; 2], [SMALLEST, load.max(SMALLEST)]);
     for (unknown, &[row]) in system.unknowns().iter().zip(rows) {

@@ -59,7 +59,7 @@ fn shapes_of_a_chain_in_closed_form() {
     }
 }
 
-/// A double pendulum with a torsion spring, hanging in equilibrium beside a force: mass, length, stiffness, lever.
+/// A double pendulum with a torsion spring, hanging in equilibrium next to a force: mass, length, stiffness, lever.
 struct Hanging;
 
 impl ParametricMechanism for Hanging {

@@ -1,4 +1,4 @@
-//! Cams with followers that can leave them, against own integrations with the exact circle.
+//! Cams with followers that can leave them, compared with separate integrations for the exact circle.
 
 use autodiff::Scalar;
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};

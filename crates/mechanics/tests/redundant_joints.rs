@@ -98,7 +98,7 @@ fn implicit_motions_are_those_of_one_hinge() {
     is_without_effect(1e-6, |m| Ok(simulate(m, &Dynamics::fixed(5e-3), &[0.0, 0.1, 0.3])?.values.concat()));
 }
 
-/// A door that is fixed to the ground, and driven about its hinge: neither can be obeyed.
+/// A door that is fixed to the ground, and driven about its hinge: both cannot be satisfied at once.
 #[test]
 fn drives_that_contradict_redundant_joints_are_errors() {
     for (speed, is_at_start) in [([0.0, 1.0], true), ([0.0, 0.0], false)] {

@@ -230,7 +230,7 @@ impl ParametricMechanism for LoadedPlatform {
     }
 }
 
-/// A slider in two guides, with friction in one of them: half of the weight on it is one of many shares. In one guide it is determined.
+/// A slider in two guides, with friction in one of them: half of the weight on it is one of many possible shares. In one guide it is determined.
 #[test]
 fn friction_of_an_indeterminate_reaction_is_told() {
     for guides in [1, 2] {

@@ -118,7 +118,7 @@ def analyze(diameters):
     try:
         mbs.SolveDynamic(settings)
     except Exception as error:
-        # A design that Exudyn cannot simulate rejects the step; the run goes on with a smaller one.
+        # A design that Exudyn cannot simulate rejects the step; the run continues with a smaller one.
         raise linkwright.AnalysisError(f"Exudyn: {error}") from error
     moments = [mbs.GetSensorStoredData(sensor) for sensor in sensors]
     return {name: np.interp(TIME, moment[:, 0], moment[:, -1]) for name, moment in zip(NAMES, moments)}

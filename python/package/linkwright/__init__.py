@@ -16,7 +16,7 @@ from ._problem import BaseProblem, Model, Problem, methods
 from ._results import Analyses, Analysis, Check, Comparison, Cycle, Figure, Page, Result, Sensitivities, Variable
 from ._study import Study, StudyError, StudyResult
 
-# A program that computes when the interpreter ends would go on.
+# A program that computes when the interpreter ends would continue.
 _atexit.register(_core.end_programs)
 
 # The threads of the library do not exist in a forked process: work there raises RuntimeError instead of waiting for ever.

@@ -64,7 +64,7 @@ class Functions:
         found = list(found)
         if len(found) != len(designs):
             raise DefinitionError(f"`map` returned {len(found)} results for {len(designs)} designs")
-        # Arrays that come from another process may lie anywhere in the bytes of a message.
+        # Arrays from another process may be views into a message, without alignment.
         return [np.require(item, requirements=["C", "A"]) if isinstance(item, np.ndarray) else item for item in found]
 
     def _derivatives(self, b: Array) -> Array:

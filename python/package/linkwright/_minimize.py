@@ -13,7 +13,7 @@ from ._errors import DefinitionError
 from ._problem import Method, Problem, _numbers, says_stop
 from ._results import Array, Cycle, Result
 
-# Finite differences of SciPy; all are central differences here.
+# Names of SciPy's finite differences, all of which mean central differences here.
 DIFFERENCES = ("2-point", "3-point", "cs")
 
 _STATUS = {"converged": 0, "cycle limit": 1, "infeasible": 2, "stalled": 3, "stopped": 4}
@@ -106,8 +106,8 @@ def minimize(
     x0 = np.clip(x0, lower, upper)
     if not (jac is None or isinstance(jac, bool) or callable(jac) or jac in DIFFERENCES):
         raise DefinitionError(f"`jac` is a function, True, None or one of {', '.join(DIFFERENCES)}, got {jac!r}")
-    functions = Counted(fun, jac, args if isinstance(args, tuple) else (args,), x0, lower, upper)
-    blocks = [functions, *_constraints(constraints, x0, lower, upper)]
+    objective = ObjectiveBlock(fun, jac, args if isinstance(args, tuple) else (args,), x0, lower, upper)
+    blocks = [objective, *_constraints(constraints, x0, lower, upper)]
     is_shown = options.pop("disp", False)
     problem = _problem(blocks, x0, lower, upper)
     found = problem.optimize(_options(method, tol, options), _callback(callback))
@@ -142,7 +142,7 @@ def scipy_method(
     return minimize(fun, x0, args, constraints=constraints, method=preset, options=keywords, **known)
 
 
-# Results pickle if the user's functions do: functions are objects here, not closures.
+# Results can be pickled if the user's functions can: functions are wrapped in objects, not in closures.
 
 
 class _WithArguments:
@@ -223,7 +223,7 @@ class Block:
         return np.stack(columns, axis=1)
 
 
-class Counted(Block):
+class ObjectiveBlock(Block):
     """The objective, with its gradient in one call if `jac` is True."""
 
     def __init__(self, fun: Any, jac: Any, args: tuple[Any, ...], x0: Array, lower: Array, upper: Array) -> None:

@@ -27,13 +27,13 @@ from ._results import (
 )
 
 Design = Any
-"""A design: an array of shape (n,), a mapping of names to values or a Series with names as index (the others start), or None for the start."""
+"""A design: an array of shape (n,), a mapping of names to values or a Series with names as index (the others have their start values), or None for the start."""
 
 Method = Any
 """A method: its name, or a dictionary with the keys of ``[method]`` in a model file."""
 
 
-# Most responses of a problem: the most parts of one kind that a model file may have.
+# Largest number of responses of a problem: as many as a model file may have parts of one kind.
 RESPONSES = 10_000
 
 
@@ -43,7 +43,7 @@ def methods() -> dict[str, str]:
 
 
 class BaseProblem:
-    """What models and problems have in common."""
+    """Common base class of models and problems."""
 
     _core: CoreProblem
 
@@ -369,7 +369,7 @@ class BaseProblem:
         return indices
 
     def _objective(self, value: Any) -> Any:
-        """The objective in its unit from the minimized one; NaN without an objective."""
+        """The objective in its unit, from the minimized value; NaN without an objective."""
         return self._sign * value if self.objective_name else np.nan * value
 
     def _labelled_responses(self, arrays: Sequence[Array]) -> dict[str, Any]:
@@ -428,8 +428,8 @@ class Model(BaseProblem):
         ----------
         path : path
         allow_programs : bool
-            Let the model start the program that it names, in the folder of the file. Look at both before: a program can do whatever
-            its user can.
+            Let the model start the program that it names, in the folder of the file. Inspect the file and the program first: a program
+            has all rights of its user.
         """
         name = os.fspath(path)
         return cls(_core.model_text(name), name, programs=(os.path.dirname(name) or ".") if allow_programs else None)
@@ -508,7 +508,7 @@ class Problem(BaseProblem):
         Relative step of the differences.
     map : callable, optional
         ``map(function, designs)``, for instance the `map` of an executor: designs of finite differences and of
-        :meth:`analyze_many` are analysed by it. `analyze` must then be fit for it (a pool of processes pickles it). By default
+        :meth:`analyze_many` are analysed by it. `analyze` must then meet its requirements (a pool of processes pickles it). By default
         designs are analysed one after another in the calling thread.
     name : str
         Title for tables and figures.
@@ -517,8 +517,8 @@ class Problem(BaseProblem):
 
     Notes
     -----
-    Objective and constraints are formulas of the responses, which the approximations use exactly. What cannot be written as a
-    formula is computed in `analyze` as another response.
+    Objective and constraints are formulas of the responses, which the approximations use exactly. A quantity that is not a
+    formula must be computed in `analyze` as another response.
 
     Examples
     --------
@@ -582,7 +582,7 @@ class Problem(BaseProblem):
             if over_time and "time" not in table:
                 raise DefinitionError(f"response `{key}` has values over time, but there are no time points; give `time`")
             shapes[key] = (points,) if over_time else ()
-            # The value only says whether there is one for each time point; the functions compute it.
+            # The formula only says whether there is a value for each time point; the functions compute the values.
             outputs.append({"name": key, "value": "time" if over_time else "0", **output})
         table["output"] = outputs
         objective = a["objective"]
@@ -651,7 +651,7 @@ def _by_name(b: Any) -> Mapping[Any, Any] | None:
 
 
 def says_stop(answer: Any) -> bool:
-    """True if a callback returns True, also that of NumPy."""
+    """True if a callback returns True, as a Python or NumPy Boolean."""
     return isinstance(answer, (bool, np.bool_)) and bool(answer)
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 
-# Most rows of the short form of a result.
+# Largest number of rows of the short form of a result.
 SHOWN = 12
 
 
@@ -121,7 +121,7 @@ class Analysis(_Table):
     violation_pct : float
         Largest violation in percent of the limit; negative in the feasible region.
     warnings : tuple of str
-        Reasons to doubt the numbers, such as a loss of energy, each with its part, time and remedy.
+        Reasons to doubt the numbers, such as a loss of energy, each with the part of the model, the time and a remedy.
     axis : str
         Name of the axis of the responses: "time", or the quantity of a sweep. DataFrames and Datasets have it as index.
     """
@@ -245,7 +245,7 @@ class Sensitivities(_Table):
         return _named(self.values, "response", name)
 
     def to_pandas(self) -> Any:
-        """Return a DataFrame with a column (response, variable) for each derivative and a row for each time point; one row without them.
+        """Return a DataFrame with a column (response, variable) for each derivative and a row for each time point; one row without time points.
 
         The derivatives of a response that does not depend on time are the same in all rows.
         """
@@ -456,7 +456,7 @@ class Result:
 
     @property
     def violation_pct(self) -> float:
-        """The largest violation there in percent; negative if no constraint is active."""
+        """The largest violation at the last accepted design in percent; negative if no constraint is active."""
         return self._state.values[1]
 
     @property
@@ -486,14 +486,14 @@ class Result:
 
     @property
     def constraints(self) -> dict[str, Any]:
-        """The normalized constraints there, as in :class:`Analysis`."""
+        """The normalized constraints at the last accepted design, as in :class:`Analysis`."""
         return self.problem._labelled_constraints(self._state.constraints)
 
     @property
     def multipliers(self) -> list[tuple[str, float | None, float]]:
         """Active constraints of the last cycle: name, time (None if there is none), and multiplier in the unit of the objective.
 
-        The multiplier is the derivative of the (minimized) optimal objective by tightening the normalized constraint.
+        The multiplier is the derivative of the optimal (minimized) objective with respect to a tightening of the normalized constraint.
         """
         time, rows = self.problem.time, self.problem._core.constraints
         named = [(rows[j], p, multiplier) for j, p, multiplier in self._state.active]
@@ -530,8 +530,8 @@ class Result:
         path : path, optional
             File to which the page is written.
         slice : int, optional
-            Points along each side of the slice of the design space; each point is an analysis. None by default. A problem of
-            Python functions has no slice.
+            Number of points along each side of the slice of the design space; each point is an analysis. 0, the default, omits the slice.
+            A problem of Python functions has no slice.
         """
         page = Page(self._state.report(self.problem._core, whole(slice, "slice", 0)))
         if path is not None:

@@ -21,13 +21,13 @@ from ._errors import DefinitionError, Error
 from ._problem import Model, says_stop
 from ._results import Figure, Page
 
-# Deaths of workers after which a run that was alone with its worker is blamed.
+# Number of lost workers after which a run that was alone on its worker counts as the cause.
 DEATHS = 3
-# Time that a task should take, in seconds: sending one takes some milliseconds.
+# Target duration of a task in seconds: sending one takes some milliseconds.
 TASK_TIME = 0.2
-# Most tasks that wait or run at the same time.
+# Largest number of tasks that wait or run at the same time.
 TASKS = 256
-# Longest time in seconds after which an interrupt is noticed.
+# Longest time in seconds until an interrupt is noticed.
 PAUSE = 0.2
 # Exceptions that say that a worker died or was lost: `KilledWorker` is Dask's, `ExecutorlibSocketError` that of executorlib.
 LOST = ("KilledWorker", "ExecutorlibSocketError", "FutureCancelledError", "CommClosedError", "LostTaskError")
@@ -62,7 +62,7 @@ def _task(texts: Texts, phase: int, runs: list[int], known: list[str]) -> tuple[
 
 
 def _begin_worker() -> None:
-    """One thread for each worker of a pool, and none that is left when the parent process was killed."""
+    """Limit a worker of a pool to one thread, and end it when the parent process ends."""
     os.environ["RAYON_NUM_THREADS"] = "1"
     parent = parent_process()
 
@@ -86,7 +86,7 @@ class _Processes:
 
 
 class Study:
-    """Many runs of one model, and what they answer.
+    """Many runs of one model, and the conclusions from them.
 
     Parameters
     ----------
@@ -168,8 +168,8 @@ class Study:
         executor : Executor, callable, int, optional
             Where the runs are done. By default in the threads of this process. A number of worker processes; any
             :class:`concurrent.futures.Executor` (a process pool, ``dask.distributed.Client.get_executor()``,
-            ``mpi4py.futures.MPIPoolExecutor``, executorlib); or a function that makes one, and makes another one if a worker's
-            death has broken it.
+            ``mpi4py.futures.MPIPoolExecutor``, executorlib); or a function that makes one, which is called again if the loss of
+            a worker has broken the executor.
         file : path, optional
             File of rows, in the form of `rows.jsonl` (docs/studies.md). Each row is written as soon as it is known; rows that
             are in the file are not done again.
@@ -313,7 +313,7 @@ def _where(executor: Any, rows: _Rows) -> _Here | _Pool:
 
 
 class _Interrupt:
-    """Holds back an interrupt until `check`: an exception inside the machinery of an executor can leave its locks closed for ever.
+    """Holds back an interrupt until `check`: an exception inside an executor can leave its locks acquired forever.
 
     A second interrupt is not held back.
     """
@@ -347,7 +347,7 @@ class _Interrupt:
 
 
 class _Pool:
-    """An executor, replaced by another one when a worker's death has broken it."""
+    """An executor, which is replaced when the loss of a worker has broken it."""
 
     def __init__(self, make: Callable[[], Executor] | None, executor: Executor | None, rows: _Rows) -> None:
         self.make, self.rows = make, rows
@@ -383,7 +383,7 @@ class _Pool:
                 interrupt.check()
                 broken: BaseException | None = None
                 while (queue or alone) and len(open_) < (1 if alone or single in open_ else TASKS):
-                    # Runs that were open when a worker died are done one at a time: the next death has one cause.
+                    # Runs that were open when a worker died are done one at a time, so that the cause of another loss is known.
                     is_single = bool(alone)
                     some = [alone.pop()] if alone else [queue.pop() for _ in range(min(size, len(queue)))]
                     try:
@@ -411,7 +411,7 @@ class _Pool:
                         elif not _is_lost(reason):
                             raise reason
                         else:
-                            self._blame(some, len(open_), reason)
+                            self._count_loss(some, len(open_), reason)
                             alone.extend(reversed(some))
                             if isinstance(reason, BrokenExecutor):
                                 broken = reason
@@ -426,8 +426,8 @@ class _Pool:
                 future.cancel()
         return False
 
-    def _blame(self, some: list[int], others: int, error: BaseException) -> None:
-        """Count the death of a worker that had one run."""
+    def _count_loss(self, some: list[int], others: int, error: BaseException) -> None:
+        """Count the loss of a worker that had one run."""
         if len(some) > 1 or (others > 0 and isinstance(error, BrokenExecutor)):
             return
         key = tuple(some)
@@ -440,7 +440,7 @@ class _Pool:
         if self.make is None:
             text = (
                 "a worker died and broke the executor; finished rows are kept: call `run` again with a new executor and the same file, or "
-                "with `resume=error.result`; a function that makes executors, or a number of processes, goes on by itself"
+                "with `resume=error.result`; a function that makes executors, or a number of processes, continues without that"
             )
             raise StudyError(text, self.rows.result()) from error
         if self.executor is not None:
@@ -454,7 +454,7 @@ def _is_lost(error: BaseException) -> bool:
 
 
 class StudyResult:
-    """The rows of a study, and what they answer."""
+    """The rows of a study, and the conclusions from them."""
 
     def __init__(self, study: Study, lines: dict[tuple[int, int], str]) -> None:
         self._study, self._lines = study, lines
@@ -507,21 +507,21 @@ class StudyResult:
 
     @property
     def conclusions(self) -> list[str]:
-        """The answer in sentences."""
+        """The conclusions as sentences."""
         return list(self._conclusions()[0])
 
     @property
     def tables(self) -> dict[str, list[dict[str, Any]]]:
-        """The tables of the answer by name, a dictionary for each row."""
+        """The tables of the conclusions by name, a dictionary for each row."""
         return {name: [json.loads(line) for line in lines] for name, lines in self._conclusions()[1]}
 
     @property
     def figures(self) -> dict[str, Figure]:
-        """The pictures of the answer by name."""
+        """The figures of the conclusions by name."""
         return {name: Figure(name, svg) for name, _, svg in self._conclusions()[2]}
 
     def report(self, path: str | os.PathLike[str] | None = None) -> Page:
-        """Return the answer as one HTML page without external files; all runs must be done.
+        """Return the report as one HTML page without external files; all runs must be done.
 
         Parameters
         ----------

@@ -38,13 +38,13 @@ class Component(om.ExplicitComponent):
 
     Notes
     -----
-    The variable that bounds a peak belongs to the optimization and not to the analysis; it is no input. A design that cannot be
+    The variable that bounds a peak belongs to the optimization and not to the analysis; it is not an input. A design that cannot be
     analysed raises ``openmdao.api.AnalysisError``, which OpenMDAO's drivers understand.
 
     Inputs and outputs have the numbers and units of the model, as ``model.variables`` and ``model.analyze()`` have them: millimetres
     for a variable with ``start = "300 mm"``. The units are not declared to OpenMDAO, since names of units differ.
 
-    The analysis has real numbers: a complex step (``method="cs"``) is a RuntimeError. The partials are exact, so that none is needed.
+    The analysis uses real numbers: a complex step (``method="cs"``) raises a RuntimeError. None is needed, as the partials are exact.
 
     Check the partials with ``check_partials(form="central", step=1e-6, step_calc="rel_avg")``: absolute steps do not suit
     variables of all sizes.
@@ -209,7 +209,7 @@ def _limits(driver: Driver, kind: str, sizes: dict[str, int]) -> tuple[dict[str,
 
 
 def _side(meta: Any, side: str, size: int) -> np.ndarray:
-    """A limit as it is declared; for OpenMDAO, None and numbers of 1e30 in size mean none."""
+    """A limit as it is declared; for OpenMDAO, None and magnitudes of 1e30 mean no limit."""
     limit = meta[side] if meta.get("equals") is None else meta["equals"]
     if limit is None:
         return np.full(size, -np.inf if side == "lower" else np.inf)
@@ -223,7 +223,7 @@ def _scaled(driver: Driver, kind: str, limits: dict[str, np.ndarray]) -> dict[st
     """Declared limits in the scaled units of the driver."""
     autoscaler = getattr(driver, "autoscaler", None)
     if autoscaler is None:
-        # Drivers without an autoscaler store limits that are scaled already, but for those that mean none.
+        # Drivers without an autoscaler store limits that are scaled already, except infinite ones, which mean no limit.
         def reversed_(name: str) -> Any:
             scaler = (driver._designvars if kind == "design_var" else driver._cons)[name].get("total_scaler")
             return 1.0 if scaler is None else np.sign(np.ravel(scaler))
@@ -247,7 +247,7 @@ class _Model:
         key, values = self._point
         if key != x.tobytes():
             driver = self.driver
-            self._point = (b"", {})  # the model is at x from now on, also if it fails there
+            self._point = (b"", {})  # the model is at x from now on, even if it fails there
             parts = {name: x[first:last] for name, first, last in zip(self.names, self.ends, self.ends[1:])}
             if hasattr(driver, "autoscaler"):
                 driver._vectors["design_var"].set_data(parts, driver_scaling=True)

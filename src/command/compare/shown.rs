@@ -22,7 +22,7 @@ impl OutputForm {
         }
     }
 
-    /// Prints a line that is no part of the JSON.
+    /// Prints a line that is not part of the JSON.
     pub fn text(self, line: &str) -> anyhow::Result<()> {
         if matches!(self, Self::Text(_)) { say(line) } else { Ok(()) }
     }

@@ -76,14 +76,14 @@ impl Record {
         format!("{:016x}", hash.value())
     }
 
-    /// Adds the record to the table, if its numbers are finite. Returns true if there was none.
+    /// Adds the record to the table, if its numbers are finite. Returns true if it is new.
     pub fn insert(&self, change: &Transaction<'_>, model: &str, program: &str, design: &[f64]) -> anyhow::Result<bool> {
         if !self.numbers.iter().all(|number| number.is_finite()) {
             return Ok(false);
         }
         let design = bytes(design);
         let (hash, content) = (self.hash(&design), bytes(&self.numbers));
-        // A damaged record has another content than its hash says, and is replaced.
+        // The content of a damaged record does not match its hash; such a record is replaced.
         let known =
             "SELECT count(*) FROM analyses WHERE (model, program, design, request, hash, numbers) = (?, ?, ?, ?, ?, ?)";
         let key = params![model, program, design, self.request, hash, content];
@@ -133,7 +133,7 @@ struct Inner {
     taken: [usize; 2],
     added: usize,
     damaged: usize,
-    /// The first error. The run does not need the database, and goes on without it.
+    /// The first error. The run does not need the database, and continues without it.
     failure: Option<anyhow::Error>,
 }
 
@@ -240,7 +240,7 @@ impl Inner {
     }
 }
 
-/// An analysis that takes what is known from a store and adds what is not.
+/// An analysis that takes known results from a store and adds new ones to it.
 struct KnownAnalyses {
     analysis: Box<dyn Analysis>,
     store: Arc<AnalysisStore>,
@@ -319,7 +319,7 @@ impl Analysis for KnownAnalyses {
         self.analysis.step_tolerance(b)
     }
 
-    /// Rows that were computed by the same method, also if others were wanted with them.
+    /// Rows that were computed by the same method, even in a request for other rows.
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         let method = self.analysis.differentiation(b.len(), wanted);
         let prefix = request("sensitivities", method, "");

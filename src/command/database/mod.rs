@@ -7,8 +7,8 @@
 //! | `records` | runs and studies that are taken from folders, and their list |
 //! | `analyses` | analyses of earlier runs, with which an optimization starts warm |
 //!
-//! Any number of processes may write: each change is one transaction, and waits for the others. Folders stay the origin of all but the
-//! analyses, so that a lost database is made again from them.
+//! Any number of processes may write: each change is one transaction, and waits for the others. Everything but the
+//! analyses is stored in folders, from which a lost database can be rebuilt.
 
 mod analyses;
 mod records;
@@ -26,7 +26,7 @@ const APPLICATION: i32 = 0x6c77_6462;
 /// Version of the tables.
 const VERSION: i32 = 1;
 /// Longest time that a change waits for other processes.
-const PATIENCE: Duration = Duration::from_secs(60);
+const BUSY_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// An open database.
 pub struct Database {
@@ -46,7 +46,7 @@ impl Database {
 
     /// Checks whose file it is, and makes the tables of an empty one.
     fn prepare(&mut self) -> anyhow::Result<()> {
-        self.connection.busy_timeout(PATIENCE)?;
+        self.connection.busy_timeout(BUSY_TIMEOUT)?;
         self.connection.pragma_update(None, "synchronous", "NORMAL")?;
         let number = |name: &str| self.connection.pragma_query_value(None, name, |row| row.get::<_, i32>(0));
         let [mut application, mut version] = [number("application_id")?, number("user_version")?];
@@ -75,7 +75,7 @@ impl Database {
         Ok(())
     }
 
-    /// Does a change completely or not at all.
+    /// Makes a change in one transaction: completely or not at all.
     fn change<T>(&mut self, work: impl FnOnce(&Transaction<'_>) -> anyhow::Result<T>) -> anyhow::Result<T> {
         let path = &self.path;
         let explain = |why: rusqlite::Error| explained(path, &why);
@@ -86,7 +86,7 @@ impl Database {
     }
 }
 
-/// An error of SQLite with the file and what to do.
+/// An error of SQLite with the name of the file and the remedy.
 fn explained(path: &Path, why: &rusqlite::Error) -> anyhow::Error {
     let shown = path.display();
     let code = why.sqlite_error_code();

@@ -107,7 +107,7 @@ struct HistoryGradients {
 impl AnalysedModel {
     /// A model without an analysis. If its problem cannot be built, each analysis returns that error.
     pub fn new(model: Model, budget: Budget) -> Self {
-        // Other designs can be analysed if the start cannot.
+        // If the start cannot be analysed, other designs may be.
         let problem = model.is_problem().then(|| model.problem().or_else(|_| model.unscaled_problem()));
         Self { model, problem, last: None, budget }
     }
@@ -456,7 +456,7 @@ mod tests {
         }
     }
 
-    /// The derivatives include those of the smallest margins, and of the peak, also where the histories are thinned.
+    /// The derivatives include those of the smallest margins, and of the peak, even where the histories are thinned.
     #[test]
     fn thinned_histories_keep_the_points_of_the_margins() {
         for (name, from, to) in [

@@ -2,7 +2,7 @@
 //!
 //! The run is stored as `linkwright optimize` stores it, after each trial step, so that `resume`, `report` and `runs` can use it. A
 //! trial step that is taken back, and a decision by hand, are recorded like edits of the model. The folder is claimed while the run goes
-//! on; while it rests, other processes can continue it, and the run is then read again before the next action.
+//! on; while it is paused, other processes can continue it, and the run is then read again before the next action.
 
 use super::super::budget::Budget;
 use super::super::model::{located, with_program};
@@ -51,7 +51,7 @@ pub enum RunRequest {
     Accept,
     /// Refuses the proposal that the method has accepted, and halves the move limits.
     Refuse,
-    /// Gives a setting of the model another value: a bound, a key of the method, or a limit, with which a new run goes on.
+    /// Gives a setting of the model another value: a bound, a key of the method, or a limit, with which a new run continues.
     Set {
         key: String,
         value: String,
@@ -71,7 +71,7 @@ impl RunRequest {
     }
 }
 
-/// True for the key of a constraint, with which a new run goes on.
+/// True for the key of a constraint; a change of it begins a new run.
 fn is_of_limit(key: &str) -> bool {
     key.starts_with("constraint.")
 }
@@ -244,7 +244,7 @@ impl SteeredRun {
         Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None, budget })
     }
 
-    /// Acts until the page closes the run or begins another one.
+    /// Executes requests until the page closes the run or begins another one.
     fn serve(mut self, actions: &Receiver<RunRequest>, publish: &dyn Fn(Value, &str)) {
         loop {
             if !self.is_running {
@@ -318,7 +318,7 @@ impl SteeredRun {
     fn step(&mut self) -> anyhow::Result<()> {
         ensure!(
             self.state.status == Status::Running,
-            "the run has ended; change a setting or take a step back to go on"
+            "the run has ended; change a setting or take a step back to continue"
         );
         let mut before = self.state.clone();
         self.state = self.model.method().step(&self.problem, before.clone())?;

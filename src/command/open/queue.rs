@@ -18,7 +18,7 @@ const PAGES: usize = 16;
 pub enum Reply {
     /// The record of the analysis as a line of JSON.
     Line(String),
-    /// A newer request, or a new model, has taken its place.
+    /// A newer request, or a new model, has replaced it.
     Outdated,
     /// Too many pages wait.
     Busy,
@@ -26,7 +26,7 @@ pub enum Reply {
     Failed(String),
 }
 
-/// The queue with the thread that hands its requests to the worker.
+/// The queue with the thread that sends its requests to the worker.
 pub struct Queue {
     shared: Arc<(Mutex<Waiting>, Condvar)>,
 }
@@ -181,7 +181,7 @@ impl Drop for Worker {
     }
 }
 
-/// Hands requests to the worker, one at a time in their order, until the queue is dropped.
+/// Sends requests to the worker, one at a time in their order, until the queue is dropped.
 fn serve((waiting, news): &(Mutex<Waiting>, Condvar), program: &Path, arguments: &[String]) {
     let mut worker: Option<Worker> = None;
     loop {

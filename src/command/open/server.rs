@@ -184,7 +184,7 @@ async fn get(shared: &Arc<Shared>, route: &str, query: &str) -> Response {
         "news" => {
             let known = query.strip_prefix("after=").and_then(|number| number.parse::<u64>().ok());
             let mut news = session.news();
-            // The end of the wait is no error: the page asks again.
+            // The end of the wait is not an error: the page asks again.
             drop(timeout(NEWS, news.wait_for(|number| Some(*number) != known)).await);
             let number = *news.borrow();
             json_text(json!({ "number": number }).to_string())

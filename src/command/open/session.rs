@@ -194,7 +194,7 @@ impl Session {
         written.with_context(|| format!("cannot write {}", self.unsaved()))
     }
 
-    /// Name of the file with text that is not saved.
+    /// Name of the file with the unsaved text.
     fn unsaved(&self) -> String {
         format!("{}.unsaved", self.name)
     }
@@ -265,7 +265,7 @@ impl Session {
         Ok(())
     }
 
-    /// Writes the text to the file, also with errors. A file that has changed since is replaced only if `over` is the hash of what was
+    /// Writes the text to the file, even with errors. A file that has changed since is replaced only if `over` is the hash of what was
     /// found on disk; one that is gone is written again.
     pub fn save(&self, over: Option<&str>) -> anyhow::Result<Saved> {
         let mut project = self.project();
@@ -402,7 +402,7 @@ fn diagnostics(report: &DiagnosticReport) -> Vec<Value> {
         (before.matches('\n').count() + 1, line.encode_utf16().count(), before.encode_utf16().count())
     };
     let one = |d: &linkwright::model_file::Diagnostic| {
-        // A page has the own text of the model only: there, the name of an attached file stands for it.
+        // A page has only the text of the model itself: there, an attached file is represented by its name.
         let attached = report.attached_place(d);
         let named = attached.and_then(|(name, _)| Some((report.text.find(&format!("{name:?}"))?, name.len() + 2)));
         let span = named.map_or(d.span.clone(), |(start, length)| start..start + length);

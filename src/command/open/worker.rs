@@ -1,5 +1,5 @@
 //! The process that analyses designs. Standard input: the model as a line of JSON, then a request in each line; standard output: an
-//! answer in each line. The process ends with its standard input, also in the middle of an analysis.
+//! answer in each line. The process ends with its standard input, even in the middle of an analysis.
 
 use super::super::budget::Budget;
 use super::super::model::with_program;

@@ -55,7 +55,7 @@ struct EditLine<'e> {
 }
 
 impl RunHistory {
-    /// Reads the history of a folder: the part of a state with the lines after it that are no cycles, or all of it.
+    /// Reads the history of a folder: the part of a state with the lines after it that are not cycles, or all of it.
     pub fn read(directory: &Directory, wanted: Option<&Prefix>) -> anyhow::Result<Self> {
         let place = directory.path().join(HISTORY);
         let read = Self::first(directory, wanted.map_or(usize::MAX, |wanted| wanted.cycles))?;
@@ -74,7 +74,7 @@ impl RunHistory {
         Ok(read)
     }
 
-    /// Reads the first cycles of the history of a folder, with the lines after them that are no cycles.
+    /// Reads the first cycles of the history of a folder, with the lines after them that are not cycles.
     pub fn first(directory: &Directory, most: usize) -> anyhow::Result<Self> {
         let place = directory.path().join(HISTORY);
         let mut read = Self::default();
@@ -129,7 +129,7 @@ fn complete_line(reader: &mut impl BufRead, place: &Path) -> anyhow::Result<Opti
         let part = &part[..end.map_or(part.len(), |end| end + 1)];
         line.extend_from_slice(part);
         let count = part.len();
-        // JSON has no control characters. A file with a hole is not read to its end.
+        // JSON has no control characters. Reading stops at the first of them, as in a sparse file.
         let is_text = part[..count - usize::from(end.is_some())].iter().all(|byte| *byte >= b' ');
         anyhow::ensure!(
             is_text && line.len() <= LINE,
@@ -215,7 +215,7 @@ impl HistoryFile {
     }
 }
 
-/// Adds to an error the file and what to do.
+/// Adds the name of the file and the remedy to an error.
 pub fn explained<T>(place: &Path, done: std::io::Result<T>) -> anyhow::Result<T> {
     done.with_context(|| {
         let folder: PathBuf = place.parent().unwrap_or(place).to_owned();

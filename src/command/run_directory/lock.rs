@@ -21,7 +21,7 @@ impl fmt::Display for Occupied {
 
 impl std::error::Error for Occupied {}
 
-/// The lock of a folder. The system releases it when the process ends, also by a kill.
+/// The lock of a folder. The system releases it when the process ends, even by a kill.
 pub struct FolderLock {
     /// `None` if the file system has no locks.
     _file: Option<File>,
@@ -53,7 +53,7 @@ impl FolderLock {
         Err(Occupied(why).into())
     }
 
-    /// Gives a folder back that is not used; leaves no file that did not exist before.
+    /// Releases a folder that is not used, and removes the lock file if it is new.
     pub fn withdraw(self, directory: &Directory) {
         if self.is_new {
             drop(directory.remove(LOCK));

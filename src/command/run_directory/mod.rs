@@ -105,11 +105,11 @@ pub struct LastState {
 }
 
 impl RunDirectory {
-    /// Claims a folder for a new run. The claim comes first, then the look: a folder in which a process runs, one with a run, and one
+    /// Claims a folder for a new run, and then inspects it: a folder in which a process runs, one with a run, and one
     /// with other people's files are rejected. With `force`, an earlier run is replaced when the new one begins, and other files stay.
     pub fn reserve(directory: Directory, force: bool) -> anyhow::Result<Reserved> {
         let claim = FolderLock::of(&directory)?;
-        match look(&directory, force) {
+        match inspected(&directory, force) {
             Ok(folder) => Ok(Reserved { folder, claim }),
             Err(error) => {
                 claim.withdraw(&directory);
@@ -214,7 +214,7 @@ impl RunDirectory {
         let previous = || self.stored(PREVIOUS, model, problem);
         match self.stored(STATE, model, problem) {
             Ok(Some(last)) => Ok(Some(last)),
-            // A kill between the two renamings of a save; a reader at that moment finds the state when it looks again.
+            // The process was killed between the two renamings of a save, or is between them now; then the state is there when it is read again.
             Ok(None) => match previous()? {
                 Some(last) => Ok(Some(self.stored(STATE, model, problem)?.unwrap_or(last))),
                 None => self.no_state().map(|()| None),
@@ -237,7 +237,7 @@ impl RunDirectory {
         }
     }
 
-    /// Rejects a history without a state. That of the start design may have been killed before its state was written.
+    /// Rejects a history without a state, except that of the start design: a kill may have come before its state was written.
     fn no_state(&self) -> anyhow::Result<()> {
         let history = RunHistory::read(self.folder.directory(), None)?;
         anyhow::ensure!(
@@ -521,8 +521,8 @@ fn remove_temporary(directory: &Directory) -> anyhow::Result<()> {
     explained(&directory.path().join(MANIFEST), directory.remove_temporary(&names))
 }
 
-/// Looks into a claimed folder in which a run is to begin, without a change in it.
-fn look(directory: &Directory, force: bool) -> anyhow::Result<OutputFolder> {
+/// Inspects a claimed folder in which a run is to begin, without changing it.
+fn inspected(directory: &Directory, force: bool) -> anyhow::Result<OutputFolder> {
     let shown = directory.path().display();
     remove_temporary(directory)?;
     let names = directory.names().with_context(|| format!("cannot read {shown}"))?;

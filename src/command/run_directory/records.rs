@@ -89,7 +89,7 @@ pub struct SettingChange {
 }
 
 impl SettingChange {
-    /// Returns `true` for title, method, and bounds of a design variable: a run goes on with other values of these.
+    /// Returns `true` for title, method, and bounds of a design variable: a run can continue with other values of these.
     pub fn may_be_edited(&self) -> bool {
         let is_bound = |key: &str| matches!(key.rsplit_once('.'), Some((_, "lower" | "upper")));
         self.key == "title"
@@ -317,7 +317,7 @@ impl Summary {
         });
         let is_peak = |k: usize| problem.objective.peak().is_some_and(|peak| peak.variable == k);
         let at_bounds = state.design.iter().enumerate().filter_map(|(k, &value)| {
-            // The variable that bounds a peak is no choice of the user.
+            // The variable that bounds a peak is not chosen by the user.
             let bound = outcome::at_bound(problem, k, value).filter(|_| !is_peak(k))?;
             Some(format!("{} is {bound}", problem.variables[k].name))
         });

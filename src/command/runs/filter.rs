@@ -38,7 +38,7 @@ const FUNCTIONS: [&str; 14] = [
     "upper",
 ];
 
-/// Most columns of a table.
+/// Largest number of design variables with a column of their own.
 const WIDEST: usize = 1900;
 
 /// The runs for which an expression is true.
@@ -62,7 +62,7 @@ pub fn filtered(runs: Vec<RunEntry>, expression: &str) -> anyhow::Result<Vec<Run
     Ok(runs.into_iter().enumerate().filter(|(k, _)| wanted.contains(k)).map(|(_, run)| run).collect())
 }
 
-/// Names of all design variables that no other column has; names of SQL columns have no upper and lower case.
+/// Names of all design variables that are not names of other columns; SQL ignores upper and lower case in names.
 fn design_variables(runs: &[RunEntry]) -> Vec<String> {
     let mut taken: BTreeSet<String> = COLUMNS.iter().map(|name| (*name).to_owned()).collect();
     let all = runs.iter().filter_map(|run| run.result.as_ref()).flat_map(|result| &result.design);
@@ -89,12 +89,12 @@ fn selected(runs: &[RunEntry], names: &[String], expression: &str) -> anyhow::Re
         }
     }
     change.commit()?;
-    // "text" is the name of a column, as the standard has it, and no text.
+    // As in the standard, double quotes enclose the name of a column, not a text.
     connection.set_db_config(DbConfig::SQLITE_DBCONFIG_DQS_DML, false)?;
     let selects = AtomicUsize::new(0);
     connection.authorizer(Some(move |context: AuthContext<'_>| {
         let is_allowed = match context.action {
-            // The one around the expression: an expression has no query of its own.
+            // The query around the expression: the expression itself must not contain a query.
             AuthAction::Select => selects.fetch_add(1, Ordering::Relaxed) == 0,
             AuthAction::Read { table_name, .. } => table_name == "list",
             AuthAction::Function { function_name } => {
@@ -104,7 +104,7 @@ fn selected(runs: &[RunEntry], names: &[String], expression: &str) -> anyhow::Re
         };
         if is_allowed { Authorization::Allow } else { Authorization::Deny }
     }))?;
-    // An end of line ends a comment at the end of the expression.
+    // The newline terminates a comment at the end of the expression.
     let mut select = connection.prepare(&format!("SELECT number FROM list WHERE ({expression}\n)"))?;
     if select.parameter_count() > 0 {
         bail!("it has a parameter without a value");

@@ -179,12 +179,13 @@ pub fn stored_study(folder: &Directory) -> anyhow::Result<(studies::Study, Rows)
 /// The name of the folder of a study file.
 fn stem(file: &Path) -> anyhow::Result<String> {
     let name = file.file_stem().and_then(|name| name.to_str()).filter(|name| !name.starts_with('.'));
-    let name = name
-        .with_context(|| format!("the name of {} is not one for a folder; give a folder with --out", file.display()));
+    let name = name.with_context(|| {
+        format!("the name of {} cannot be that of a folder; give a folder with --out", file.display())
+    });
     name.map(str::to_owned)
 }
 
-/// Largest number of a folder.
+/// Largest number at the end of the name of a folder.
 const NUMBERED: usize = 9999;
 
 /// The given folder, or the first of NAME, NAME-2, … that is empty or has this study.
@@ -227,7 +228,7 @@ impl Merge {
         let mut rows = study.no_rows();
         for part in &parts {
             rows.join(read_rows(part, &study)?)
-                .with_context(|| format!("{} does not fit to the parts before it", part.path().display()))?;
+                .with_context(|| format!("{} does not fit the parts before it", part.path().display()))?;
         }
         let name = stem(Path::new(&record.file))?;
         let (mut folder, known) =

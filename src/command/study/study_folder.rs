@@ -1,6 +1,6 @@
 //! The folder of a study. `docs/studies.md` has the files.
 //!
-//! Rows are appended to `rows.jsonl` as runs end, each in one piece. When a study ends, the file is replaced by one with the rows in their
+//! Rows are appended to `rows.jsonl` as runs end, each with a single write. When a study ends, the file is replaced by one with the rows in their
 //! order, so that its bytes do not depend on the number of threads and on interruptions.
 
 use crate::command::output::now;
@@ -218,7 +218,7 @@ impl StudyFolder {
         Ok((folder, None))
     }
 
-    /// Cuts what a kill left at the end of the row file, and writes the header of a new one.
+    /// Removes an incomplete line that a kill left at the end of the row file; writes the header of a new file.
     fn restore(&mut self, stored: Option<StoredFile>) -> anyhow::Result<Rows> {
         let place = self.folder.place(ROWS);
         match stored {
@@ -349,7 +349,7 @@ fn differences(directory: &Directory, study: &Study) -> anyhow::Result<String> {
     Ok(all.join("; "))
 }
 
-/// Adds to an error the file and what to do.
+/// Adds the name of the file and the remedy to an error.
 fn explained<T>(place: &std::path::Path, done: io::Result<T>) -> anyhow::Result<T> {
     done.with_context(|| {
         format!("cannot write {}; finished runs are kept: free disk space, or make the folder writable, then give the same command again", place.display())

@@ -1,4 +1,4 @@
-//! The quantity over which histories are: the time, or that of a sweep.
+//! The independent variable of histories: the time, or the quantity of a sweep.
 
 use super::known::KnownDimension;
 use crate::model_file::unit::Unit;

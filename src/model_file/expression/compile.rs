@@ -244,7 +244,7 @@ impl Code<'_> {
         let unknown = Diagnostic::unknown(span.clone(), "name", name, known.chain(more.iter().map(String::as_str)));
         // As in `2/s`, which divides by the name `s`.
         match Unit::parse(name) {
-            // Another name of one letter is no likely meaning.
+            // A similar name is not suggested for a name of one letter.
             Some(_) if unknown.help.is_none() || name.chars().count() == 1 => {
                 unknown.help(format!("a unit stands behind its number, as in `2 {name}` or `2 1/{name}`"))
             }
@@ -329,7 +329,7 @@ impl Code<'_> {
         }
     }
 
-    /// A choice between two operands; only the chosen one if the condition is constant.
+    /// A choice between two operands; if the condition is constant, only the chosen one is compiled.
     fn choice(
         &mut self,
         with_equal: bool,
@@ -354,7 +354,7 @@ impl Code<'_> {
             let place = span.start..span.start + name.len();
             let known = FUNCTIONS.iter().map(|f| f.0).chain(REDUCTIONS.iter().map(|r| r.0)).chain(["if"]);
             let known = known.chain(self.names.tables.keys().map(String::as_str));
-            // An expression with escapes has no exact place.
+            // The exact place in an expression with escapes is unknown.
             let place = if place.end <= span.end { place } else { span.clone() };
             return Err(Diagnostic::unknown(place, "function", name, known));
         };
@@ -391,9 +391,9 @@ impl Code<'_> {
     }
 }
 
-/// A reduction of a history where no history can be.
+/// The error about a reduction of a history where none is allowed.
 fn misplaced(span: &Range<usize>) -> Diagnostic {
-    let message = "a reduction of a history can stand in `minimize`, `maximize` and the `value` of a constraint only";
+    let message = "a reduction of a history can be used in `minimize`, `maximize` and the `value` of a constraint only";
     Diagnostic::new(span.clone(), message)
         .help("write it there, not in another reduction, an output or a named expression")
 }

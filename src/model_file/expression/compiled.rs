@@ -96,14 +96,14 @@ pub enum DesignDependence {
     Constant,
     /// In steps: the derivative is zero where there is one.
     Steps,
-    /// With a derivative that need not be zero.
+    /// With a derivative that is not zero in general.
     Slopes,
 }
 
-/// Largest height of a stack without heap allocation.
+/// Stack height up to which no heap allocation is needed.
 const LOW: usize = 16;
 
-/// Second difference of an argument, as a fraction of the first one, that is rounding.
+/// Second difference of an argument, relative to the first one, below which the argument counts as linear.
 const LINEAR: f64 = 1e-9;
 
 impl CompiledExpression {
@@ -191,7 +191,7 @@ impl CompiledExpression {
         zero.iter().zip(&one).zip(&two).filter_map(root).collect()
     }
 
-    /// The arguments of functions with kinks, less the places of these.
+    /// The arguments of functions with kinks, minus the positions of the kinks.
     fn distances_to_kinks(&self, inputs: &Inputs<f64>) -> Vec<f64> {
         let mut distances = vec![];
         self.run_observed(inputs, &mut vec![0.0; self.height], |operation, operands| match (operation, operands) {
@@ -248,7 +248,7 @@ impl CompiledExpression {
         stack.pop().unwrap_or(DesignDependence::Constant)
     }
 
-    /// Returns `true` if the value surely jumps during a motion, at a place that depends on the design or on other names: by `sign`, or by a
+    /// Returns `true` if the value is certain to jump during a motion, at a time that depends on the design or on other names: by `sign`, or by a
     /// condition between values that do not move. Where a factor may vanish at the jump, the answer is `false`.
     pub fn has_moving_jump(&self) -> bool {
         let mut stack: Vec<Dependence> = vec![];
@@ -287,7 +287,7 @@ impl CompiledExpression {
         }
     }
 
-    /// Returns `true` if the expression is just other name number `i`.
+    /// Returns `true` if the expression is nothing but other name number `i`.
     pub fn is_other(&self, i: usize) -> bool {
         self.operations == [Other(i)]
     }

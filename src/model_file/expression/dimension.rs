@@ -1,7 +1,8 @@
 //! Dimensions of expressions: a check of units before anything is compiled.
 //!
-//! A plain number may stand for a value of any unit, so nothing is known about it, and about products with it. What is known is firm where a
-//! unit is written in the file, and loose where it follows from a measure or the time: loose ones never contradict each other.
+//! A plain number may stand for a value of any unit, so its dimension is unknown, and so is that of products with it. A known dimension is
+//! firm if it comes from a unit in the file, and loose if it comes from a measure or the time; two loose dimensions never contradict each
+//! other.
 
 use super::known::KnownDimension;
 use super::names::Meaning;
@@ -44,7 +45,7 @@ impl Names {
         let error = Diagnostic::new(tree.span.clone(), message)
             .label(format!("expected {}", wanted.trim_start_matches("a value in ")));
         let usual: Vec<&str> = units.iter().flat_map(|unit| Unit::symbols(unit.dimension)).collect();
-        // Alike up to cycles and angles, but not the same.
+        // Equal up to cycles and angles, but not the same.
         let like = units.iter().find(|unit| unit.dimension.is_like(found.dimension));
         Err(match usual[..] {
             _ if like.is_some() => error.help(CYCLES),
@@ -70,7 +71,7 @@ fn uses_time(tree: &ExpressionTree) -> bool {
     is_used
 }
 
-/// The dimension in words; a unit that has a name of its own is no help.
+/// The dimension in words. For a literal with a unit, a dimension without a name is given in base units.
 fn of_kind(dimension: Dimension, literal: Option<&Unit>) -> String {
     match (dimension.to_string(), literal) {
         (words, Some(_)) if words.starts_with("a value in") => format!("one in {}", dimension.base_units()),
@@ -186,7 +187,7 @@ impl Inference<'_> {
     }
 }
 
-/// That of a sum, a difference, or the larger of two.
+/// The dimension of a sum, a difference, or the larger of two.
 fn same(left: Option<KnownDimension>, right: Option<KnownDimension>, at: &ExpressionTree) -> Inferred {
     match (left, right) {
         (Some(left), Some(right)) if left.contradicts(right) => {

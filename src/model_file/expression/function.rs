@@ -120,8 +120,8 @@ impl MathFunction {
             // 0^y has the derivative zero with respect to a positive y, too; exp(y ln x) has none.
             Pow if x.re() == 0.0 && y.re() > 1.0 => kinked(power(x, y.re()), y),
             Pow => x.powd(y),
-            // The derivative at the tip of the cone is that in the mean of all directions, so that products with zero, such as a
-            // quadratic drag at rest, have theirs.
+            // The gradient at the tip of the cone is its mean over all directions, which is zero, so that products with zero,
+            // such as a quadratic drag at rest, have their derivative.
             Hypot if x.re() == 0.0 && y.re() == 0.0 => kinked(S::from(0.0), x + y),
             Hypot => (x * x + y * y).sqrt(),
             _ => self.of(x),
@@ -144,7 +144,7 @@ pub(super) fn power<S: Scalar>(x: S, p: f64) -> S {
     kinked(second, x)
 }
 
-/// The angle atan2(y, x): that of the values, and the arc tangent of the angle from there, which is small.
+/// The angle atan2(y, x), as the angle of the real parts plus the arc tangent of the small angle from there.
 fn angle<S: Scalar>(y: S, x: S) -> S {
     let (y0, x0) = (y.re(), x.re());
     if x0 == 0.0 && y0 == 0.0 {

@@ -12,17 +12,17 @@ pub struct KnownDimension {
 }
 
 impl KnownDimension {
-    /// That of a unit in the file.
+    /// The dimension of a unit in the file.
     pub fn firm(dimension: Dimension) -> Option<Self> {
         Some(Self { dimension, is_firm: true })
     }
 
-    /// That of a measure or of the time.
+    /// The dimension of a measure or of the time.
     pub fn loose(dimension: Dimension) -> Option<Self> {
         Some(Self { dimension, is_firm: false })
     }
 
-    /// Returns `true` for a number that no unit in the file makes one.
+    /// Returns `true` for a loose dimension of a number: no unit in the file says that it is a number.
     pub fn is_plain_number(self) -> bool {
         !self.is_firm && self.dimension == Dimension::NUMBER
     }

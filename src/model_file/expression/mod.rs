@@ -9,7 +9,7 @@
 //! | `parse` | tokens and precedence: `^` is right-associative and binds tighter than a sign, `-2^2` is −4 |
 //! | `names` | definitions of names: design variables, constants, other expressions |
 //! | `known` | the dimension of a name or an expression, as far as it is known |
-//! | `dimension` | dimensions of expressions: `120 mm` is no angle |
+//! | `dimension` | dimensions of expressions: `120 mm` is not an angle |
 //! | `compiled` | a compiled expression: operations on a stack, over any scalar |
 //! | `compile` | from a tree to operations: constants are folded, named expressions are evaluated once |
 //!

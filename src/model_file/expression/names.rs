@@ -35,7 +35,7 @@ pub struct Names {
     pub(super) tables: HashMap<String, Arc<TableFunction>>,
     /// Dimensions of constants.
     pub(super) dimensions: HashMap<String, KnownDimension>,
-    /// The quantity over which histories are.
+    /// The independent variable of histories.
     pub(super) axis: Axis,
     /// Operations of all expressions compiled so far.
     pub(super) compiled: Cell<usize>,
@@ -80,12 +80,12 @@ impl Names {
         self.units.get(design)
     }
 
-    /// Sets the quantity over which histories are.
+    /// Sets the independent variable of histories.
     pub fn set_axis(&mut self, axis: Axis) {
         self.axis = axis;
     }
 
-    /// The quantity over which histories are.
+    /// The independent variable of histories.
     pub fn axis(&self) -> &Axis {
         &self.axis
     }
@@ -132,7 +132,7 @@ impl Names {
     /// Checks that a name can be defined.
     ///
     /// # Errors
-    /// If it is no valid name, is reserved, or is already defined.
+    /// If it is not a valid name, is reserved, or is already defined.
     pub fn check(&self, name: &str, span: Range<usize>) -> Result<(), Diagnostic> {
         check_name(name, span.clone())?;
         let is_axis = self.axis.sweep() == Some(name);

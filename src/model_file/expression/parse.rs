@@ -89,7 +89,7 @@ impl<'t> Parser<'t> {
 
     fn next(&mut self) -> &'t Token {
         let token = self.peek();
-        // The last token is the end, which is never passed.
+        // The last token is the end; the position never goes beyond it.
         self.at = (self.at + 1).min(self.tokens.len() - 1);
         token
     }
@@ -247,7 +247,7 @@ fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
         Piece::Number(value, _) => format!("the number {}", Readable(*value)),
         Piece::Name(name) => format!("the name `{name}`"),
         Piece::Sign(sign) => format!("`{sign}`"),
-        Piece::Compare(..) => "a comparison, which stands in `if(a > b, x, y)` and in `when` only".to_owned(),
+        Piece::Compare(..) => "a comparison, which can be used in `if(a > b, x, y)` and in `when` only".to_owned(),
         Piece::End => "the end of the expression".to_owned(),
     };
     Diagnostic::new(token.span.clone(), format!("expected {wanted}, got {got}")).label(format!("expected {wanted}"))
@@ -258,7 +258,7 @@ fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
 pub enum TextPlace {
     /// The characters of the text, from this byte on.
     From(usize),
-    /// Somewhere within these bytes, because the file has escapes instead of the characters.
+    /// Somewhere within these bytes, because the text in the file has escapes.
     Within(Range<usize>),
 }
 

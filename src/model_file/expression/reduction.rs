@@ -65,7 +65,7 @@ impl Reduction {
         !matches!(self, Integral | TimeOfMax | TimeOfMin | TimeOfPeak | Crossing)
     }
 
-    /// Returns `true` for sums over time, in which a jump of the history counts by its time.
+    /// Returns `true` for integrals over time, whose derivative depends on the time of a jump of the history.
     pub fn is_integral(self) -> bool {
         matches!(self, Mean | Rms | Integral | Norm)
     }
@@ -87,7 +87,7 @@ impl Reduction {
         REDUCTIONS.iter().find(|(_, reduction, ..)| *reduction == self).map_or("", |(name, ..)| name)
     }
 
-    /// Reduces the values at the given times; `number` is the second argument. NaN where there is nothing, such as no crossing.
+    /// Reduces the values at the given times; `number` is the second argument. NaN where the value does not exist, such as without a crossing.
     pub fn over<S: Scalar>(self, values: &[S], times: &[f64], number: f64) -> S {
         let last = values.len() - 1;
         match self {

@@ -3,7 +3,7 @@
 use autodiff::Scalar;
 use mechanics::motion::{Motion, TabulatedMotion};
 
-/// A function through points: straight lines, or a natural cubic spline. It continues straight beyond both ends.
+/// A function through points: piecewise linear, or a natural cubic spline. It is extrapolated linearly beyond both ends.
 #[derive(Clone, Debug)]
 pub struct TableFunction {
     x: Vec<f64>,
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
     use autodiff::PolynomialDegree;
 
-    /// A problem with a table is none of a lower degree, although each piece is a polynomial: also beyond the ends, where it is straight.
+    /// A table is not treated as a polynomial, although each of its pieces is one, even beyond the ends, where it is straight.
     #[test]
     fn tables_are_no_polynomials() {
         for is_cubic in [false, true] {

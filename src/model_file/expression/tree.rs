@@ -96,7 +96,7 @@ impl ExpressionTree {
         }
     }
 
-    /// The value `si` of the expression as a number of a unit: exactly as written, if it is written so.
+    /// The value `si` of the expression as a number of a unit: exactly the written number, if it is written in that unit.
     pub fn number_of(&self, unit: &Unit, si: f64) -> f64 {
         match self.quantity() {
             Some((number, own)) if own == unit => number,
@@ -119,7 +119,7 @@ impl ExpressionTree {
         has_name || !self.units().is_empty()
     }
 
-    /// The expression as a number of this unit: divided by one of it.
+    /// The expression as a number of this unit: divided by the unit.
     #[must_use]
     pub fn per(self, unit: &Unit) -> Self {
         let span = self.span.clone();

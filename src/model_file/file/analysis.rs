@@ -34,8 +34,8 @@ pub const KEYS: &[Key] = &[
             "noise-aware",
         ]),
         "automatic",
-        "automatic chooses between direct and adjoint, which are exact, and for a program takes forward differences; program: \
-         those that the program answers; the last four are finite differences of whole analyses",
+        "automatic chooses between direct and adjoint, which are exact, and for a program uses forward differences; program: \
+         those in the answers of the program; the last four are finite differences of whole analyses",
     ),
     optional(
         "difference",
@@ -73,7 +73,7 @@ const DYNAMICS: &[Key] = &[
         Accepts::Choice(&["automatic", "absolute", "relative"]),
         "automatic",
         "unknowns of rk5 and rk8: position and rotation of every body, or joint angles and displacements of open chains and trees; \
-         automatic takes these where they are possible",
+         automatic uses these where they are possible",
     ),
     default(
         "spectral_radius",
@@ -118,7 +118,7 @@ pub const TABLES: &[TableKeys] = &[
 /// Method of the derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DerivativeSetting {
-    /// The choice of the analysis.
+    /// The analysis chooses the method.
     Automatic,
     /// A method of the analysis, with the step of its differences.
     By(&'static str, Option<f64>),
@@ -447,7 +447,7 @@ impl DerivativeSetting {
         let variables = parts.variables().to_vec();
         match self {
             Self::Automatic => parts.build(analysis),
-            // A reverse pass for each time point of a history would be many; one suffices for its integral or mean.
+            // A history needs a reverse pass for each time point; its integral or mean needs only one.
             Self::By(method @ "adjoint", step) => {
                 Ok(parts.build(Differentiated::by(analysis, method, step)?)?.with_reduced_histories())
             }

@@ -1,4 +1,4 @@
-//! `[time]` and `[sweep]`: the points of all histories, over time or over another quantity, such as a travel.
+//! `[time]` and `[sweep]`: the points at which all histories are computed, over time or over another quantity, such as a travel.
 
 use super::key::{Accepts, Key, TableKeys, default, optional, required};
 use super::label::{self, Labels};
@@ -40,7 +40,7 @@ pub const TABLES: &[TableKeys] = &[
     },
 ];
 
-/// Reads the name and the dimension of the quantity over which histories are.
+/// Reads the name and the dimension of the independent variable of histories.
 pub fn read_name(file: &Section<'_>, names: &Names) -> Read<Axis> {
     let Some(section) = file.inner("sweep", &[SWEEP])? else { return Ok(Axis::default()) };
     if file.has("time") {

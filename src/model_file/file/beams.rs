@@ -15,7 +15,7 @@ const COMMON: &[Key] = &[
     default("kind", Accepts::Choice(&["circular", "rectangular", "section"]), "circular", "cross-section"),
     required("from", Accepts::Pair, "first end [x, y] of the unloaded beam in m").of("m"),
     required("to", Accepts::Pair, "last end [x, y] of the unloaded beam in m").of("m"),
-    default("rise", Accepts::Expression, "0", "height of the unloaded beam, an arc, above the middle between its ends, positive to the left of the way from the first end to the last one, m").of("m"),
+    default("rise", Accepts::Expression, "0", "height of the unloaded beam, an arc, above the middle between its ends, positive to the left of the direction from the first end to the last one, m").of("m"),
     default("tension", Accepts::Expression, "0", "normal force at the unloaded length, a prestress, N").of("N"),
     optional("start", Accepts::Name, "body or node whose x and y the first end shares: a pin"),
     optional("end", Accepts::Name, "body or node whose x and y the last end shares: a pin"),
@@ -107,7 +107,7 @@ pub struct BeamSpec {
     kind: CrossSection,
     from: [CompiledExpression; 2],
     to: [CompiledExpression; 2],
-    /// Rise of the unloaded arc, and prestress.
+    /// Rise of the unloaded arc, and initial normal force.
     own: [CompiledExpression; 2],
     pub ends: [Option<FrameRef>; 2],
     pub elements: usize,
@@ -117,9 +117,9 @@ pub struct BeamSpec {
     /// Young's modulus, Poisson's ratio and density.
     material: Vec<CompiledExpression>,
     inertia: Option<CompiledExpression>,
-    /// Initial velocities of both ends; `None` if they are free.
+    /// Initial velocities of both ends; `None` if they follow from the joints.
     velocity: Option<[[CompiledExpression; 2]; 2]>,
-    /// Initial angular velocity of all nodes; `None` if it is free.
+    /// Initial angular velocity of all nodes; `None` if it follows from the joints.
     spin: Option<CompiledExpression>,
     /// Distributed loads with their directions in rad.
     loads: Vec<(f64, TimeFunction)>,

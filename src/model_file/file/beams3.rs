@@ -113,7 +113,7 @@ fn beam(shape: &[Key], section: &Section<'_>, names: &Names, parts: &Parts) -> R
     })
 }
 
-/// Distance in m, as a fraction of 1 m and the coordinate, below which a reference point is at the end of a beam.
+/// Relative distance below which a reference point is at the end of a beam; for coordinates below 1 m it is in m.
 const AT_END: f64 = 1e-9;
 
 /// Sine of the angle between a beam and z of the world below which the beam counts as vertical.
@@ -132,7 +132,7 @@ impl BeamSpec3 {
         let world = Pose3::at([S::from(0.0); 3]);
         let [from, to] = self.ends.each_ref().map(|end| context.place(&world, end, b));
         let bodies = self.fixed_to.map(|end| end.map(|frame| context.frame3(frame)));
-        // A body whose reference point is elsewhere is joined to a node of the beam, so that the names of the nodes are those of its ends.
+        // A body whose reference point is elsewhere is fixed to a separate node at the end of the beam.
         let is_at = |body: &Body3, end: [S; 3]| {
             let reference = context.mechanism.pose3(*body).position;
             (0..3).all(|c| (reference[c].re() - end[c].re()).abs() <= AT_END * (1.0 + end[c].re().abs()))

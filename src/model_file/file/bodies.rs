@@ -82,7 +82,7 @@ pub struct BodySpec {
     inertia: [CompiledExpression; 2],
     /// x, y, angle.
     position: [CompiledExpression; 3],
-    /// vx, vy, spin; `None` if they are free.
+    /// vx, vy, spin; `None` if they follow from the joints.
     velocity: [Option<CompiledExpression>; 3],
 }
 
@@ -158,7 +158,7 @@ impl BodySpec {
         context.bodies.push(body);
     }
 
-    /// Gives the initial velocities of the body's own coordinates.
+    /// Sets the initial velocities of the body's own coordinates.
     fn set_velocity<S: Scalar>(&self, context: &mut BuildContext<S>, body: Body, velocity: [Option<S>; 3]) {
         let own = match self.kind {
             BodyKind::Rigid => 3,

@@ -110,11 +110,11 @@ pub struct BodySpec3 {
     products: Vector,
     position: PointSpec,
     axes: Axes,
-    /// Velocity of the reference point and angular velocity; `None` if they are free.
+    /// Velocity of the reference point and angular velocity; `None` if they follow from the joints.
     velocities: [Option<Vector>; 2],
 }
 
-/// Reads points on the ground, bodies and points of bodies, and enters their names; returns bodies of one coordinate, too.
+/// Reads points on the ground, bodies and points of bodies, and enters their names. Returns the bodies with one coordinate and the others.
 pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<(Vec<BodySpec>, Vec<BodySpec3>)> {
     read_points(file, names, parts, true)?;
     let (mut sliders, mut bodies): (Vec<BodySpec>, Vec<BodySpec3>) = (vec![], vec![]);
@@ -175,7 +175,7 @@ impl BodySpec3 {
     /// Adds the body to a mechanism.
     ///
     /// # Errors
-    /// If its orientation is no rotation at this design.
+    /// If its orientation is not a rotation at this design.
     pub fn build<S: Scalar>(&self, context: &mut BuildContext<S>, b: &[S]) -> Result<()> {
         let world = Pose3::at([S::from(0.0); 3]);
         let pose = Pose3::new(context.place(&world, &self.position, b), context.rotation(&world, &self.axes, b));

@@ -22,7 +22,7 @@ use std::sync::Arc;
 const FEWEST: usize = 40;
 /// Largest number of frames.
 const MOST: usize = 240;
-/// Number of straight pieces of a profile.
+/// Number of line segments of a profile.
 const CURVE: usize = 72;
 /// Number of intervals between the arrows of a distributed load.
 const LOAD_ARROWS: usize = 6;
@@ -101,7 +101,7 @@ struct DrawnMechanism<'p> {
     /// Kinds of the bodies other than sliders.
     kinds: Vec<BodyKind>,
     sliders: usize,
-    /// Bodies that fly after a release.
+    /// Bodies that move freely after a release.
     flying: Vec<FrameRef>,
 }
 
@@ -190,7 +190,7 @@ struct GuideRanges {
     arrow: f64,
     /// Largest stress of all beams.
     stress: f64,
-    /// Middle of all places, and half the larger side of the window around them.
+    /// Centre of all drawn points, and half the larger side of the window around them.
     centre: [f64; 2],
     half: f64,
 }
@@ -281,7 +281,7 @@ impl DrawnState<'_> {
         linkage
     }
 
-    /// Names of bodies, beams and points at their places; the paths of named points, and of bodies that fly after a release, are drawn.
+    /// Adds the names of bodies, beams and points at their positions, and the paths of named points and of bodies that move freely after a release.
     fn name_parts(&self, ranges: &GuideRanges, linkage: &mut Linkage) {
         let parts = &self.mechanism.spec.parts;
         for name in &parts.order {
@@ -307,7 +307,7 @@ impl DrawnState<'_> {
         linkage.traced.extend(self.mechanism.flying.iter().map(|frame| self.position(*frame, [0.0; 2])));
     }
 
-    /// The middle of the points of a body.
+    /// The mean of the points of a body.
     fn middle(&self, frame: FrameRef, body: usize) -> [f64; 2] {
         let points = self.mechanism.points_of(body);
         let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len().max(1) as f64;
@@ -325,7 +325,7 @@ impl DrawnState<'_> {
         })
     }
 
-    /// Places of all points of elements.
+    /// Positions of all points of elements.
     fn attachments(&self) -> impl Iterator<Item = [f64; 2]> {
         self.mechanism.spec.elements.iter().flat_map(ElementSpec::points).map(|point| self.point(point))
     }
@@ -412,7 +412,7 @@ impl DrawnState<'_> {
             match stresses.iter().find(|(beam, ..)| *beam == k) {
                 None => linkage.bars.push((0..=beam.elements).map(node).collect()),
                 Some((_, half, at_nodes)) => linkage.stressed.extend((0..beam.elements).map(|e| {
-                    // Across the line through the neighbours of the node.
+                    // Perpendicular to the line through the neighbours of the node.
                     let corner = |n: usize, side: f64| {
                         let ([x0, y0], [x1, y1]) = (node(n.saturating_sub(1)), node((n + 1).min(beam.elements)));
                         let (length, [x, y]) = ((x1 - x0).hypot(y1 - y0).max(f64::MIN_POSITIVE), node(n));
@@ -457,7 +457,7 @@ impl DrawnState<'_> {
         if frames.into_iter().any(rests) { linkage.ground_joints.push(at) } else { linkage.joints.push(at) }
     }
 
-    /// A number of an element by its name; zero if it has none.
+    /// A parameter of an element by its name; zero if the element has no such parameter.
     fn number(&self, part: &ElementSpec, name: &str) -> f64 {
         let inputs = part.kind.descriptor.inputs.iter().zip(&part.inputs);
         let own = inputs.filter(|(input, _)| input.name == name).find_map(|(_, value)| match value {
@@ -481,10 +481,10 @@ impl DrawnState<'_> {
             Symbol::Wall => {
                 let (normal, foot) = (number("normal"), [number("wall_x"), number("wall_y")]);
                 let (s, c) = normal.sin_cos();
-                let foot = beside(ranges.centre, foot, [-s, c]);
+                let foot = projection(ranges.centre, foot, [-s, c]);
                 return linkage.lines.push(symbols::wall(foot, normal - FRAC_PI_2, ranges.half, 0.3 * ranges.arrow));
             }
-            Symbol::Weld => return linkage.lines.push(symbols::rigid_connection(at, angle, size)),
+            Symbol::Connection => return linkage.lines.push(symbols::rigid_connection(at, angle, size)),
             _ => {}
         }
         let Some(b) = b else { return };
@@ -507,9 +507,9 @@ impl DrawnState<'_> {
             Symbol::Rack => {
                 let (direction, radius, wheel) = (number("direction"), number("radius"), self.pose(b.frame));
                 let (s, c) = direction.sin_cos();
-                let ([x, y], beside) = (ends[1], -radius);
-                // The pitch line touches the wheel; it is drawn one radius to either side of the contact.
-                let foot = [x - s * beside, y + c * beside];
+                let ([x, y], offset) = (ends[1], -radius);
+                // The pitch line touches the wheel; it is drawn three radii to either side of the contact.
+                let foot = [x - s * offset, y + c * offset];
                 let from = [foot[0] - 3.0 * radius.abs() * c, foot[1] - 3.0 * radius.abs() * s];
                 let to = [foot[0] + 3.0 * radius.abs() * c, foot[1] + 3.0 * radius.abs() * s];
                 linkage.lines.push(symbols::rack([from, to], 0.2 * radius.abs()));
@@ -536,7 +536,7 @@ impl DrawnState<'_> {
                 let line = angle + number("line");
                 let (s, c) = line.sin_cos();
                 let is_at_rest = is_own(&a);
-                let foot = if is_at_rest { beside(ranges.centre, at, [c, s]) } else { at };
+                let foot = if is_at_rest { projection(ranges.centre, at, [c, s]) } else { at };
                 return linkage.lines.push(symbols::wall(foot, line, ranges.half, 0.3 * ranges.arrow));
             }
             _ => return,
@@ -641,8 +641,8 @@ impl DrawnState<'_> {
     }
 }
 
-/// The point of a line nearest to a place.
-fn beside(place: [f64; 2], on: [f64; 2], [u, v]: [f64; 2]) -> [f64; 2] {
+/// The projection of a point onto a line.
+fn projection(place: [f64; 2], on: [f64; 2], [u, v]: [f64; 2]) -> [f64; 2] {
     let along = (place[0] - on[0]) * u + (place[1] - on[1]) * v;
     [on[0] + u * along, on[1] + v * along]
 }

@@ -31,7 +31,7 @@ pub struct DrawnMechanism3<'p> {
     named: Vec<Attachment>,
     /// The first three numbers of each element: the direction of a load.
     directions: Vec<Option<[f64; 3]>>,
-    /// Bodies that fly after a release, whose paths are drawn.
+    /// Bodies that move freely after a release, whose paths are drawn.
     flying: Vec<FrameRef>,
 }
 
@@ -156,7 +156,7 @@ impl DrawnState3<'_> {
         drawn
     }
 
-    /// A mass at the reference point and a bar to the only point of a body, a bar between two points, a plate through three, and otherwise bars from the middle to all points.
+    /// Draws a body: with one point a mass at the reference point and a bar to the point, with two a bar, with three a plate, otherwise bars from the mean of the points to each of them.
     fn draw_body(&self, frame: FrameRef, drawn: &mut SpatialLinkage) {
         let mut points: Vec<[f64; 3]> = vec![];
         for at in self.mechanism.ends.iter().flatten().chain(&self.mechanism.named).filter(|at| at.frame == frame) {

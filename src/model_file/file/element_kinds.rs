@@ -57,10 +57,10 @@ pub fn sections(is_spatial: bool) -> &'static [KindSection; 3] {
     if is_spatial { &SECTIONS3 } else { &SECTIONS }
 }
 
-/// Elements between two points whose axes and common place have no meaning.
+/// Elements between two points for which axes and a common position have no meaning.
 const DISTANCES: &[&str] = &["distance", "spring", "length"];
 
-/// Keys that place both points of an element at once.
+/// Keys that give the position or axes of both points of an element at once.
 pub fn shared_keys(descriptor: &ElementDescriptor) -> &'static [Key] {
     let points = descriptor.inputs.iter().filter(|input| input.role == Role::Marker3).count();
     if points == 2 && !DISTANCES.contains(&descriptor.kind) { SHARED_KEYS } else { &[] }
@@ -116,7 +116,7 @@ pub fn parameter_keys(descriptor: &ElementDescriptor) -> Vec<Key> {
     descriptor.inputs.iter().filter(|input| input.role == Role::Parameter).map(key).collect()
 }
 
-/// Names of three parameters that are the components of one: their suffixes, and the name of all in place of these.
+/// Suffixes of three parameters that are components of one, and the suffix of the common name that replaces them.
 const GROUPS: [([&str; 3], &str); 3] =
     [(["_xx", "_yy", "_zz"], ""), (["_xy", "_yz", "_zx"], "products"), (["_x", "_y", "_z"], "")];
 
@@ -140,7 +140,7 @@ pub fn grouped_keys(descriptor: &'static ElementDescriptor) -> Vec<(&'static [In
     all
 }
 
-/// Name and description of the first three inputs, if they are components of one.
+/// Common name and description of the first three inputs, if they are components of one.
 fn group(inputs: &[Input]) -> Option<(String, String)> {
     let three = inputs.get(..3).filter(|three| three.iter().all(|input| input.role == Role::Parameter))?;
     let (suffixes, name) = GROUPS.iter().find(|(suffixes, _)| {

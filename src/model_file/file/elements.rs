@@ -59,7 +59,7 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<El
     Ok(all)
 }
 
-/// The error about an unknown kind, with the remedy if mechanisms of the other space have it.
+/// The error about an unknown kind, with the remedy if the kind exists in mechanisms of the other dimension.
 fn of_other_space(error: Diagnostic, table: &DeTable<'_>, other: &KindSection, is_spatial: bool) -> Diagnostic {
     let kind = table.get("kind").and_then(|kind| kind.get_ref().as_str());
     if !other.kinds.iter().any(|(known, _)| Some(known.descriptor.kind) == kind) {
@@ -80,7 +80,7 @@ impl DrivenCoordinates {
     /// Adds a driver of coordinates; other elements are ignored.
     ///
     /// # Errors
-    /// If another driver prescribes the same motion, or if it drives the ground alone.
+    /// If another driver prescribes the same motion, or if the driver acts on the ground alone.
     fn check(&mut self, element: &ElementSpec, section: &Section<'_>) -> Read<()> {
         let is_drive = element.kind.descriptor.family == Family::Drive;
         let place = |input: &InputSpec| match input {

@@ -20,7 +20,7 @@ const KEYS: &[Key] = &[
         Accepts::Condition,
         "comparison of measures, numbers and `time`, such as \"stone.y < 0\"; the event happens once, when it becomes true",
     ),
-    optional("release", Accepts::Names, "joints, or `relative` and `length` drivers, that let go"),
+    optional("release", Accepts::Names, "joints, or `relative` and `length` drivers, that are released"),
     optional(
         "switch_on",
         Accepts::Names,
@@ -65,7 +65,7 @@ impl EventSpec {
         !self.changes.is_empty()
     }
 
-    /// Numbers of the joints and drives that let go.
+    /// Numbers of the released joints and drives.
     pub fn released(&self) -> impl Iterator<Item = usize> {
         self.changes.iter().filter(|(change, _)| *change == EventEffect::Release).map(|(_, element)| *element)
     }
@@ -107,7 +107,7 @@ fn event(section: &Section<'_>, names: &Names, parts: &Parts, elements: &[Elemen
     Ok(EventSpec { name: section.text("name")?, condition, changes, is_terminal: section.flag("terminal")? })
 }
 
-/// Checks that a condition can change during the motion, and that it is a function of state.
+/// Checks that a condition can change during the motion, and that it is a function of the state.
 fn check_condition(tree: &ExpressionTree, condition: &MeasuredFormula, parts: &Parts) -> Read<()> {
     if condition.measures.is_empty() && !condition.expression.uses_time() {
         let message = "this condition does not change during the motion";
@@ -130,7 +130,7 @@ fn check_condition(tree: &ExpressionTree, condition: &MeasuredFormula, parts: &P
     Ok(())
 }
 
-/// The number of an element that can change in this way.
+/// The number of the named element, which must be able to change in this way.
 fn changed(word: &Word, change: EventEffect, parts: &Parts, elements: &[ElementSpec]) -> Read<usize> {
     let can = |element: &ElementSpec| match (change, element.kind.descriptor.family) {
         (EventEffect::Release, Family::Joint) => JointCoordinate::of_element(element.kind.descriptor).is_none(),
@@ -155,14 +155,14 @@ fn changed(word: &Word, change: EventEffect, parts: &Parts, elements: &[ElementS
             let message = format!("`{}` is of kind `{kind}` and cannot be {verb}", word.text);
             let help = match (change, elements[k].kind.descriptor.family) {
                 (EventEffect::Release, Family::Drive) => {
-                    "take a driver of kind `relative` against the ground, which can let go"
+                    "use a driver of kind `relative` against the ground, which can be released"
                 }
                 (EventEffect::Release, _) => "forces have `switch_on` and `switch_off`",
-                (_, Family::Joint | Family::Drive) => "a joint lets go by `release`; it cannot close again",
+                (_, Family::Joint | Family::Drive) => "a joint is released by `release`; it cannot close again",
                 (_, Family::Force) => {
                     "take friction of kind `friction`, which is smooth; dry friction can only be switched off"
                 }
-                _ => "take a compliant contact, with stiffness and damping",
+                _ => "use a compliant contact, with stiffness and damping",
             };
             Err(Diagnostic::new(word.span.clone(), message).help(help))
         }

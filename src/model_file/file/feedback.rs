@@ -73,7 +73,7 @@ impl MotionInput {
     }
 }
 
-/// Largest number of motion inputs without heap allocation at every evaluation.
+/// Number of motion inputs up to which an evaluation needs no heap allocation.
 const FEW: usize = 16;
 
 impl StateFunction for ObservedFormula {
@@ -147,7 +147,7 @@ impl Feedback {
 /// Names of velocities and of their coordinates.
 const RATES: [(&str, &str); 3] = [("vx", "x"), ("vy", "y"), ("omega", "theta")];
 
-/// A motion that a name stands for: a position, or its rate.
+/// The quantity that a name stands for: a position, or its rate.
 struct NamedMotion {
     of: MotionOf,
     is_rate: bool,

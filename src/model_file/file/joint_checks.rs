@@ -13,14 +13,14 @@ const PARALLEL: &[&str] = &["revolute", "cylindrical", "planar", "prismatic", "f
 /// The joint in space whose axes z are perpendicular.
 const PERPENDICULAR: &str = "universal";
 
-/// What a joint is attached to.
+/// The end of a joint: the part to which it is attached.
 #[derive(PartialEq)]
 enum End {
     Frame(FrameRef),
     Coordinate(CoordinateRef),
 }
 
-/// Loads in space that only turn a body.
+/// Loads in space that are pure torques.
 const TORQUES: &[&str] = &["torque", "follower-torque"];
 
 /// Checks an element that has been read from `section`.
@@ -80,7 +80,7 @@ fn check_torque(element: &ElementSpec, section: &Section<'_>, parts: &Parts) -> 
     Err(section.error_at("at", message).help("let it act on a body of kind `rigid`, or remove it"))
 }
 
-/// Checks that each key that places both points places one of them.
+/// Checks that each key for both points has an effect on at least one of them.
 fn check_effects(section: &Section<'_>, [a, b]: [&MarkerSpec; 2]) -> Read<()> {
     let has_axis_b = section.has("axis_b");
     let keys = [
@@ -106,10 +106,10 @@ fn given_z(axes: &Axes) -> Option<&Vector> {
     }
 }
 
-/// Cosine of the largest angle from a right angle, and sine of that from zero, of axes that are rounded in the file.
+/// Tolerance for axes that are rounded in the file: cosine of their angle where it should be right, sine where it should be zero.
 const ROUNDED: f64 = 1e-3;
 
-/// Checks the angle between two axes that are given in world axes: the assembly would turn a body.
+/// Checks the angle between two axes that are given in world axes: with a wrong angle, the assembly would rotate a body.
 fn check_axes(kind: &str, section: &Section<'_>, [a, b]: [&MarkerSpec; 2]) -> Read<()> {
     if !(a.is_world_axes && b.is_world_axes && section.has("axis")) {
         return Ok(());

@@ -1,7 +1,7 @@
 //! Labels: the key `unit`, which names the unit of values and does not convert them.
 //!
-//! Plain numbers are in SI units, so the value of a formula of known dimension is in SI, too, and a label that says otherwise is false: the SI
-//! unit is shown in its place, with a note. A file without any number with a unit may be in another consistent system, such as inches, if the
+//! Plain numbers are in SI units, and so is the value of a formula of known dimension. If a label names another unit, the SI unit is shown
+//! in its place, with a note. A file without any number with a unit may be in another consistent system, such as inches, if the
 //! labels of its design variables say so. Angles and ratios are the same in every system.
 
 use super::section::{Read, Section};
@@ -11,7 +11,7 @@ use crate::model_file::unit::{Dimension, Unit};
 use crate::problem::DesignVariable;
 use toml::de::{DeTable, DeValue};
 
-/// Keys whose texts are no formulas.
+/// Keys whose texts are not formulas.
 const TEXTS: &[&str] = &["title", "name", "unit", "file", "include", "command"];
 
 /// Symbols of units other than SI in which the plain numbers of a file may be.
@@ -30,8 +30,8 @@ impl Labels {
         Self { own: symbols.map(str::to_owned).collect() }
     }
 
-    /// The key `unit` of a section whose values are in `unit`, or in SI units. Logs a note and returns their true unit if the label is another
-    /// one.
+    /// The key `unit` of a section whose values are in `unit`, or in SI units. If the label is another unit, logs a note and returns their
+    /// true unit.
     pub fn read(&self, section: &Section<'_>, known: Option<KnownDimension>, unit: Option<&Unit>) -> Read<String> {
         let text = section.text("unit")?;
         let (Some(word), Some(known)) = (section.word("unit")?, known) else { return Ok(text) };

@@ -71,14 +71,14 @@ pub const SHARED_KEYS: &[Key] = &[
     optional(
         "axis_b",
         Accepts::Direction,
-        "axis z of `b`, if it differs from that of `a`, as in universal and constant-velocity joints; its axes are those of `a`, turned by \
-         the smallest angle that makes z so",
+        "axis z of `b`, if it differs from that of `a`, as in universal and constant-velocity joints; its axes are those of `a`, rotated by \
+         the smallest angle that gives z this direction",
     )
     .of_any_unit(),
     optional(
         "x",
         Accepts::Direction,
-        "direction in world axes near which the axis x of both points is at the start; without `axis`, x has it, and z is as \
+        "direction in world axes near which the axis x of both points is at the start; without `axis`, x has exactly this direction, and z is as \
          near as possible to that of the bodies",
     )
     .of_any_unit(),
@@ -225,7 +225,7 @@ impl Parts {
         })
     }
 
-    /// The point with axes at `key` of a part, which may have keys that place several of them.
+    /// The point with axes at `key` of a part; keys in `shared` hold for several points of the part.
     pub fn marker(&self, section: &Section<'_>, key: &str, names: &Names, shared: &[Key]) -> Read<MarkerSpec> {
         let value = section.get(key).expect("the key is required");
         let mut marker = self.marker_of(value, key, names, section.source())?;
@@ -247,7 +247,7 @@ impl Parts {
         Ok(marker.0)
     }
 
-    /// A point, and whether it has a place and axes of its own.
+    /// A point, and whether it has a position and axes of its own.
     fn marker_of(
         &self,
         value: &Value<'_>,
@@ -338,7 +338,7 @@ impl<S: Scalar> BuildContext<S> {
         all.each_ref().map(|e| e.value(&Inputs::at(b, self.start)))
     }
 
-    /// Coordinates of a place along the axes of a frame with this pose.
+    /// Coordinates of a point along the axes of a frame with this pose.
     pub fn place(&mut self, pose: &Pose3<S>, place: &PointSpec, b: &[S]) -> [S; 3] {
         match place {
             PointSpec::Coordinates(v) => self.numbers(v, b),

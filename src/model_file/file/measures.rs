@@ -243,7 +243,7 @@ impl<'p> Sensors<'p> {
                     Owner::Angles(frame) => context.frame3(frame).origin(),
                     _ => unreachable!("these are the angles"),
                 };
-                // Its warnings name the part.
+                // Warnings of the sensor name the part.
                 let is_owner = |name: &&String| match owner {
                     Owner::PointAngles(k) => matches!(self.parts.get(name), Some(NamedPart::Point(j)) if *j == k),
                     Owner::Angles(frame) => self.parts.find_frame(name) == Some(frame),

@@ -46,7 +46,7 @@ pub struct MechanismSpec {
 }
 
 impl MechanismSpec {
-    /// Returns whether outputs may jump at the times of events: where forces are switched, joints let go, contacts close or friction sticks.
+    /// Returns whether outputs may jump at the times of events: where forces are switched, joints are released, contacts close or friction sticks.
     pub fn has_events(&self) -> bool {
         self.elements.iter().any(|element| element.kind.has_modes())
             || self.events.iter().any(EventSpec::changes_forces)
@@ -55,7 +55,7 @@ impl MechanismSpec {
 
 #[cfg(feature = "report")]
 impl MechanismSpec {
-    /// Bodies whose joints are all released by events: they fly after the last one.
+    /// Bodies whose joints are all released by events, and which then move freely.
     pub fn flying_bodies(&self) -> Vec<FrameRef> {
         let released: Vec<usize> = self.events.iter().flat_map(EventSpec::released).collect();
         let mut held: Vec<(FrameRef, bool)> = vec![];
@@ -178,7 +178,7 @@ impl MechanismTemplate {
     /// Bodies, beams and elements at a design.
     ///
     /// # Errors
-    /// If an orientation is no rotation.
+    /// If an orientation is not a rotation.
     pub fn parts_at<S: Scalar>(&self, b: &[S]) -> Result<BuildContext<S>> {
         let spec = &self.spec;
         let gravity = spec.gravity.each_ref().map(|g| g.value(&Inputs::design(b)));

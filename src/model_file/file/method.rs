@@ -135,7 +135,7 @@ pub fn read(file: &Section<'_>, names: &Names) -> Read<Method> {
     Ok(method)
 }
 
-/// The key that an error of the stop test is about.
+/// The key to which an error of the stop test refers.
 fn key_of_error(section: &Section<'_>, message: &str) -> String {
     let words =
         [("accuracy", "accuracy"), ("residual", "residual"), ("smallest", "smallest_factor"), ("cycles", "max_cycles")];

@@ -121,7 +121,11 @@ pub(super) const KEYS: &[Key] = &[
     optional("joint", Accepts::Tables, "joints between bodies"),
     optional("driver", Accepts::Tables, "prescribed motions"),
     optional("force", Accepts::Tables, "forces"),
-    optional("event", Accepts::Tables, "events: joints that let go, forces that are switched, the end of the motion"),
+    optional(
+        "event",
+        Accepts::Tables,
+        "events: joints that are released, forces that are switched, the end of the motion",
+    ),
     optional("time", Accepts::Table, "the time points of all histories"),
     optional("sweep", Accepts::Table, "points of another quantity, such as a travel, in place of [time]"),
     optional("series", Accepts::Table, "series of numbers, one for each time point: NAME = [ … ]"),
@@ -596,7 +600,7 @@ impl Model {
     fn build(&self, add_objective: impl FnOnce(&mut ProblemBuilder)) -> Result<Problem> {
         let mut parts = ProblemBuilder::new(&self.title);
         for variable in &self.variables {
-            // That of a run may be outside of bounds that were moved since.
+            // The start in the file of a run may be outside of bounds that were edited later.
             let start = variable.start.clamp(variable.lower, variable.upper);
             parts.variable(DesignVariable { start, ..variable.clone() });
         }

@@ -137,7 +137,7 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
     Ok(TimeFunction { law: MotionLaw::Formula(expression.with_design(&used)), parameters })
 }
 
-/// Notes that derivatives lack the motion of a jump of a force.
+/// Adds a note that derivatives neglect how the place of a jump of a force changes with the design.
 pub fn remark_jumps(section: &Section<'_>, expression: &CompiledExpression, at: &std::ops::Range<usize>) {
     if expression.has_moving_jump() {
         let message =

@@ -30,7 +30,7 @@ pub const TABLE: &[Key] = &[
         "interpolation",
         Accepts::Choice(&["cubic", "linear"]),
         "cubic",
-        "between the points: a natural cubic spline, or straight lines; beyond the ends it continues straight",
+        "between the points: a natural cubic spline, or straight lines; beyond the ends it is extrapolated linearly",
     ),
 ];
 
@@ -45,12 +45,12 @@ pub struct Constant {
     pub unit: Option<Unit>,
 }
 
-/// Design variables, of which no value has been read, and constants.
+/// Design variables, whose values have not been read yet, and constants.
 pub struct NamedNumbers<'a> {
     pub names: Names,
     pub constants: Vec<Constant>,
     designs: Vec<(String, Section<'a>)>,
-    /// Variables whose units are wrong: their numbers cannot be checked.
+    /// Variables with wrong units, whose numbers cannot be checked.
     without_unit: Vec<String>,
 }
 
@@ -292,7 +292,7 @@ fn expressions(file: &Section<'_>, names: &mut Names) -> Read<()> {
     names.expressions(trees.clone())?;
     for (name, tree) in &trees {
         if file.source().log.keep(names.compile(tree, &Scope::MOTION)).is_none() {
-            // Any number: references to the expression raise no follow-up errors.
+            // The value does not matter: references to the expression must not cause further errors.
             names.define_constant(name, 1.0, None);
         }
     }

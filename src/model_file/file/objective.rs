@@ -75,7 +75,7 @@ pub enum ObjectiveSpec {
     Peak(PeakSpec),
 }
 
-/// The peak of a history. What is `None` follows from the peak at the start design.
+/// The peak of a history. Members that are `None` are computed from the peak at the start design.
 pub struct PeakSpec {
     name: Option<String>,
     bound: DesignVariable,
@@ -106,7 +106,7 @@ pub fn read_bound(file: &Section<'_>, names: &mut Names, outputs: &[OutputSpec])
             let start = bound.number("start", names)?;
             let variable = match start {
                 Some(start) => naming::variable_from(start, &word.text, bound, names, None)?,
-                // A number inside the bounds, until the start design is analysed.
+                // Any number inside the bounds; it is replaced when the start design is analysed.
                 None => {
                     let inside = bound.number("lower", names)?.or(bound.number("upper", names)?).unwrap_or(0.0);
                     naming::variable_from(inside, &word.text, bound, names, None)?
@@ -339,7 +339,7 @@ impl ObjectiveSpec {
         if spec.scale.is_some() && spec.has_start {
             return Ok(problem);
         }
-        // That of a run may be outside of bounds that were moved since, and so not the start of the problem.
+        // The start in the file of a run may be outside of bounds that were edited later; the problem then has another start.
         let start_of = |problem: &Problem| -> Vec<f64> {
             let bound = problem.start().split_off(variables.len());
             variables.iter().map(|variable| variable.start).chain(bound).collect()

@@ -104,7 +104,7 @@ pub struct OutputSpec {
     /// The dimension, as far as it is known.
     known: Option<KnownDimension>,
     pub formula: MeasuredFormula,
-    /// The quantity of a natural mode that it is: a frequency in place of the formula, or the amplitude of the formula.
+    /// The quantity of a natural mode: a natural frequency in place of the formula, or the amplitude of the formula.
     pub modal: Option<ModalQuantity>,
     /// Number of the event at which the output has its value.
     event: Option<usize>,
@@ -114,7 +114,7 @@ pub struct OutputSpec {
 }
 
 impl OutputSpec {
-    /// True for the value of the formula itself: not of a natural mode, and not at an event.
+    /// True for an ordinary value of the formula: neither a quantity of a natural mode nor a value at an event.
     pub fn is_plain(&self) -> bool {
         self.modal.is_none() && self.event.is_none()
     }
@@ -291,7 +291,7 @@ fn natural_frequency(
         return Err(section.error_at("shown_in", message));
     }
     let dimension = shown_in.as_ref().map_or(natural.dimension, |unit| unit.dimension);
-    // Revolutions per second are no angular velocity.
+    // Revolutions per second are converted, as they are not an angular velocity in rad/s.
     let of_turns = if dimension.is_written_like(natural.dimension) { 1.0 } else { 2.0 * PI };
     let unit = shown_in.as_ref().map_or(1.0, |unit| of_turns * unit.to_si(1.0));
     Ok(OutputSpec {
@@ -364,7 +364,7 @@ struct FormulaMap {
 
 impl IntermediateMap for FormulaMap {
     fn component<S: Scalar>(&self, k: usize, design: &[S]) -> S {
-        // The variable that bounds a peak has no choice and is not transformed.
+        // The variable that bounds a peak is not transformed.
         match (self.each.get(k), self.expressions.get(k)) {
             (Some(Intermediate::Identity), Some(expression)) => expression.value(&Inputs::design(design)),
             (Some(choice), _) => choice.of(design[k]),

@@ -76,7 +76,7 @@ pub enum Axes {
     Z(Direction, Option<Direction>),
     /// The axis x.
     X(Direction),
-    /// Other axes, turned by the smallest angle that gives z this direction.
+    /// Other axes, rotated by the smallest angle that gives z this direction.
     Bent(Box<Axes>, Direction),
     /// Euler parameters, scalar first.
     EulerParameters([CompiledExpression; 4]),
@@ -321,7 +321,7 @@ impl Parts {
             "x" => FrameCoordinate::X,
             "y" => FrameCoordinate::Y,
             "z" if self.is_spatial => FrameCoordinate::Z,
-            // The ground is at rest: what a part of the plane acts against by default is so in space, too.
+            // The ground is at rest, so its rotation is a valid default in space, too.
             "theta" if !self.is_spatial || name == "ground" => FrameCoordinate::Theta,
             _ => return None,
         };

@@ -25,7 +25,12 @@ pub const KEYS: &[Key] = &[
         "the program and its arguments; no shell reads them; the working folder is that of the model file",
     ),
     default("time_limit", Accepts::Number, "600", "longest time for an answer, s").of("s"),
-    default("retries", Accepts::Count, "1", "how often a request is repeated after the program broke down or was late"),
+    default(
+        "retries",
+        Accepts::Count,
+        "1",
+        "how often a request is repeated after the program crashed or exceeded the time limit",
+    ),
     default("jobs", Accepts::Count, "1", "number of processes at once, for differences"),
 ];
 
@@ -114,7 +119,7 @@ pub struct AskedProgram<'m> {
 impl AskedProgram<'_> {
     /// The analysis by the program, or `None` if it must not be started.
     ///
-    /// The bound of a peak is a variable of the problem, and none of the program.
+    /// The bound of a peak is a variable of the problem, not of the program.
     pub fn analysis(&self) -> Result<Option<Arc<ProgramAnalysis>>> {
         let spec = self.spec;
         if spec.program.folder.is_none() {

@@ -188,7 +188,7 @@ impl QuantityContext<'_> {
         }
     }
 
-    /// Notes that a value has no derivative by which it could be improved, or lacks a part of it.
+    /// Adds a note if the derivative of a value is zero everywhere, or neglects a part of the change.
     pub fn remark_derivative(&self, section: &Section<'_>, tree: &ExpressionTree, value: &CompiledQuantity) {
         let of_histories = value.reduced.iter().flat_map(|reduced| &reduced.histories).map(|one| one.reduction);
         if let Some(reduction) = of_histories.into_iter().find(|reduction| reduction.is_integral()) {
@@ -202,7 +202,7 @@ impl QuantityContext<'_> {
         }
     }
 
-    /// Notes what the integral of a history that jumps at an event lacks.
+    /// Adds a note about what the derivative of the integral of a history neglects if the history jumps at an event.
     pub fn remark_integral(&self, section: &Section<'_>, at: &std::ops::Range<usize>, name: &str) {
         if self.has_events {
             let message = format!(

@@ -60,7 +60,7 @@ impl<'a> Section<'a> {
         Ok(section)
     }
 
-    /// Rejects unknown keys first, then missing keys: a missing key may be one of the misspelt ones.
+    /// Rejects unknown keys first, then missing keys, because the unknown key may be the missing one, misspelt.
     fn check_keys(&self) -> Read<()> {
         let is_known = |key: &str| self.keys.iter().any(|known| known.name == key);
         let mut unknown = Ok(());
@@ -81,7 +81,7 @@ impl<'a> Section<'a> {
         Err(Diagnostic::new(self.source.first_line(&self.span), message).help(help))
     }
 
-    /// Names the tables in which a key belongs, if they are others than this one, and few.
+    /// Names the tables to which a key belongs, if this table is not one of them and there are at most three.
     fn elsewhere(&self, key: &str) -> Option<String> {
         let owners = (self.source.owners)(key);
         let is_own = owners.iter().any(|name| !name.is_empty() && self.title.trim_start_matches('[').starts_with(name));
@@ -138,12 +138,12 @@ impl<'a> Section<'a> {
         Ok(self.word(key)?.unwrap_or_else(|| Word { text: default.to_owned(), span: self.span.clone() }))
     }
 
-    /// The text of a key that is shown, its default, or an empty text; control characters are visible.
+    /// The text of a key for display, its default, or an empty text; control characters are made visible.
     pub fn text(&self, key: &str) -> Read<String> {
         Ok(visible(&self.need_word(key)?.text))
     }
 
-    /// The truth value of a key, its default, or false.
+    /// The Boolean value of a key, its default, or false.
     pub fn flag(&self, key: &str) -> Read<bool> {
         match self.get(key) {
             None => Ok(self.default_of(key) == Some("true")),

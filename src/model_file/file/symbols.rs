@@ -10,7 +10,7 @@ fn placed(from: PlanePoint, angle: f64, shape: impl IntoIterator<Item = PlanePoi
     shape.into_iter().map(|[u, v]| [from[0] + c * u - s * v, from[1] + s * u + c * v]).collect()
 }
 
-/// A cylinder open at its far end, and a piston in it on a rod: a damper from one point to another, drawn `aside` of their line.
+/// A cylinder open at its far end, and a piston in it on a rod: a damper from one point to another, at the distance `aside` from the line between them.
 pub fn damper([from, to]: [PlanePoint; 2], width: f64, aside: f64) -> Vec<PlanePoint> {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let (length, half) = (dx.hypot(dy), 0.5 * width);
@@ -18,7 +18,7 @@ pub fn damper([from, to]: [PlanePoint; 2], width: f64, aside: f64) -> Vec<PlaneP
     let cylinder =
         [[0.0, 0.0], [0.0, aside], [foot, aside], [foot, aside + half], [rim, aside + half], [foot, aside + half]];
     let far = [[foot, aside - half], [rim, aside - half], [foot, aside - half], [foot, aside]];
-    // The rod is drawn on from the far side: one line for the whole would cross the cylinder.
+    // The polyline reaches the rod from its far end, as otherwise it would cross the cylinder.
     let shape = cylinder.into_iter().chain(far);
     let rod = [[piston, aside], [piston, aside + 0.7 * half], [piston, aside - 0.7 * half], [piston, aside]];
     let end = [[length, aside], [length, 0.0]];

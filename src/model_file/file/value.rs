@@ -28,7 +28,7 @@ pub struct FileSource<'a> {
     pub text: &'a str,
     pub log: &'a DiagnosticLog,
     pub words: &'a Modernizer,
-    /// `true` for the model of a run, whose bounds may have been moved since so that they exclude the start.
+    /// `true` for the model of a run that has begun: its bounds may have been edited so that they exclude the start.
     pub is_of_run: bool,
     /// The tables of the format that have a key of this name; that of the file itself is empty.
     pub owners: fn(&str) -> Vec<&'static str>,

@@ -3,7 +3,7 @@
 use crate::Readable;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-/// Excess of the largest principal moment over the sum of the others, as a fraction of it, that is taken for rounding.
+/// Relative excess of the largest principal moment over the sum of the others that counts as rounding.
 const ROUNDING: f64 = 0.01;
 
 /// Mass, centre of mass and inertia matrix about it, in the axes of a frame.
@@ -55,10 +55,10 @@ impl MassData {
         all
     }
 
-    /// Describes an inertia matrix that no body has, and the remedy.
+    /// Says why an inertia matrix is physically impossible, with the remedy; `None` for a possible one.
     pub fn mistake(&self) -> Option<(String, &'static str)> {
         let [a, b, c] = self.moments();
-        // Seven digits tell a sum from a moment that differs by rounding.
+        // Seven digits show a violation that is larger than `ROUNDING`.
         let [first, second, third] =
             [a, b, c].map(|moment| Readable(format!("{moment:.6e}").parse().unwrap_or(moment)));
         let principal = format!("the principal moments of inertia are {first}, {second} and {third} kg·m²");
@@ -71,7 +71,7 @@ impl MassData {
         ))
     }
 
-    /// Adds what the sum of the two smaller principal moments lacks to the largest one by rounding. Returns what was added.
+    /// Increases all principal moments slightly if the sum of the two smaller ones falls short of the largest one by rounding. Returns the increase.
     pub fn complete(&mut self) -> Option<f64> {
         let [a, b, c] = self.moments();
         let lack = c - a - b;

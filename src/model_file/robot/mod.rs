@@ -10,8 +10,8 @@
 //! | `text` | the model file |
 //!
 //! Links that fixed joints connect become one body, named after the first; the others become named points of it. Joints become
-//! joints of the same kinds, floating joints none. Springs, damping, friction and motor inertia act on the coordinates of joints;
-//! a joint that follows another one becomes a pair of gears. All else is left out and named.
+//! joints of the same kinds; a floating joint needs none. Springs, damping, friction and motor inertia act on the coordinates of joints;
+//! a joint that follows another one becomes a pair of gears. Everything else is left out, and a sentence says so.
 
 mod inertia;
 mod mjcf;
@@ -29,7 +29,7 @@ use crate::storage::read_file;
 use crate::{Error, Result};
 use std::path::Path;
 
-/// A model file that was made from a robot, and what it lacks.
+/// A model file that was made from a robot, and what was left out of it.
 #[derive(Clone, Debug)]
 pub struct Imported {
     /// The text of the model file.
@@ -53,7 +53,7 @@ pub struct Imported {
 /// ```
 ///
 /// # Errors
-/// [`Error::Definition`] if it is no file of these formats; if links and joints are no tree; if masses, inertia matrices or axes
+/// [`Error::Definition`] if it is not a file of these formats; if links and joints do not form a tree; if masses, inertia matrices or axes
 /// are not possible; or if something that moves has no mass.
 pub fn import(name: &str, text: &str, base: Base) -> Result<Imported> {
     import_with(name, text, base, &|file| {

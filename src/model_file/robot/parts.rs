@@ -1,4 +1,4 @@
-//! A robot as links and joints, whatever its file is.
+//! A robot as links and joints, independent of the format of its file.
 
 use super::inertia::MassData;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -64,7 +64,7 @@ pub struct RobotJoint {
     pub start: f64,
     /// Smallest and largest position.
     pub range: Option<[f64; 2]>,
-    /// Greatest force or torque, and velocity.
+    /// Limits of the force or torque, and of the velocity.
     pub strength: [Option<f64>; 2],
     /// Stiffness of its spring, and the position without force.
     pub spring: [f64; 2],
@@ -128,7 +128,7 @@ pub struct Closure {
     pub ends: [(usize, Isometry3<f64>); 2],
 }
 
-/// Sentences about what a model lacks, or has otherwise than the joints.
+/// Sentences about properties of the joints that a model does not have, or has in another form.
 pub fn changed(joints: &[RobotJoint]) -> Vec<String> {
     let count = |is: &dyn Fn(&RobotJoint) -> bool| joints.iter().filter(|joint| is(joint)).count();
     let resists = |joint: &RobotJoint| joint.damping > 0.0 || joint.friction > 0.0;

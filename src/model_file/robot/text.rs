@@ -11,7 +11,7 @@ use std::fmt::Write;
 /// Velocity below which Coulomb friction fades, in m/s or rad/s.
 const SPEED: f64 = 0.01;
 
-/// Names of the parts of a model that are valid and differ.
+/// Valid and unique names of the parts of a model.
 #[derive(Default)]
 struct PartNames {
     used: HashSet<String>,
@@ -86,7 +86,7 @@ pub fn write(robot: &Robot, tree: &RobotTree, source: &str) -> String {
         close(out, closure, &name, closure.ends.map(|(link, _)| frame(link)));
     }
     for (k, joint) in robot.joints.iter().enumerate() {
-        resist(out, joint, &joints[k], &mut names);
+        joint_forces(out, joint, &joints[k], &mut names);
         if let (Some(mimic), Some(own)) = (&joint.mimic, coordinate(joint, &joints[k])) {
             let other = coordinate(&robot.joints[mimic.joint], &joints[mimic.joint]).unwrap_or_default();
             line(
@@ -137,7 +137,7 @@ fn renamed(out: &mut String, kind: &str, old: &str, new: &str) {
     }
 }
 
-/// The joint between a place of a part and the frame of its child.
+/// The joint between a frame on a part and the frame of its child.
 fn connect(out: &mut String, joint: &RobotJoint, name: &str, (parent, place): (&str, &Isometry3<f64>), child: &str) {
     let kind = match joint.kind {
         JointType::Revolute | JointType::Continuous => "revolute",
@@ -158,7 +158,7 @@ fn connect(out: &mut String, joint: &RobotJoint, name: &str, (parent, place): (&
     line(out, &format!("b = {{ body = \"{child}\", {at}{of_child} }}"));
 }
 
-/// The joint that closes a loop between places of two parts.
+/// The joint that closes a loop between frames on two parts.
 fn close(out: &mut String, closure: &Closure, name: &str, frames: [(&str, &Isometry3<f64>); 2]) {
     renamed(out, "equality", &closure.name, name);
     let kind = if closure.is_fixed { "fixed" } else { "spherical" };
@@ -170,7 +170,7 @@ fn close(out: &mut String, closure: &Closure, name: &str, frames: [(&str, &Isome
     }
 }
 
-/// A comment with the limits of a joint, which are no parts of the model.
+/// A comment with the limits of a joint, which the model does not enforce.
 fn limits(out: &mut String, joint: &RobotJoint) {
     let mut all = vec![];
     all.extend(joint.range.map(|[lower, upper]| format!("position from {} to {}", number(lower), number(upper))));
@@ -184,7 +184,7 @@ fn limits(out: &mut String, joint: &RobotJoint) {
 }
 
 /// Spring, damping, friction and motor inertia of a joint.
-fn resist(out: &mut String, joint: &RobotJoint, name: &str, names: &mut PartNames) {
+fn joint_forces(out: &mut String, joint: &RobotJoint, name: &str, names: &mut PartNames) {
     let Some(coordinate) = coordinate(joint, name) else { return };
     let [stiffness, rest] = joint.spring;
     if joint.damping > 0.0 || stiffness > 0.0 {
@@ -216,7 +216,7 @@ fn coordinate(joint: &RobotJoint, name: &str) -> Option<String> {
     joint.kind.has_coordinate().then(|| format!("{name}.{measure}"))
 }
 
-/// A direction across `z`: along the axis that is farthest from it.
+/// A direction perpendicular to `z`, near the coordinate axis that is farthest from `z`.
 fn across(z: Vector3<f64>) -> Vector3<f64> {
     let mut x = Vector3::zeros();
     x[z.iamin()] = 1.0;
@@ -236,7 +236,7 @@ fn turned(pose: &Isometry3<f64>) -> Option<String> {
     (e.angle() > 1e-15).then(|| format!("{{ euler_parameters = [{all}] }}"))
 }
 
-/// A vector without what rounding makes of zeros.
+/// A vector with zeros in place of rounding errors.
 fn vector(v: Vector3<f64>) -> String {
     exact(v.map(|x| if x.abs() <= 1e-15 * v.amax().max(1e-3) { 0.0 } else { x }))
 }

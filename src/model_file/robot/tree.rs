@@ -38,7 +38,7 @@ pub struct RobotTree {
 }
 
 impl RobotTree {
-    /// The tree of a robot; adds to its list what had to be changed.
+    /// The tree of a robot. Adds what had to be changed to the list of the robot.
     pub fn of(robot: &mut Robot, base: Base) -> Result<Self> {
         let joints = ordered(robot)?;
         let start = start(robot)?;
@@ -83,7 +83,7 @@ impl RobotTree {
         Ok(tree)
     }
 
-    /// Checks that all that moves has a mass, and completes inertia matrices that lack it by rounding.
+    /// Checks that every moving part has a mass, and corrects inertia matrices that are impossible by rounding only.
     fn check_masses(&mut self, robot: &mut Robot) -> Result<()> {
         let mut carries: Vec<bool> = self.parts.iter().map(|part| part.mass.is_some()).collect();
         for k in (1..self.parts.len()).rev() {
@@ -168,7 +168,7 @@ fn ordered(robot: &Robot) -> Result<Vec<usize>> {
         let first = reached.iter().position(|reached| !reached).unwrap_or(0);
         let what = format!("joint `{}`", robot.joints[first].name);
         let remedy = "robots are trees of links: remove a joint of the loop, and close it in the model file";
-        return Err(Error::definition(what, "it belongs to a loop of links that hangs on nothing", remedy));
+        return Err(Error::definition(what, "it belongs to a loop of links that is not connected to the root", remedy));
     }
     Ok(order)
 }
@@ -190,7 +190,7 @@ fn start(robot: &Robot) -> Result<Vec<f64>> {
         let what = format!("`mimic` of joint `{}`", robot.joints[first].name);
         Err(Error::definition(what, "the joints follow each other in a circle", "let one of them move by itself"))
     };
-    // Chains of joints that follow each other are short; a long one would cost its length for each of its joints.
+    // Chains of joints that follow each other are short in practice; the work grows with the square of their length.
     let followers = robot.joints.iter().filter(|joint| joint.mimic.is_some()).count();
     if followers > 1000 {
         let why = format!("{followers} of its joints have `mimic`");

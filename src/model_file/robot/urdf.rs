@@ -103,11 +103,7 @@ fn joint(node: &XmlElement, name: String, numbers: &HashMap<String, usize>, link
     let word = node.text(&what, "type")?;
     let Some((_, kind)) = TYPES.into_iter().find(|(known, _)| *known == word) else {
         let known = TYPES.map(|(known, _)| known).join(", ");
-        return Err(node.bad(
-            &what,
-            &format!("its type is `{}`", shortened(word, 40)),
-            &format!("take one of {known}"),
-        ));
+        return Err(node.bad(&what, &format!("its type is `{}`", shortened(word, 40)), &format!("use one of {known}")));
     };
     let link = |end: &'static str| {
         let Some(inner) = node.first(end) else {
@@ -164,7 +160,7 @@ fn mass(node: &XmlElement, name: &str) -> Result<Option<MassData>> {
     let [xx, yy, zz, xy, xz, yz] = [xx?, yy?, zz?, xy?, xz?, yz?].map(|entry| entry.unwrap_or(0.0));
     let own = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     if mass == 0.0 {
-        // A usual way to write a frame.
+        // A common way to declare a frame.
         return Ok(None);
     }
     if !(mass > 0.0) {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// Largest size of the file of a robot in bytes, with all files that it includes.
 pub const LIMIT: usize = 8 << 20;
 
-/// Largest depth of elements in each other.
+/// Largest nesting depth of elements.
 const DEPTH: usize = 200;
 /// Largest depth of files that include each other.
 const FILES: usize = 8;
@@ -22,11 +22,11 @@ pub struct XmlElement {
     /// The namespace of its name, if it has one.
     pub namespace: Option<String>,
     pub(super) line: usize,
-    /// The file that has it, if it is not the first one.
+    /// The included file that contains it; `None` for the first file.
     pub(super) file: Option<Arc<str>>,
 }
 
-/// Reads files that the first one includes, by the names in it.
+/// Reads an included file by the name that the including file gives.
 pub type Include<'a> = dyn Fn(&str) -> Result<String> + 'a;
 
 /// The outermost element of a text, with all that it includes by elements `include`.
@@ -41,7 +41,7 @@ pub fn parse(file: &str, text: &str, include: &Include<'_>) -> Result<XmlElement
     parse_file(file, None, text, &mut include, FILES)
 }
 
-/// As [`parse`], for a file that another one includes as `own`; at most `depth` further files are in each other.
+/// As [`parse`], for a file that another one includes as `own`; at most `depth` further levels of files may be included.
 fn parse_file(
     file: &str,
     own: Option<Arc<str>>,
@@ -58,7 +58,7 @@ fn parse_file(
     })?;
     let lines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
     let mut root = copied(document.root_element(), own.as_ref(), &lines, DEPTH).ok_or_else(|| {
-        Error::definition(file, format!("more than {DEPTH} elements are in each other"), "flatten it")
+        Error::definition(file, format!("elements are nested more than {DEPTH} levels deep"), "flatten it")
     })?;
     // Other formats have elements of this name, which mean something else.
     if own.is_some() || root.name == "mujoco" {
@@ -113,7 +113,7 @@ impl XmlElement {
         self.all(name).next()
     }
 
-    /// This element and all in it.
+    /// This element and all its descendants.
     pub fn descendants(&self) -> Box<dyn Iterator<Item = &Self> + '_> {
         Box::new(std::iter::once(self).chain(self.children.iter().flat_map(Self::descendants)))
     }

@@ -24,7 +24,7 @@ pub(super) struct Viewport {
     middle: [f64; 2],
     scale: f64,
     height: f64,
-    /// The middle of a mechanism in space, which is turned about it.
+    /// Centre of a mechanism in space, about which it is rotated.
     centre: Option<[f64; 3]>,
 }
 
@@ -37,7 +37,7 @@ impl Viewport {
         Self { middle: [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])], scale, height: tall, centre: None }
     }
 
-    /// The viewport of mechanisms in space, in which all points stay when they are turned; `None` for planar mechanisms.
+    /// The viewport of mechanisms in space, which contains all points in every orientation; `None` for planar mechanisms.
     pub fn in_space<'l>(frames: impl Iterator<Item = &'l Linkage>) -> Option<Self> {
         let points: Vec<[f64; 3]> =
             frames.filter_map(|f| f.space.as_deref()).flat_map(|s| s.points().copied()).collect();
@@ -62,7 +62,7 @@ impl Viewport {
         self.height.round()
     }
 
-    /// Returns whether mechanisms in it can be turned.
+    /// Returns whether mechanisms in it can be rotated.
     pub fn is_spatial(&self) -> bool {
         self.centre.is_some()
     }

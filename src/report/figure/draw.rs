@@ -59,7 +59,7 @@ fn draw_below_frame(svg: &mut Svg, mark: &Mark, view: &View) {
 fn draw_above_frame(svg: &mut Svg, mark: &Mark, view: &View, obstacles: &mut Vec<[f64; 2]>) {
     match &mark.kind {
         MarkKind::Points { at, marker, colour, size } => {
-            // Of many markers at one place one is seen.
+            // Of many markers at one place only one would be visible.
             let mut places = std::collections::HashSet::new();
             let cell = |p: &[f64; 2]| p.map(|v| (MARKERS_PER_POINT * v).round() as i32);
             let inside = at.iter().filter_map(|&p| view.position(p)).filter(|&p| view.area.contains(p));

@@ -74,7 +74,7 @@ pub(crate) fn note_area(
         let is_inside = view.area.contains([rim.left, rim.top]) && view.area.contains([rim.right(), rim.bottom()]);
         is_inside && !notes.iter().any(|note| note.overlaps(rim))
     };
-    // To the upper right first, as in a map.
+    // The upper right comes first, as on a map.
     let order = (0..32).map(|k| (k & 16) | ((k + 2) & 15));
     order.filter(|&k| is_free(k)).min_by_key(|&k| cost(k)).map(candidate)
 }

@@ -39,7 +39,7 @@ pub struct Panel {
     pub legend: Legend,
     /// `true` if a unit has the same length on both axes, as for the drawing of a mechanism.
     pub equal: bool,
-    /// `true` if the vertical axis is no function of the horizontal one, such as in a plane of two design variables.
+    /// `true` if the vertical axis is not a function of the horizontal one, such as in a plane of two design variables.
     pub plane: bool,
     /// `true` if the frame with its ticks is drawn.
     pub framed: bool,

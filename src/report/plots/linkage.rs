@@ -121,7 +121,7 @@ impl Linkage {
 }
 
 impl SpatialLinkage {
-    /// The mechanism as it is seen, which keeps the mechanism in space.
+    /// The drawing of the mechanism in a view. It keeps the mechanism in space.
     pub fn seen(self, view: &ViewDirection) -> Linkage {
         let at = |p: &[f64; 3]| view.project(*p);
         let points = |all: &[[f64; 3]]| all.iter().map(at).collect();

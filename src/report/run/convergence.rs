@@ -13,7 +13,7 @@ use crate::report::table::{Cell, Table};
 use crate::sao::Cycle;
 
 /// Cells of a trial step: objective; errors E_f and E_g, violation and step in percent; numbers of variables at a move limit, of
-/// retained constraints and of active constraints (each at one time point). What a failed analysis would have shown is empty.
+/// retained constraints and of active constraints (each at one time point). Cells that a failed analysis cannot fill are empty.
 pub fn step_cells(problem: &Problem, c: &Cycle, objective: f64) -> [Cell; 8] {
     let analysed = |value: Option<f64>| value.filter(|_| c.failure.is_none()).map_or(Cell::Empty, Cell::from);
     [

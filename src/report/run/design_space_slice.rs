@@ -250,7 +250,7 @@ impl OptimizationReport<'_> {
             n = slice.count
         );
         let has_equality = slice.bounds.iter().any(|bound| bound.is_equality);
-        let lines = if has_equality { " On lines without hatching equations hold." } else { "" };
+        let lines = if has_equality { " Lines without hatching are equality constraints." } else { "" };
         let caption = format!("Numbers are cycles; limits are hatched on their infeasible side.{lines}");
         Ok(section.paragraph(text).figure("design-plane", caption, self.plane_figure(slice)?))
     }

@@ -31,7 +31,7 @@ impl OptimizationReport<'_> {
         let enters = |h: &usize| outcome::stated_constraints(self.problem).any(|j| uses(j, h));
         let enters_peak = |h: &usize| outcome::peak_constraints(self.problem).any(|j| uses(j, h));
         let mut others: Vec<usize> = (0..self.problem.responses.len()).filter(is_other).collect();
-        // Responses that enter no constraint first: no other plot shows them.
+        // Responses that enter no constraint come first: no other plot shows them.
         others.sort_by_key(enters);
         let over = self.problem.grids.first().map_or("time", |grid| grid.name.as_str());
         let mut section = PageSection::new("histories", format!("Histories over {over}"));

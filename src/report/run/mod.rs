@@ -108,14 +108,14 @@ impl<'a> OptimizationReport<'a> {
         self.state.history.iter().rev().find(|c| c.accepted && c.cycle > 0)
     }
 
-    /// The trial steps that the page shows, with their objectives: all, or of many each n-th one, and the last.
+    /// The trial steps that the page shows, with their objectives: all of them, or every n-th of many, and the last.
     fn shown_steps(&self) -> impl Iterator<Item = (&Cycle, f64)> {
         let (every, last) = (self.every(), self.state.history.len().saturating_sub(1));
         let all = self.state.history.iter().zip(self.objectives.iter().copied()).enumerate();
         all.filter(move |(k, _)| k % every == 0 || *k == last).map(|(_, step)| step)
     }
 
-    /// The distance of the trial steps that the page shows; 1 if it shows all. A page of thousands of steps would have many megabytes.
+    /// The page shows every n-th trial step; this is n, 1 for all. A page of thousands of steps would have many megabytes.
     fn every(&self) -> usize {
         let most = MARKS / (FIGURES + self.problem.n().min(MOST));
         self.state.history.len().div_ceil(most).max(1)

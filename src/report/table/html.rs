@@ -3,7 +3,7 @@
 use super::{Cell, Table, readable};
 use maud::{Markup, html};
 
-/// Numbers of columns from which a printed table lies across the paper, and from which its letters are small.
+/// Numbers of columns from which a printed table is in landscape format, and from which its letters are small.
 const WIDE: usize = 12;
 const WIDEST: usize = 22;
 

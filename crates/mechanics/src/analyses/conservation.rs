@@ -1,4 +1,4 @@
-//! Energy of motions that conserve it: recognizes conservative mechanisms and records what a scheme loses.
+//! Energy of conservative mechanisms: detects such mechanisms and records the energy drift of the integration scheme.
 
 use crate::mechanism::element::{ElementState, ElementWorkspace, Family, Role};
 use crate::mechanism::scalars::{Dual8, ElementScalar, StateScalar};
@@ -25,14 +25,14 @@ pub struct EnergyDrift {
 /// Fraction of the largest kinetic energy above which a change of the energy is worth a warning.
 pub const NOTABLE: f64 = 0.01;
 
-/// Multiple of the largest kinetic energy from which the warning states a change as a multiple, not in percent.
+/// Ratio of the change to the largest kinetic energy from which on the warning states it as a multiple, not in percent.
 const MANY: f64 = 10.0;
 
 /// Displacements from the start in m or rad at which the power of elements with switching functions is compared with the rate of
 /// their energy: a rope that is slack at the start is taut far away.
 const FAR: [f64; 4] = [0.0, 1.0, 1e2, 1e4];
 
-/// Rounding of the energy, as a fraction of its size.
+/// Rounding error of the energy, as a fraction of its size.
 const ROUNDING: f64 = 1e-9;
 
 /// Velocity in m/s or rad/s below which a mechanism counts as at rest: the kinetic energy of all coordinates at this velocity counts
@@ -76,7 +76,7 @@ pub(crate) struct EnergyWatch {
 }
 
 impl EnergyWatch {
-    /// Watch of a motion from the state `start`; it records nothing unless the mechanism is conservative.
+    /// Recorder for a motion from the state `start`; it records nothing unless the mechanism is conservative.
     pub fn new(mechanism: &Mechanism<f64>, start: &State<f64>) -> Self {
         let mut workspace = ElementWorkspace::default();
         let drift = is_conservative(mechanism, start).then(|| {

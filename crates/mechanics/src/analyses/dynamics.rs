@@ -170,7 +170,7 @@ fn add_events(
 /// Number of output times in one step from which the interpolation between the ends of steps is worth a warning.
 const MANY_OUTPUTS: f64 = 4.0;
 
-/// The warning about fixed steps that are far longer than the distance of the output times.
+/// The warning about fixed steps that are far longer than the interval of the output times.
 fn interpolated_outputs(settings: &Dynamics, times: &[f64]) -> Option<String> {
     let StepSize::Fixed(h) = settings.step else { return None };
     let intervals = times.len().checked_sub(1).filter(|count| *count > 0)?;
@@ -216,7 +216,7 @@ pub fn simulate_with_steps(
 /// The steps of a simulation as by [`simulate_explicitly`], without its history.
 ///
 /// Given as [`StepControl::Taken`](crate::integrators::explicit::StepControl::Taken), these steps repeat the simulation, also in
-/// neighbouring designs. Differences of such motions approximate the derivatives along frozen steps, which first derivatives are. Events
+/// neighbouring designs. Differences of such motions approximate first derivatives, which are those along frozen steps. Events
 /// of rigid contacts end additional steps.
 ///
 /// # Errors
@@ -327,7 +327,7 @@ impl Simulation for OdeDriver<MechanismRhs<'_>> {
     }
 
     fn start(&self) -> State<f64> {
-        // The choice of the first step has left its trial in the state of the right-hand side.
+        // The state of the right-hand side is that of the last trial in the choice of the first step.
         self.stepper.rhs.state_of(self.stepper.t[0], &self.stepper.old)
     }
 }

@@ -22,10 +22,10 @@ pub struct VibrationModes {
     pub is_symmetric: bool,
 }
 
-/// Difference of the stiffness from its transpose, as a fraction of its largest entry, that is rounding.
+/// Difference of the stiffness from its transpose, as a fraction of its largest entry, up to which it counts as symmetric.
 const SYMMETRIC: f64 = 1e-12;
 
-/// Imaginary part of a square ω², as a fraction of it, that is rounding: at most that of a double eigenvalue.
+/// Imaginary part of a square ω², as a fraction of it, that counts as rounding: a double eigenvalue may have one of this size.
 const REAL: f64 = 1e-7;
 
 /// Largest number of iterations for each eigenvalue.

@@ -6,7 +6,7 @@ use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::{State, measure};
 use error::Seconds;
 
-/// Watch of the coefficients that change during a motion: inputs that are functions, with a measure of the same name.
+/// Recorder of coefficients that change during a motion: inputs that are functions, with a measure of the same name.
 pub(crate) struct CoefficientWatch {
     watched: Vec<VariableCoefficient>,
     workspace: ElementWorkspace<f64>,
@@ -33,7 +33,7 @@ fn effect_of(name: &str) -> Option<&'static str> {
 }
 
 impl CoefficientWatch {
-    /// Watch of a motion that has not begun.
+    /// Recorder before the start of a motion.
     pub fn new(mechanism: &Mechanism<f64>) -> Self {
         let elements = mechanism.elements.iter().enumerate();
         let watched = elements.flat_map(|(element, instance)| variable_coefficients(element, instance)).collect();

@@ -32,7 +32,7 @@ pub fn interpolate<T: StateScalar>(old: &State<T>, new: &State<T>, t: f64, at: &
     at.modes.copy_from(&new.modes);
 }
 
-/// [`interpolate`] for a time that may be outside of the step by rounding or by a small change of its ends.
+/// [`interpolate`] for a time that may be outside the step by rounding or by a small change of its ends.
 pub(crate) fn interpolate_inside<T: StateScalar>(old: &State<T>, new: &State<T>, t: f64, at: &mut State<T>) {
     blend(old, new, &Weights::inside([old.t, new.t], t), at);
     at.t = T::from(t);

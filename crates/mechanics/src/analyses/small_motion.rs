@@ -5,13 +5,13 @@ use crate::system::state::State;
 /// Largest displacement of a coordinate, in tolerances of its local error, that is worth a warning.
 const SMALL: f64 = 1e3;
 
-/// Displacements below this fraction of the tolerance are those of a mechanism at rest, by rounding.
+/// Fraction of the tolerance below which displacements count as rounding errors of a mechanism at rest.
 const AT_REST: f64 = 1e-3;
 
 /// Tolerance that is proposed, as a fraction of the largest displacement.
 const PROPOSED: f64 = 1e-6;
 
-/// Watch of the displacements of all coordinates from the start.
+/// Recorder of the displacements of all coordinates from the start.
 pub(crate) struct DisplacementWatch {
     start: Vec<f64>,
     /// The largest so far in m or rad.
@@ -19,7 +19,7 @@ pub(crate) struct DisplacementWatch {
 }
 
 impl DisplacementWatch {
-    /// Watch of a motion that begins at this state.
+    /// Recorder for a motion that begins at this state.
     pub fn new(start: &State<f64>) -> Self {
         Self { start: start.q.clone(), largest: 0.0 }
     }

@@ -45,7 +45,7 @@ pub(crate) fn follow_equilibria(
     Ok(())
 }
 
-/// The joint that the built positions miss most, and by how much in m or rad, if the assembly moves parts far.
+/// The joint with the largest gap in the positions of the model, and the gap in m or rad, if the assembly moves parts far.
 fn gap_of(system: &System, mechanism: &Mechanism<f64>, built: &State<f64>) -> Option<(String, f64)> {
     let mut at = built.clone();
     at.prescribe(mechanism);
@@ -55,11 +55,11 @@ fn gap_of(system: &System, mechanism: &Mechanism<f64>, built: &State<f64>) -> Op
     (gap > LARGE_GAP).then(|| (system.dominant_residual(mechanism, &rows), gap))
 }
 
-/// The `error` of a missing equilibrium near positions in which the assembly has closed this gap: it bends elastic parts next to the joint.
+/// The `error` of a missing equilibrium after an assembly that has closed this gap: it bends elastic parts next to the joint.
 fn from_a_gap(error: Error, (joint, gap): &(String, f64)) -> Error {
     let Error::Analysis { why, .. } = error else { return error };
     let why = format!(
         "{why}; the built positions miss this joint by {gap:.3} m or rad, and the assembly bends the parts next to it"
     );
-    Error::analysis(joint, why, "build the parts so that they fit this joint, or take fewer or shear-flexible elements")
+    Error::analysis(joint, why, "build the parts so that they fit this joint, or use fewer or shear-flexible elements")
 }

@@ -12,7 +12,7 @@ use error::Seconds;
 /// For a method of second order the error is about a third of the change, for methods of higher order less.
 pub const NOTABLE: f64 = 0.2;
 
-/// Size of an output below which its change is rounding: as a fraction of the largest output, and in SI units.
+/// Size of an output below which its change counts as rounding: as a fraction of the largest output, and in SI units.
 const ROUNDING: [f64; 2] = [1e-9, 1e-6];
 
 /// Fraction of the largest output of the same unit below which an output counts as zero, such as the moment at a pin compared with
@@ -142,7 +142,7 @@ fn warning(
     values: &[Vec<f64>],
     coarse: Result<History>,
 ) -> Option<String> {
-    let remedy = format!("Take a time step of {:.1e} s and compare, or adaptive steps.", 0.5 * h);
+    let remedy = format!("Use a time step of {:.1e} s and compare, or adaptive steps.", 0.5 * h);
     let coarse = match coarse {
         Ok(coarse) => coarse,
         Err(error) => {

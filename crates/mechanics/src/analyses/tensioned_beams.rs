@@ -6,7 +6,7 @@ use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::{State, measure};
 use error::Seconds;
 
-/// Watch of the normal forces of beam elements whose axis between the nodes is straight.
+/// Recorder of the normal forces of beam elements whose axis between the nodes is straight.
 ///
 /// Such an element is unstable where its normal force exceeds its shear stiffness GA*, which is 12 EI/ℓ² in slender elements with exact
 /// bending: a transverse displacement γ ℓ has the restoring force (GA* − N) γ.
@@ -28,7 +28,7 @@ struct StraightBeam {
 }
 
 impl TensionWatch {
-    /// Watch of a motion that has not begun.
+    /// Recorder before the start of a motion.
     pub fn new(mechanism: &Mechanism<f64>) -> Self {
         let beams =
             mechanism.elements.iter().enumerate().filter_map(|(k, instance)| straight_beam(k, instance)).collect();

@@ -49,7 +49,7 @@ impl<'s, C: Checkpointable> ReversePlayback<'s, C> {
         }
         if budget.limit < budget.least || budget.checkpoints == 0 {
             let why = format!("the adjoint method needs checkpoints, and {} bytes do not hold them", budget.limit);
-            let remedy = format!("give at least {} bytes, or take the direct method", budget.least);
+            let remedy = format!("give at least {} bytes, or use the direct method", budget.least);
             return Err(Error::definition("memory for steps", why, remedy));
         }
         let simulation = simulation()?;

@@ -31,18 +31,18 @@ pub enum About {
 pub struct ModeSensitivities {
     /// ω² in rad²/s², increasing.
     pub squares: Vec<f64>,
-    /// `gradients[mode]` is the gradient of ω² with respect to the design variables; dω/db is the gradient over 2 ω.
+    /// `gradients[mode]` is the gradient of ω² with respect to the design variables; dω/db is the gradient divided by 2 ω.
     ///
     /// A repeated frequency has only one-sided derivatives along each variable. These are sorted for each variable
-    /// separately: those of mode k are those of the k-th frequency while the variable grows. They do not add up for several
-    /// variables at once.
+    /// separately: those of mode k are those of the k-th frequency as the variable increases. For a change of several variables they
+    /// must not be added.
     pub gradients: Vec<Vec<f64>>,
 }
 
 /// Squares whose relative difference is smaller count as one repeated frequency.
 const REPEATED: f64 = 1e-7;
 
-/// Singular value of Φ_q Φ_qᵀ, as a fraction of its largest entry, that is rounding: constraints are redundant.
+/// Singular value of Φ_q Φ_qᵀ, as a fraction of its largest entry, that counts as zero: constraints are redundant.
 const REDUNDANT: f64 = 1e-13;
 
 /// Natural frequencies of `model` at the design `b` and time `t`, with exact derivatives.

@@ -30,7 +30,7 @@ pub struct ModeShapes {
 /// Amplitudes of all outputs of `model` in the natural modes of the numbers `which`, from zero, at the design `b` and time `t` (s).
 ///
 /// The amplitude of an output y is its derivative along the vibration q = q₀ + φ cos ωt, in phase with it: positions move by φ,
-/// accelerations by −ω² φ and reactions by those of the mode. Velocities are out of phase and have no share. Shapes are normalized by
+/// accelerations by −ω² φ and reactions by those of the mode. Velocities are out of phase and do not contribute. Shapes are normalized by
 /// mass, φᵀ M φ = 1; the component with the largest absolute value is positive, of components of equal size the first one, in the
 /// order of the coordinates. Amplitudes of translations are in 1/√kg.
 ///

@@ -15,7 +15,7 @@ pub(crate) enum SeededMechanisms {
 }
 
 impl SeededMechanisms {
-    /// Builds `model` at the design `b`; it must have the elements of `like`.
+    /// Builds `model` at the design `b`; it must have the same elements as `like`.
     ///
     /// # Errors
     /// As [`build_seeded`].
@@ -54,7 +54,7 @@ pub(crate) fn seed_chunk<const N: usize>(x: &[f64], first: usize) -> Vec<DualVec
 /// Builds the mechanism at a design whose numbers carry derivatives.
 ///
 /// # Errors
-/// [`Error::Definition`] if the elements are not those of `like`.
+/// [`Error::Definition`] if the elements differ from those of `like`.
 pub(crate) fn build_seeded<M: ParametricMechanism, T: StateScalar>(
     model: &M,
     design: &[T],

@@ -100,7 +100,7 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
         Self::new(descriptor, Constructor::Prescribed)
     }
 
-    /// Returns whether its modes follow from the motion, which only simulations in time support: a rigid contact, dry friction.
+    /// Returns whether it is a rigid contact or dry friction, whose modes change during the motion; only simulations in time support them.
     pub fn has_modes(&self) -> bool {
         matches!(self.constructor, Constructor::RigidContact(_) | Constructor::DryFriction)
     }

@@ -1,22 +1,22 @@
-//! Complementarity of the forces and accelerations of several parts with limits: rigid contacts and dry friction at one time.
+//! Complementarity of forces and accelerations of several parts whose forces have limits: rigid contacts and dry friction that change modes together.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Part of an acceleration, as a fraction of the largest one, and of a limit that is rounding.
+/// Acceleration, as a fraction of the largest one, and deviation of a force from its limit, as a fraction of the limit, that count as rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Independent part of a compliance, as a fraction, below which a part depends on the held ones.
+/// Fraction of the compliance of a part that remains if the held parts do not move; below it, the part depends on them.
 const DEPENDENT: f64 = 1e-10;
 
-/// Number of changes of the held parts per part after which the search ends.
+/// Largest number of iterations, per part.
 const MOST_CHANGES: usize = 1000;
 
-/// State of a part: its force is determined by its acceleration of zero, or given.
+/// State of a part: either its acceleration is zero and determines the force, or the force is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PartState {
     /// The force is between its limits, and the acceleration is zero.
     Held,
-    /// The force is zero between its limits, and the acceleration is zero already.
+    /// The force is zero between its limits, and the other forces make the acceleration zero.
     Unloaded,
     /// The force is the lower (−1) or the upper (1) limit, and the acceleration is zero or has this sign.
     AtLimit(f64),
@@ -30,8 +30,8 @@ pub(crate) enum PartState {
 /// * `limits`: l ≤ 0 ≤ u in N or N·m.
 ///
 /// These are the conditions for the minimum of ½ fᵀ A f − cᵀ f within the limits, which is convex: y is unique. An active-set method holds one
-/// part after the other, the first one in order that accelerates, and releases those that reach a limit. Each part is scaled to a
-/// compliance of one. Returns `None` if rounding errors keep the method from its end.
+/// part after the other, each time the first one that accelerates, and releases parts that reach a limit. Each part is scaled to a
+/// compliance of one. Returns `None` if the method does not terminate, because of rounding errors.
 ///
 /// # Sources
 ///
@@ -46,7 +46,7 @@ pub(crate) fn solve(free: &[f64], compliance: &DMatrix<f64>, limits: &[[f64; 2]]
     let (mut force, mut held) = (DVector::zeros(n), Vec::<usize>::new());
     for _ in 0..MOST_CHANGES * n {
         let acceleration = &c - &a * &force;
-        if reach(&a, &acceleration, &limits, (&mut force, &mut held))? {
+        if move_to_limit(&a, &acceleration, &limits, (&mut force, &mut held))? {
             continue;
         }
         let acceleration = &c - &a * &force;
@@ -57,16 +57,16 @@ pub(crate) fn solve(free: &[f64], compliance: &DMatrix<f64>, limits: &[[f64; 2]]
         let next = (0..n).find(|&k| !held.contains(&k) && can_move(k) && is_independent(&a, &held, k));
         let Some(next) = next else {
             let negligible = ROUNDING * force.amax();
-            return Some((0..n).map(|k| part(force[k], limits[k], (held.contains(&k), negligible))).collect());
+            return Some((0..n).map(|k| state_of(force[k], limits[k], (held.contains(&k), negligible))).collect());
         };
         held.push(next);
     }
     None
 }
 
-/// Moves the forces of the `held` parts to those without acceleration, as far as the limits allow. Returns whether one has reached its limit, and is
-/// held no more.
-fn reach(
+/// Changes the forces of the `held` parts so that they do not accelerate, as far as the limits allow. Returns true if a force reaches its limit
+/// first; that part is then released.
+fn move_to_limit(
     a: &DMatrix<f64>,
     acceleration: &DVector<f64>,
     limits: &[[f64; 2]],
@@ -93,7 +93,7 @@ fn reach(
     Some(length < 1.0)
 }
 
-/// Returns whether part `k` can move while the `held` ones do not, by the matrix `a` of their compliances, scaled to ones on its diagonal.
+/// Returns whether part `k` can move while the `held` ones do not. `a` is the matrix of compliances, scaled to ones on its diagonal.
 pub(crate) fn is_independent(a: &DMatrix<f64>, held: &[usize], k: usize) -> bool {
     if held.is_empty() {
         return a[(k, k)] > DEPENDENT;
@@ -105,7 +105,7 @@ pub(crate) fn is_independent(a: &DMatrix<f64>, held: &[usize], k: usize) -> bool
 }
 
 /// State of a part with this force. Up to rounding, a force at its limit counts as such; the limit zero has the rounding `negligible`.
-fn part(force: f64, [lower, upper]: [f64; 2], (is_held, negligible): (bool, f64)) -> PartState {
+fn state_of(force: f64, [lower, upper]: [f64; 2], (is_held, negligible): (bool, f64)) -> PartState {
     let rounding = |limit: f64| if limit == 0.0 { negligible } else { ROUNDING * limit.abs() };
     if upper.is_finite() && force >= upper - rounding(upper) {
         PartState::AtLimit(1.0)
@@ -152,9 +152,9 @@ mod tests {
         parts
     }
 
-    /// Two friction forces of which the one that is released first has to turn round: both slide, one forwards and one backwards.
+    /// Two friction forces of which the one that is released first reverses its direction: both slide.
     #[test]
-    fn a_part_that_was_released_turns_round() {
+    fn a_part_that_was_released_reverses() {
         // Two sliders, a friction force between them and one between the first and the ground: a = c − W M⁻¹ Wᵀ f.
         let compliance = DMatrix::from_row_slice(2, 2, &[1.0, -1.0, -1.0, 3.0]);
         assert_eq!(

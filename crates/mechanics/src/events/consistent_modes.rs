@@ -1,4 +1,4 @@
-//! Modes of rigid contacts and dry friction by complementarity, where releasing one part after the other does not find them.
+//! Modes of rigid contacts and dry friction by complementarity, for states in which the release of one part after the other finds none.
 
 use crate::events::complementarity::{PartState, solve};
 use crate::events::settling::{EXCESS, hold, is_friction, sliding_gradients};
@@ -18,16 +18,16 @@ pub(crate) enum ModeSearch {
     Found(Box<State<f64>>),
     /// Number of states that have been tried: none is consistent.
     Inconsistent(usize),
-    /// The search has come to no end.
+    /// The search has found no modes, without having tried all states.
     Unknown,
 }
 
-/// Parts whose modes are to be found at one time, at which they are at rest.
+/// Parts at rest whose modes are determined together.
 #[derive(Clone, Copy)]
 pub(crate) struct RestingParts<'a> {
     /// Events of contacts that touch and of friction, in the order in which they are held.
     pub all: &'a [usize],
-    /// Those that have reached their limit, with the direction of their force: friction has its Coulomb force from then on.
+    /// Parts that have reached their limit, with the direction of their force. The force of such friction is the Coulomb force.
     pub broken: &'a [(usize, f64)],
 }
 
@@ -40,8 +40,8 @@ impl RestingParts<'_> {
 /// Finds modes of the `parts` in `state` for which all forces are within their limits and all parts move as their forces allow.
 ///
 /// With forces that do not depend on reactions, the accelerations follow from a [complementarity problem](solve), which has a solution.
-/// The static limit is that of friction that is held; one that reaches it has its Coulomb force. With friction that depends on reactions, there
-/// may be several solutions or none (Painlevé's paradox): all states are tried in their order.
+/// The static limit applies to friction that is held; after reaching it, the force of friction is the Coulomb force. With friction that depends on
+/// reactions, there may be several solutions or none (Painlevé's paradox): all states are tried in order.
 pub(crate) fn find(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -94,7 +94,7 @@ fn by_complementarity(
             continue;
         }
         let side = |i: usize| if let PartState::AtLimit(side) = found[i] { Some(side) } else { None };
-        // Parts that are held come first: they hold the place of those without force.
+        // Parts that are held come first, because they also hold the parts without force.
         let mut choices: Vec<(usize, Option<f64>)> = Vec::new();
         for is_held in [true, false] {
             let of = (0..among.len()).filter(|&i| (found[i] == PartState::Held) == is_held);
@@ -146,7 +146,7 @@ fn one_by_one(
     ModeSearch::Inconsistent(states)
 }
 
-/// The state in which the parts are held, or moved in the direction that is chosen for them, if it is consistent. Accelerations have the rounding
+/// The state in which each part is held, or moves in the direction that is chosen for it, if this state is consistent. Accelerations have the rounding
 /// errors of numbers of a `size` (m/s² or rad/s²).
 fn with_modes(
     system: &mut System,
@@ -198,7 +198,7 @@ pub(crate) fn returns(
     opening < -EXCESS * size
 }
 
-/// Acceleration of a part against which its force acts: that of sliding, or that with which a gap closes.
+/// Acceleration that the force of a part opposes: that of sliding, or that with which a gap closes.
 fn acceleration(mechanism: &Mechanism<f64>, part: usize, state: &State<f64>) -> f64 {
     let event = &mechanism.events[part];
     match event.unilateral {

@@ -23,7 +23,7 @@ pub struct Event {
 /// closed contacts; a closed contact whose impulse would pull is opened. The gap opens again by Newton's impact law,
 /// Φ̇⁺ = −e Φ̇⁻. There is no friction. A contact stays closed if the next flight would be shorter than a millionth of a step, at
 /// once if e = 0: Φ = 0 is then a joint, until its force −λ, an output of the contact, becomes zero. Contacts that close at the same
-/// time are an error if the impulse of one changes the velocity of the other; take compliant ones ([`Mechanism::wall_contact`],
+/// time are an error if the impulse of one changes the velocity of the other; use compliant ones ([`Mechanism::wall_contact`],
 /// [`Mechanism::bump_stop`]).
 ///
 /// # Sources

@@ -45,7 +45,7 @@ impl<T: StateScalar> EventElement<T>
 where
     Jet2<T>: ElementScalar,
 {
-    /// The gap in m or rad; of an event by a condition, minus the function that becomes positive.
+    /// The gap in m or rad; for an event by a condition, the negative of the function that becomes positive.
     pub fn gap(&self, state: &State<T>) -> T {
         if let Some(when) = &self.when {
             return -when.value(state);
@@ -166,7 +166,7 @@ pub(crate) fn factorize_jump(system: &mut System, mechanism: &Mechanism<f64>, st
 
 /// Makes the velocities of `state` consistent with the joints, by impulses of the joints. Returns the jump.
 ///
-/// The steps hold the joints in their positions; the velocities have errors of the order h² along the reactions, which depend
+/// The steps satisfy the constraints of the positions; the velocities have errors of the order h² in the directions of the reactions, which depend
 /// on the length of the last step. A joint that an event releases no longer constrains them.
 pub(crate) fn make_consistent(
     system: &mut System,
@@ -250,7 +250,7 @@ impl BorderedSystem {
     }
 }
 
-/// Part of the compliances of two contacts below which an impulse of one does not change the velocity of the other.
+/// Coupling of two contacts, as a fraction of their compliances, below which an impulse of one does not change the velocity of the other.
 const UNCOUPLED: f64 = 1e-10;
 
 /// Returns whether an impulse of one of two `contacts` changes the rate of the gap of the other at `state`.
@@ -310,13 +310,13 @@ pub(crate) fn extrapolate<T: StateScalar>(state: &State<T>, offset: f64) -> Stat
     extrapolated
 }
 
-/// Rounding of the time of a switch, as a fraction of the time.
+/// Rounding error of the time of a switch, as a fraction of the time.
 pub(crate) const TIME_ROUNDING: f64 = 1024.0 * f64::EPSILON;
 
-/// Rounding of a position, as a fraction of its size.
+/// Rounding error of a position, as a fraction of its size.
 pub(crate) const POSITION_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Rounding of the gap of a `switch` at `state`, the end of a step `h` (s).
+/// Rounding error of the gap of a `switch` at `state`, the end of a step `h` (s).
 pub(crate) fn gap_rounding(switch: &EventElement<f64>, state: &State<f64>, h: f64) -> f64 {
     let largest = switch.gap.coordinates.iter().map(|&i| state.q[i].abs()).fold(0.0, f64::max);
     let largest = switch.unilateral.as_ref().map_or(largest, |law| law.size(switch, state));

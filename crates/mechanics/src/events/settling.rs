@@ -4,9 +4,10 @@
 //! limit most is released, until no limit is violated. A part that was released must then move in the direction in which it was
 //! released. Friction at rest sticks, as a constraint, only if its constraint is independent of those before it: joints, drives, closed
 //! contacts, and other friction. It rests otherwise (see `unilateral`).
-//! If several parts of friction hold a motion together, the one that reaches its static limit first keeps its Coulomb force, and the
-//! next one carries the rest. Where a part that was released does not move so, the modes are those of a complementarity problem. During an
-//! impact at another place, closed contacts are joints as well; the one with the largest pulling impulse is opened, until no impulse pulls.
+//! If several friction elements prevent the same motion, the force of the one that reaches its static limit first becomes its Coulomb force,
+//! and the others carry the remaining load. If a released part moves in the opposite direction, the modes are those of a complementarity
+//! problem. During an impact at another contact, closed contacts are joints as well. The one with the largest tensile impulse is opened, until
+//! no impulse is tensile.
 
 use crate::constraint_rank::ConstraintRank;
 use crate::events::consistent_modes::{ModeSearch, RestingParts, find, largest, returns};
@@ -26,7 +27,7 @@ use error::Seconds;
 pub(crate) struct ModeTransition {
     /// True if the rigid contact of the event stays closed.
     pub stays: bool,
-    /// Modes during the jump of the velocities: friction does not stick, as its force has no impulse.
+    /// Modes during the jump of the velocities: friction does not stick, because its force is bounded and has no impulse.
     pub jump: Modes,
     /// Modes after the event.
     pub after: Modes,
@@ -38,13 +39,13 @@ pub(crate) struct ModeTransition {
 /// whose height is a rounding error of the gap is the last one as well.
 pub(crate) const SHORTEST_FLIGHT: f64 = 1e-6;
 
-/// Sliding velocity, as a fraction of the largest velocity, that is zero but for rounding.
+/// Sliding velocity, as a fraction of the largest velocity, that counts as zero.
 const STOPPED: f64 = 1e-12;
 
 /// Largest relative excess of a force over its limit that counts as rounding.
 pub(crate) const EXCESS: f64 = 1e-9;
 
-/// Finds the modes in which the motion continues after an event in the state `end`, by steps of the nominal length `step` in s.
+/// Finds the modes in which the motion continues after an event in the state `end`. `step` is the nominal length of the steps in s.
 ///
 /// * `contact`: the event that ends the step; `at_event`: this event and those at the same time.
 ///
@@ -161,8 +162,8 @@ pub(crate) fn triggered_events(
 
 /// The state with accelerations and multipliers after an event in the state `held`, with its modes, and the modes during the jump.
 ///
-/// `jump` and `after` are the modes before any part is released. A rigid contact that `stays` closed has no restitution, and is held as
-/// long as it is pressed together.
+/// `jump` and `after` are the modes before any part is released. A rigid contact that `stays` closed has no restitution, and is a joint as
+/// long as its force is compressive.
 fn after_event(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -220,8 +221,8 @@ fn after_event(
     let resting: Vec<_> = (0..mechanism.events.len()).filter_map(resting).collect();
     release_together(system, mechanism, &state, &resting, &mut released);
     let starts = |k: usize| at_event.contains(&k) && mechanism.events[k].is_resting(&held.modes);
-    // The velocity of friction that has stuck is the error of the steps, unless an impact has changed it; that of friction which stops now is the error
-    // of the time of the event.
+    // The velocity of friction that has stuck is an error of the steps, unless an impact has changed it. That of friction which stops at this
+    // event is an error of the time of the event.
     let errors: Vec<f64> = mechanism
         .events
         .iter()
@@ -239,7 +240,7 @@ fn after_event(
     Ok((state, jump))
 }
 
-/// Returns whether a contact that moves as in `state` leaves its place: its flight is neither shorter than [`SHORTEST_FLIGHT`] nor lower than the
+/// Returns whether a contact that moves as in `state` separates: its flight is neither shorter than [`SHORTEST_FLIGHT`] nor lower than the
 /// rounding error of its gap.
 fn is_leaving(event: &EventElement<f64>, state: &State<f64>, step: f64) -> bool {
     let jet = event.gap_jet(state, &state.v);
@@ -269,8 +270,8 @@ fn opens_with(
     contact.rate(state, &along) > contact.rate(state, &still)
 }
 
-/// Closes the contacts that touch at rest, because the forces after the event may press them together; those for which `stay` is true keep
-/// their mode. Velocities have the `error` (m/s or rad/s).
+/// Closes the contacts that touch at rest, because the forces after the event may be compressive. Those for which `stay` is true keep
+/// their mode. `error` is that of velocities (m/s or rad/s).
 fn close_touching(mechanism: &Mechanism<f64>, state: &mut State<f64>, error: f64, stay: impl Fn(usize) -> bool) {
     for event in (0..mechanism.events.len()).filter(|k| !stay(*k)).map(|k| &mechanism.events[k]) {
         if let Some(Unilateral::Contact { closed, .. }) = event.unilateral {
@@ -282,8 +283,8 @@ fn close_touching(mechanism: &Mechanism<f64>, state: &mut State<f64>, error: f64
     }
 }
 
-/// Applies the impact at a contact to the velocities of `state`. Returns the closed contact whose impulse pulls most, if there is one:
-/// a contact can only push, so it has to open.
+/// Applies the impact at a contact to the velocities of `state`. Returns the closed contact with the largest tensile impulse, if
+/// there is one: a contact transmits compression only, so it has to open.
 fn pulling_contact<'m>(
     system: &mut System,
     mechanism: &'m Mechanism<f64>,
@@ -363,7 +364,7 @@ fn resolve_modes(
     let name = &mechanism.events[k].gap.name;
     let why = match tried {
         Some(states) => format!(
-            "at t = {} it can neither be held nor let go: none of the {states} states of contact and friction is consistent \
+            "at t = {} it can neither be held nor released: none of the {states} states of contact and friction is consistent \
              (Painlevé's paradox: friction depends on the reactions that it causes)",
             Seconds(state.t)
         ),
@@ -505,8 +506,8 @@ fn release_together(
     released.extend(together);
 }
 
-/// Sets the modes at the start of a motion in `state`, with consistent velocities: contacts that touch are closed if they are pressed
-/// together, and dry friction at rest sticks. Returns whether contacts are closed.
+/// Sets the modes at the start of a motion in `state`, with consistent velocities: contacts that touch are closed if their force is
+/// compressive, and dry friction at rest sticks. Returns whether contacts are closed.
 ///
 /// # Errors
 ///
@@ -535,7 +536,7 @@ pub(crate) fn settle_start(
     }
     let outcome = resolve_modes(system, mechanism, &mut settled, (Vec::new(), step));
     if is_dependent {
-        system.allow_redundancy(false); // the assembly with closed contacts allows it, if they stay so
+        system.allow_redundancy(false); // `assemble_closed` allows it again if contacts stay closed
     }
     outcome?;
     state.modes = settled.modes;

@@ -35,7 +35,7 @@ pub(crate) const AT_REST: f64 = 1e-9;
 pub(crate) const STATIC_LIMIT: usize = 0;
 
 impl Unilateral {
-    /// The function whose zero ends the mode, positive before it; `None` for an open contact, which ends by its gap.
+    /// The function whose zero ends the mode, positive before it; `None` for an open contact, for which it is the gap.
     pub fn value<T: StateScalar>(&self, event: &EventElement<T>, state: &State<T>) -> Option<T> {
         match *self {
             Self::Contact { multiplier, closed, .. } => {
@@ -159,7 +159,7 @@ impl Unilateral {
     }
 }
 
-/// Sliding value of friction: the difference of the values `x` of its two coordinates.
+/// Difference of the values `x` of the two coordinates of friction: the sliding displacement, velocity or acceleration.
 pub(crate) fn sliding<T: StateScalar>(event: &EventElement<T>, x: &[T]) -> T {
     x[event.gap.coordinates[1]] - x[event.gap.coordinates[0]]
 }
@@ -196,7 +196,7 @@ impl<S> EventElement<S> {
 
     /// Returns whether it is free and at rest, in the step after its release or with a function of no more than zero.
     ///
-    /// Its function then is zero but for rounding, and says nothing about the direction of the motion.
+    /// Its function is then zero except for rounding, and does not determine the direction of the motion.
     pub(crate) fn is_unilateral_at_rest(&self, modes: &Modes, value: f64, has_begun: bool) -> bool {
         self.unilateral.is_some() && !self.is_held(modes) && !self.is_resting(modes) && (has_begun || value <= 0.0)
     }

@@ -74,8 +74,8 @@ impl<S: Scalar> Mechanism<S> {
                     let why =
                         format!("it changes `{}`, whose modes follow from the motion", self.elements[element.0].name);
                     let remedy = match self.is_dry_friction(element) {
-                        true => "take a smooth friction, which can begin; dry friction can only end",
-                        false => "take a compliant contact",
+                        true => "use a smooth friction, which can begin; dry friction can only end",
+                        false => "use a compliant contact",
                     };
                     return Err(Error::definition(name, why, remedy));
                 }
@@ -130,7 +130,7 @@ impl<S> When<S> {
     }
 }
 
-/// Returns whether a measure in this `unit` is of positions and velocities only.
+/// Returns whether a measure with this `unit` depends on positions and velocities only.
 fn is_of_motion(unit: &str) -> bool {
     unit.split(" or ").all(|unit| UNITS_OF_MOTION.contains(&unit))
 }
@@ -154,7 +154,7 @@ impl<T: StateScalar> When<T> {
         T::formula(self.formula.as_ref(), state.t, &terms)
     }
 
-    /// Rate of the function in 1/s with the velocities `v`, by a central difference. Multipliers are constant in it.
+    /// Rate of the function in 1/s with the velocities `v`, by a central difference at constant multipliers.
     pub fn rate(&self, state: &State<T>, v: &[T]) -> T {
         let at = |offset: f64| {
             let mut moved = state.clone();
@@ -170,7 +170,7 @@ impl<T: StateScalar> When<T> {
 /// Time step in s of the rate of a condition, which is an estimate: it separates events at the same time.
 const RATE_STEP: f64 = 1e-6;
 
-/// Takes the place of the gap in an event with a condition.
+/// Placeholder for the gap in an event with a condition.
 struct NoGap;
 
 impl Element for NoGap {
@@ -185,7 +185,7 @@ pub(crate) fn not_happened(name: &str, t: f64, ended_by: Option<&str>) -> Error 
             "it has not happened when `{other}` ends the motion at t = {t}, and an output is its value there",
             t = Seconds(t)
         );
-        return Error::analysis(name, why, "change its condition, or let the motion go on");
+        return Error::analysis(name, why, "change its condition, or let the motion continue");
     }
     let why = format!(
         "it has not happened until the last time point, t = {t}, and an output is its value there",

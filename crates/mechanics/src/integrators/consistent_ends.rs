@@ -67,8 +67,8 @@ impl ConsistentEnds {
 
 /// The state `end` of a step that ends at an event, with the accelerations and multipliers of the equations of motion.
 ///
-/// Such a step may be so short that errors of positions, divided by the square of its length, are all that its accelerations show. In
-/// singular positions, which have no such accelerations, they are those of the step.
+/// Such a step may be so short that its accelerations consist of errors of positions, divided by the square of its length. In
+/// singular positions, where the equations have no solution, the values of the step are returned.
 pub(crate) fn at_event(system: &mut System, mechanism: &Mechanism<f64>, end: &State<f64>) -> State<f64> {
     let mut state = end.clone();
     match AccelerationSolver::default().solve(system, mechanism, &mut state) {

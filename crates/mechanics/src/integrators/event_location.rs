@@ -19,28 +19,28 @@ use error::Seconds;
 /// Largest number of trial steps in the search for the time at which a contact closes.
 const MAX_TRIALS: usize = 100;
 
-/// Largest number of halvings of a step in the search for a time at which a held part is inside its limits.
+/// Largest number of halvings of a step in the search for a time at which the force of a held part is inside its limits.
 const MAX_HALVINGS: usize = 20;
 
-/// Part of the estimated rest of the way to a switch that a trial step covers.
+/// Fraction of the estimated remaining distance to a switch that a trial step covers.
 const MOST: f64 = 0.99;
 
 /// Shortest time between two events of a part, in nominal steps: less than the shortest flight, whose length is an estimate.
 const SHORTEST_TIME: f64 = 0.1 * SHORTEST_FLIGHT;
 
-/// Length of a step between events, in nominal steps, that counts as very short, and the number of them in a row after which the motion
-/// ends with an error. A
-/// ball with the restitution 0.999 comes to rest in 7000 impacts between such steps.
+/// Length of a step between events, in nominal steps, below which it counts as very short.
 const SHORT: f64 = 1e-3;
+
+/// Largest number of consecutive very short steps between events. A ball with the restitution 0.999 comes to rest after 7000 impacts.
 const MOST_SHORT_STEPS: usize = 10_000;
 
-/// Fraction of the gap at which a contact counts as closed: the step to close the rest has the size of rounding errors.
+/// Remaining gap, as a fraction of the gap at the beginning of the step, at which a contact counts as closed: rounding errors are as large.
 const CLOSED_GAP: f64 = 1e-6;
 
-/// Time between impacts at the same time without an effect on each other, in nominal steps.
+/// Time that separates simultaneous impacts without an effect on each other, in nominal steps.
 const SIMULTANEOUS_STEP: f64 = 1e-9;
 
-/// Opening at the beginning of a mode, which takes the place of rounding errors.
+/// Opening at the beginning of a mode, used instead of a value that consists of rounding errors.
 const INITIAL_OPENING: f64 = f64::MIN_POSITIVE;
 
 /// Fraction of the time within which two contacts close at the same time.
@@ -307,7 +307,7 @@ impl EventLocator {
         let is_touching = impact.is_open_contact(&old.modes) && before.abs() <= TOUCHING;
         let is_opening = is_touching && impact.rate(old, &old.v) > TOUCHING;
         if is_touching && !has_begun && before <= gap_rounding(impact, old, 0.0) {
-            // It closes together with the event at the beginning of the step, as far as that leaves its velocity.
+            // It closes at the time of the event at the beginning of the step, if its velocity after that event is a closing one.
             let rate = impact.rate(old, &old.v);
             if rate < -TOUCHING {
                 let flight = (SIMULTANEOUS_STEP * self.step.nominal()).max(TIME_ROUNDING * old.t.abs());
@@ -315,7 +315,7 @@ impl EventLocator {
                 return [overlap, after + overlap];
             }
         }
-        // Something else holds a contact where it touches.
+        // Other parts hold the contact where it touches.
         let rests = |state: &State<f64>, gap: f64| {
             gap.abs() <= gap_rounding(impact, state, 0.0) && impact.rate(state, &state.v).abs() <= TOUCHING
         };
@@ -326,12 +326,12 @@ impl EventLocator {
             let rate = impact.rate(old, &old.v);
             let is_at_rest =
                 |state: &State<f64>, gap: f64| gap.abs() <= TOUCHING && impact.rate(state, &state.v).abs() <= TOUCHING;
-            // Something else holds a contact where it touches.
+            // Other parts hold the contact where it touches.
             let is_held_open = impact.is_open_contact(&old.modes) && is_at_rest(old, before) && is_at_rest(new, after);
             let is_leaving = has_begun || after > before || is_held_open;
             let has_opened = impact.is_open_contact(&old.modes) && has_begun;
             return match impact.is_sliding(&old.modes) && rate > 0.0 && has_begun {
-                // The velocity of a step has an error, where it begins to slide as well.
+                // The velocity has the error of the step, even where friction begins to slide.
                 true => [rate, (after - before.min(0.0)) / h],
                 // It may have returned in the step; an overlap of the size of rounding errors does not count.
                 false if has_opened => [TOUCHING, after + TOUCHING - before.min(0.0)],
@@ -416,8 +416,8 @@ impl EventLocator {
         Ok(found)
     }
 
-    /// A shorter step in which a held part, which begins at its limit, is inside of its limits, or friction that begins to slide slides; `None` if none is
-    /// found.
+    /// A shorter step at whose end the force of a held part, which begins at a limit, is inside its limits, or friction that begins to slide has
+    /// moved. `None` if none is found.
     fn open_inside(&self, step: &mut impl TrialStep, contact: usize, h: f64) -> Result<Option<Before>> {
         let mut trial = h;
         for _ in 0..MAX_HALVINGS {
@@ -455,7 +455,7 @@ impl EventLocator {
             }
         }
         let (mut low, mut high) = ([0.0, begin], [longest, end]);
-        // Also where the step is much longer than the way to the event.
+        // Valid even where the step is much longer than the distance to the event.
         let small = (4.0 * f64::EPSILON * (begin - end)).min(CLOSED_GAP * begin);
         let mut trial = longest;
         for _ in 0..MAX_TRIALS {
@@ -486,8 +486,8 @@ impl EventLocator {
     ///
     /// Where the force jumps at the switch, a step that ends near the switch has two solutions, with the force before and after
     /// it, if the force pushes across the switch; if it pushes back, a step that ends shortly after has none. The
-    /// solution before the switch is followed: each trial covers most of the rest of the way, estimated by the secant, and starts
-    /// from the last solution. A trial without such a solution is too long. The search goes on from `before`, the beginning of the step or a
+    /// solution before the switch is followed: each trial covers most of the remaining distance, estimated by the secant, and starts
+    /// from the last solution. A trial without such a solution is too long. The search continues from `before`, the beginning of the step or a
     /// shorter step; `end` is the opening at the end of the step `h` (s).
     fn end_before_switch(
         &self,
@@ -521,7 +521,7 @@ impl EventLocator {
             }
             root = trial + (trial - before.h) * opening / (before.opening - opening);
             if !(root > trial) {
-                root = longest; // it opens further
+                root = longest; // the gap increases
             }
             before = Before { h: trial, opening, state: step.ends()[1].clone() };
             part = MOST;
@@ -600,7 +600,7 @@ fn immediate(mechanism: &Mechanism<f64>, state: &State<f64>, event: usize) -> Er
         }
         Some(Unilateral::Contact { .. }) => (
             "opens and closes in turns without end",
-            "take shorter steps, or model the contact with stiffness and damping (a wall contact, a bump stop)",
+            "use shorter steps, or model the contact with stiffness and damping (a wall contact, a bump stop)",
         ),
         None => ("happens again at once", "end the motion before, or smooth the force that jumps"),
     };

@@ -163,11 +163,11 @@ pub struct Step<T> {
     since_event: [usize; 2],
 }
 
-/// Number of steps after an event that begin without a history. The second one is longer than the first one by a factor
-/// without limit: a history would be extrapolated by it.
+/// Number of steps after an event that begin without a history. The second one may be longer than the first one by any factor, by which a
+/// history would be extrapolated.
 pub(crate) const WITHOUT_HISTORY: usize = 2;
 
-/// Relative difference of the lengths of two steps that are equal but for rounding.
+/// Relative difference below which the lengths of two steps count as equal.
 const SAME_LENGTH: f64 = 1e-9;
 
 /// Factor of the history in a step of the given `length` (s) after a `previous` one; `None` if it is 1.
@@ -180,7 +180,7 @@ pub(crate) fn history_factor<T: StateScalar>(length: T, previous: T) -> Option<T
 }
 
 /// Largest ratio of the lengths of two steps for which velocities are rescaled. Lengths double at the start of a motion, where rescaling
-/// would amplify rounding errors of the shortest steps; steps after an event are longer by factors without limit.
+/// would amplify rounding errors of the shortest steps; the first step after an event may be followed by one that is longer by any factor.
 const LARGEST_RATIO: f64 = 1.5;
 
 /// Change of the velocities that violate the constraints, as a fraction of them, in a step of the given `length` (s) after a `previous`
@@ -256,7 +256,7 @@ impl<T: StateScalar> Step<T> {
         self.since_event[0] < WITHOUT_HISTORY
     }
 
-    /// The method of this step in a motion by the method `scheme`.
+    /// The method of this step: that without a history after an event, otherwise `scheme`.
     pub(crate) fn scheme(&self, scheme: &GeneralizedAlpha) -> GeneralizedAlpha {
         scheme.after_event(self.since_event[0])
     }
@@ -266,7 +266,7 @@ impl<T: StateScalar> Step<T> {
         self.lengths[0].is_some() && self.since_event[0] > 0
     }
 
-    /// Sets the part of the velocities at the beginning that violates the constraints: those less the `consistent` ones.
+    /// Sets the part of the velocities at the beginning that violates the constraints: the difference of the velocities and the `consistent` ones.
     pub(crate) fn set_violation(&mut self, consistent: &[T]) {
         self.violation = Some(self.old.v.iter().zip(consistent).map(|(&v, &consistent)| v - consistent).collect());
     }
@@ -311,8 +311,8 @@ impl<T: StateScalar> Step<T> {
         self.integrate_prescribed(mechanism, scheme, prescribed, h);
     }
 
-    /// [`Step::integrate`] after the prescribed coordinates of `self.new` have been set. It is linear in both ends of the step:
-    /// derivatives are integrated as values are.
+    /// [`Step::integrate`] after the prescribed coordinates of `self.new` have been set. It is linear in both ends of the step, so
+    /// derivatives are integrated by the same formulas.
     pub(crate) fn integrate_prescribed<H: Scalar>(
         &mut self,
         mechanism: &Mechanism<T>,
@@ -353,8 +353,8 @@ impl<T: StateScalar> Step<T> {
         }
     }
 
-    /// Lead of the auxiliary acceleration at the end of a step without history, which adds it by (q̈₁ − q̈₀); `None` for other
-    /// steps, whose formulas have it.
+    /// Factor of (q̈₁ − q̈₀) that is added to the auxiliary acceleration at the end of a step without history; `None` for other
+    /// steps, whose formulas contain it.
     fn end_lead(&self, scheme: &GeneralizedAlpha) -> Option<f64> {
         self.is_without_history().then(|| scheme.lead())
     }
@@ -416,12 +416,13 @@ struct Correction {
 }
 
 /// Largest ratio of two successive corrections for which the next iteration reuses the matrix.
-const SLOW: f64 = 1e-2;
+const REUSE_RATE: f64 = 1e-2;
 
 /// Largest error after the last iteration, as a fraction of the tolerance: small enough for differences of two analyses.
 const REMAINDER: f64 = 1e-6;
 
-/// Smallest assumed curvature in 1/m or 1/rad: a motion without curvature may enter a contact in the next step.
+/// Smallest assumed ratio of a correction to the square of the previous one, in 1/m or 1/rad: a motion with linear forces may enter a contact in
+/// the next step.
 const LEAST_CURVATURE: f64 = 10.0;
 
 /// Solver of the steps in `f64`; it keeps the factorization of the last one.
@@ -522,7 +523,7 @@ impl<'m> Integrator<'m> {
             ReactionChange::new(&self.system, self.mechanism, &self.step.new, workspace, rows)
         });
         for _ in 0..self.newton.iterations {
-            let is_reused = reactions.is_none() && previous.is_some_and(|previous| previous.rate <= SLOW);
+            let is_reused = reactions.is_none() && previous.is_some_and(|previous| previous.rate <= REUSE_RATE);
             if is_reused {
                 let rows = self.rows.as_flattened_mut();
                 self.system.residual(self.mechanism, &self.step.new, 1.0 / position, &mut self.workspace, rows);
@@ -552,7 +553,7 @@ impl<'m> Integrator<'m> {
         Err(self.failure(Linearization::step(position, velocity)))
     }
 
-    /// Checks that redundant constraints hold: those that contradict each other leave no correction, and are not satisfied.
+    /// Checks that redundant constraints hold. If they contradict each other, the iteration converges to positions that violate them.
     fn check_redundant_constraints(&mut self) -> Result<()> {
         if !self.system.allows_redundancy() {
             return Ok(());
@@ -595,7 +596,7 @@ impl<'m> Integrator<'m> {
                 "add numerical damping, a spectral radius below 1: without it, errors of the reactions of joints change sign \
                  from step to step and do not decay"
             }
-            false => "take a smaller step, or a stiffer or heavier design",
+            false => "use a smaller step, or a stiffer or heavier design",
         };
         Error::analysis(what, why, remedy)
     }

@@ -21,7 +21,7 @@ const QUARTERS: [f64; 3] = [0.25, 0.5, 0.75];
 /// Times at which long steps are inspected: loads and motions of short duration may lie between the ends of a step.
 ///
 /// They are the output times, times that divide the motion evenly, and those at which functions of time change their form, with times
-/// between these. A step that contains none of them is not inspected: it is shorter than the distance of outputs.
+/// between these. A step that contains none of them is not inspected: it is shorter than the interval of the outputs.
 #[derive(Clone, Debug, Default)]
 pub struct InspectionTimes(Vec<f64>);
 
@@ -39,7 +39,7 @@ impl InspectionTimes {
         Self(all)
     }
 
-    /// The times strictly inside a step with these `ends` (s), without those at its ends but for rounding.
+    /// The times inside a step with these `ends` (s); times that equal an end up to rounding are excluded.
     pub fn inside(&self, [begin, end]: [f64; 2]) -> &[f64] {
         let tiny = 1e-9 * (end - begin);
         let first = self.0.partition_point(|t| *t <= begin + tiny);
@@ -70,8 +70,8 @@ pub(crate) struct Inspector {
     is_projected: bool,
 }
 
-/// Largest difference of accelerations inside a step from a straight line between its ends, in units of the one whose effect on positions is
-/// the tolerance. That of smooth motions is less than the change of the accelerations over the step.
+/// Largest deviation of accelerations inside a step from linear interpolation between its ends, in units of the deviation that changes
+/// positions by the tolerance. For smooth motions it is smaller than the change of the accelerations over the step.
 const LARGEST: f64 = 10.0;
 
 impl Inspector {
@@ -129,7 +129,7 @@ impl Inspector {
         consistent_ends::at_event(&mut self.system, mechanism, end)
     }
 
-    /// Solves for accelerations and multipliers. Returns whether there are any: not in singular positions, which steps may pass.
+    /// Solves for accelerations and multipliers. Returns false in singular positions, which steps may pass.
     fn solve(&mut self, integrator: &Integrator<'_>) -> bool {
         let Self { system, solver, at, is_projected } = self;
         let is_consistent = !*is_projected || make_consistent(system, integrator.mechanism, at).is_ok();

@@ -26,7 +26,7 @@ struct PredictorState {
 /// Highest degree.
 const DEGREE: usize = 2;
 
-/// Largest ratio of a step to the steps by whose ends it is extrapolated.
+/// Largest ratio of the length of a step to those of the steps from whose ends its values are extrapolated.
 const REACH: f64 = 20.0;
 
 impl Predictor {

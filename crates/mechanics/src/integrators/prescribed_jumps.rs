@@ -19,7 +19,7 @@ const SMOOTH: f64 = 1e-6;
 /// that is left after [`HALVINGS`] halvings.
 const LEAST: f64 = 1e-3;
 
-/// Largest rounding of a mean velocity, as a fraction of a change of the velocity, that leaves enough digits in positions.
+/// Rounding error of a mean velocity, as a fraction of the change of the velocity, up to which differences of positions have enough digits.
 const ROUNDED: f64 = 1e-2;
 
 /// Largest effect of a jump on the equations, per unit of the jump, that counts as rounding.
@@ -59,7 +59,7 @@ pub(crate) fn refuse_jumps(
                  have none",
                 t = Seconds(t)
             );
-            let remedy = "take an implicit scheme, or a motion with a continuous velocity, such as a smooth ramp";
+            let remedy = "use an implicit scheme, or a motion with a continuous velocity, such as a smooth ramp";
             return Err(Error::unsupported(&mechanism.coordinates[i].name, why, remedy));
         }
     }
@@ -85,7 +85,7 @@ pub(crate) fn refuse_position_jumps(
                 "its prescribed position jumps by {jump:.3e} m or rad at t = {t}: no finite force does that",
                 t = Seconds(t)
             );
-            let remedy = "take a motion with a continuous position, such as a ramp over a short time";
+            let remedy = "use a motion with a continuous position, such as a ramp over a short time";
             return Err(Error::unsupported(&mechanism.coordinates[i].name, why, remedy));
         }
     }

@@ -155,7 +155,7 @@ impl<'m> TimeStepper<'m> {
         }
     }
 
-    /// Returns whether the motion goes on and the current step ends before `t` (s).
+    /// Returns whether the motion continues and the current step ends before `t` (s).
     pub fn is_before(&self, t: f64) -> bool {
         !self.has_ended() && is_before(self.settings.start, self.integrator.step.new.t, t)
     }
@@ -257,7 +257,7 @@ impl<'m> TimeStepper<'m> {
             self.grid_steps += 1;
             self.integrator.step.new.t = target;
         }
-        // The step after an event is the rest of a grid step: its length is no estimate of the next step size.
+        // The step after an event is the rest of a grid step: its length is not an estimate of the next step size.
         let length = if self.locator.opened.is_some() { self.next } else { trial };
         self.next = (2.0 * length).min(h);
         Ok(taken)
@@ -278,7 +278,7 @@ impl<'m> TimeStepper<'m> {
                     "{why}; {name} turns by {turn:.2} rad in a time step of {h} s, and implicit steps of more than \
                      {LONGEST_TURN} rad are unstable in space"
                 );
-                let remedy = "take more than 60 steps in a turn, give a tolerance, or take the scheme rk8";
+                let remedy = "use more than 60 steps in a turn, give a tolerance, or use the scheme rk8";
                 Error::analysis(what.clone(), why, remedy)
             }
             _ => error,

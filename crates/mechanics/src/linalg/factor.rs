@@ -1,4 +1,4 @@
-//! A matrix that chooses its LU factorization by pattern and pivots.
+//! A matrix whose LU factorization is chosen by its pattern and its pivots.
 
 use crate::linalg::banded::Banded;
 use crate::linalg::redundancy::Redundancy;
@@ -6,7 +6,7 @@ use crate::linalg::sparse::Sparse;
 use crate::linalg::static_order::StaticOrderLu;
 use faer::dyn_stack::MemBuffer;
 
-/// A matrix of fixed pattern with the cheapest factorization that is safe for its entries.
+/// A matrix of fixed pattern with the cheapest factorization that is stable for its entries.
 ///
 /// Factorizes without row interchanges unless a pivot is too small. A matrix with a small pivot is factorized with row
 /// interchanges (partial pivoting). After [`Factor::allow_redundancy`] constraints may depend on each other.

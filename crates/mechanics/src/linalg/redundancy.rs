@@ -29,7 +29,7 @@ pub(crate) struct Redundancy {
 /// ε as a fraction of the smallest estimated diagonal entry of Φ K⁻¹ Φᵀ.
 const SHIFT: f64 = 1e-4;
 
-/// Stiffness of a coordinate, and entry of a constraint, as a fraction of the largest one, that is rounding.
+/// Stiffness of a coordinate, and entry of a constraint, relative to the largest one, up to which it counts as rounding.
 const NEGLIGIBLE: f64 = 1e-12;
 
 /// Largest number of corrections.

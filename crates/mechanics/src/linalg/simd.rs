@@ -30,7 +30,7 @@ impl<K: Kernel> WithSimd for Dispatched<K> {
     }
 }
 
-/// A loop over many columns that is written with wide registers: where the compiler does not find them itself.
+/// A loop over many columns that is written with wide registers, because the compiler does not vectorize it itself.
 pub(crate) trait WideKernel {
     /// Executes the loop. Mark it and all functions that it calls `#[inline(always)]`.
     fn run<S: Simd>(self, simd: S);

@@ -52,7 +52,7 @@ struct PlannedRow {
 /// cancellation.
 const CANCELLED: f64 = 1e-7;
 
-/// Smallest pivot, as a fraction of the largest entry to its right: a sum of elements' stiffnesses may be zero but for rounding.
+/// Smallest pivot, as a fraction of the largest entry to its right: a sum of stiffnesses of elements may be zero except for rounding.
 const SMALL: f64 = 1e-8;
 
 impl StaticOrderLu {

@@ -44,7 +44,7 @@ pub(crate) struct CoordinateData<S> {
     pub motion: Option<(Arc<dyn AnyMotion>, Vec<S>)>,
     /// True if a second motion was prescribed: an error of every analysis.
     pub is_driven_twice: bool,
-    /// True if it only follows other coordinates: it has no weight in the distance from the built positions.
+    /// True if it is determined by other coordinates: it then has no weight in the distance from the built positions.
     pub is_follower: bool,
 }
 
@@ -63,7 +63,7 @@ pub(crate) struct DependentCoordinate<S> {
 /// Coordinates, elements connected to them, prescribed motions and named outputs.
 ///
 /// `S` is the number type of all quantities that depend on the design. Each element has a method that adds it, such as
-/// [`Mechanism::revolute`], defined in the element's own file. [`Mechanism::add`] takes any [`Element`], also from outside
+/// [`Mechanism::revolute`], defined in the element's own file. [`Mechanism::add`] takes any [`Element`], even from outside
 /// the crate.
 pub struct Mechanism<S> {
     pub(crate) coordinates: Vec<CoordinateData<S>>,

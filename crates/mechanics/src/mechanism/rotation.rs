@@ -176,7 +176,7 @@ impl<S: Scalar> Rotation<S> {
 
 /// The unit vector along `v`, of any length but zero; of that length, no number.
 fn unit<S: Scalar>(v: [S; 3]) -> [S; 3] {
-    // The square of a very long or very short vector is no number.
+    // The square of a very long or very short vector may overflow or underflow.
     let largest = v.iter().fold(0.0f64, |most, x| most.max(x.re().abs()));
     let v = v.map(|x| x / S::from(largest));
     scaled(v, dot(v, v).sqrt().recip())
@@ -261,7 +261,7 @@ impl EulerSequence {
     /// The angles (rad) of the rotation matrix `r`: α and γ from −π to π, β from −π/2 to π/2, or from 0 to π if the first axis
     /// is the last.
     ///
-    /// The rotation by the three angles is `r`, also in and near the singular positions ([`EulerSequence::is_singular`]). There the angles
+    /// The rotation by the three angles is `r`, even in and near the singular positions ([`EulerSequence::is_singular`]). There the angles
     /// have no derivatives: those of the result hold γ at zero.
     pub fn angles<T: Scalar>(self, r: &[[T; 3]; 3]) -> [T; 3] {
         let [i, j, last] = self.axes();
@@ -280,7 +280,7 @@ impl EulerSequence {
             return [signed(r[k][j]).atan2(r[j][j]), beta, T::zero()];
         }
         let alpha = first_sin.atan2(first_cos);
-        // R_i(−α) R has in row j what γ is, for any α: also where α is inaccurate.
+        // R_i(−α) R has in row j what γ is, for any α, even where α is inaccurate.
         let (s, c) = alpha.sin_cos();
         let row = |column: usize| r[j][column] * c + signed(r[k][column]) * s;
         let gamma = if last == k { signed(row(i)).atan2(row(j)) } else { (-signed(row(k))).atan2(row(j)) };

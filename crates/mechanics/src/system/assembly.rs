@@ -67,7 +67,7 @@ impl System {
         }
     }
 
-    /// Sums the rows of the elements that are wanted, those of constraints times `constraint`.
+    /// Sums the rows of the selected elements, those of constraints times `constraint`.
     fn add_up<T: StateScalar>(
         &self,
         mechanism: &Mechanism<T>,

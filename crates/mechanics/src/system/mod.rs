@@ -76,7 +76,7 @@ pub struct System {
 }
 
 impl System {
-    /// [`System::at`] the time zero.
+    /// [`System::at`] with the time zero.
     pub fn new(mechanism: &Mechanism<f64>) -> Result<Self> {
         Self::at(mechanism, 0.0)
     }

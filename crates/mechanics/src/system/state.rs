@@ -24,7 +24,7 @@ pub struct State<T> {
 }
 
 impl<T: StateScalar> State<T> {
-    /// The state that the mechanism was built with, and prescribed coordinates as prescribed at the time `t` (s).
+    /// The initial state of the model, with the prescribed coordinates as prescribed at the time `t` (s).
     pub fn built(mechanism: &Mechanism<T>, t: f64) -> Self {
         let zero = T::from(0.0);
         let mut state = Self {

@@ -5,8 +5,8 @@
 //! $$ \begin{bmatrix} A & G^T \\ G & 0 \end{bmatrix} \begin{bmatrix} \dot v \\ \lambda \end{bmatrix} =
 //!    \begin{bmatrix} b \\ c \end{bmatrix} $$
 //!
-//! by the factorized mass matrix A of the tree and the Delassus matrix G A⁻¹ Gᵀ, which is dense and small. Where some of the
-//! constraints are redundant, the most independent ones of the current position are kept, and the multipliers of the others are zero.
+//! by the factorized mass matrix A of the tree and the Delassus matrix G A⁻¹ Gᵀ, which is dense and small. If some of the
+//! constraints are redundant, the most independent ones in the current position are kept, and the multipliers of the others are zero.
 //!
 //! # Sources
 //!
@@ -119,8 +119,11 @@ impl TreeFactor {
         }
     }
 
-    /// Factorizes the Delassus matrix of the `jacobian` G, after the mass matrix. Returns the number of a dependent equation, if there is
-    /// one.
+    /// Factorizes the Delassus matrix of the `jacobian` G, which closes the loops; the mass matrix must be factorized before.
+    ///
+    /// # Errors
+    ///
+    /// The number of an equation that depends on others.
     pub fn close(&mut self, tree: &Tree, jacobian: &mut Vec<f64>) -> std::result::Result<(), usize> {
         std::mem::swap(&mut self.jacobian, jacobian);
         self.kept.choose(tree, &mut self.jacobian)?;
@@ -185,7 +188,11 @@ pub(crate) struct ProjectionFactor {
 }
 
 impl ProjectionFactor {
-    /// Factorizes for the `jacobian` G, row by row. Returns the number of a dependent equation, if there is one.
+    /// Factorizes for the `jacobian` G, row by row.
+    ///
+    /// # Errors
+    ///
+    /// The number of an equation that depends on others.
     pub fn factorize(&mut self, tree: &Tree, jacobian: &mut Vec<f64>) -> std::result::Result<(), usize> {
         std::mem::swap(&mut self.jacobian, jacobian);
         self.kept.choose(tree, &mut self.jacobian)?;
@@ -219,9 +226,9 @@ impl ProjectionFactor {
     }
 }
 
-/// The most independent equations of cut joints in a position, where some follow from the others; otherwise all.
+/// The most independent equations of cut joints in a position, if some follow from the others; otherwise all.
 ///
-/// Equations that were independent at the start can depend on each other elsewhere, while others take their place.
+/// Equations that were independent at the start can depend on each other in other positions. Others are then chosen instead.
 #[derive(Clone, Debug, Default)]
 struct KeptRows {
     /// Their numbers in ascending order; `None` if all are kept.
@@ -277,7 +284,7 @@ struct SymmetricFactor {
     size: usize,
 }
 
-/// Fraction of a diagonal entry below which a pivot is lost to rounding.
+/// Fraction of a diagonal entry below which a pivot consists of rounding errors.
 const DEPENDENT: f64 = 1e-12;
 
 impl SymmetricFactor {
@@ -348,7 +355,7 @@ pub(crate) fn independent_rows(rows: &[f64], n: usize, most: usize) -> Vec<usize
     let mut rest: Vec<(usize, Vec<f64>)> = rows.chunks_exact(n.max(1)).map(<[f64]>::to_vec).enumerate().collect();
     let square = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>();
     let own: Vec<f64> = rest.iter().map(|(_, row)| square(row)).collect();
-    // A row that is zero but for rounding is compared to the others.
+    // A row of rounding errors is compared with the other rows.
     let largest = own.iter().fold(0.0, |a: f64, b| a.max(*b));
     let sizes: Vec<f64> = own.iter().map(|size| size.max(DEPENDENT * largest)).collect();
     let mut kept = Vec::new();

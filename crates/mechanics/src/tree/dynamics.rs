@@ -16,18 +16,18 @@ use crate::tree::space::rigid::RigidProperties;
 use crate::{Error, Result};
 use error::Seconds;
 
-/// Entry of the Jacobian of a cut joint that is rounding, as a fraction of its gradient times a distance in m.
+/// Entry of the Jacobian of a cut joint that counts as rounding, as a fraction of its gradient times a distance in m.
 const ROUNDING: f64 = 1e-12;
 
 impl Tree {
-    /// Returns whether elements act on the bodies, other than these themselves.
+    /// Returns whether elements other than the bodies themselves act on the bodies.
     pub fn acts_on_bodies(&self) -> bool {
         !(self.forces.is_empty() && self.cut_elements.is_empty())
     }
 
     /// Counts the independent equations of cut joints in the consistent `state`.
     ///
-    /// An equation that the tree satisfies in all positions has a row of rounding errors.
+    /// The row of an equation that the tree satisfies in all positions consists of rounding errors.
     pub fn count_independent(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) {
         let (mut placed, mut geometry, mut rows) = (state.clone(), TreeGeometry::new(self), Vec::new());
         let y = self.joint_state(mechanism, state);
@@ -438,7 +438,7 @@ impl TreeDynamics {
     /// Writes inertia − force of all bodies and forces, and the reactions of cut joints if `has_reactions`.
     fn add_rows(&mut self, mechanism: &Mechanism<f64>, state: &mut State<f64>, has_reactions: bool) {
         self.rows.copy_from_slice(&self.weights);
-        // Elements with constant masses are in the inertias of the bodies: their rows are those without accelerations.
+        // Constant masses of elements are part of the inertias of the bodies, so the elements are evaluated without accelerations.
         let is_closed = has_reactions && !self.tree.cut_elements.is_empty();
         let has_forces = is_closed || !self.tree.forces.is_empty();
         if has_forces {
@@ -478,7 +478,7 @@ impl TreeDynamics {
             Error::analysis(
                 &self.tree.names[worst],
                 why,
-                "take shorter steps or, with adaptive ones, a smaller tolerance",
+                "use shorter steps or, with adaptive ones, a smaller tolerance",
             )
         })
     }
@@ -517,7 +517,7 @@ fn dependent(mechanism: &Mechanism<f64>, tree: &Tree, row: usize, t: f64) -> Err
         "its equation follows from those of the other joints at t = {t}, and fewer constraints are independent than at the start",
         t = Seconds(t)
     );
-    let remedy = "the mechanism is in a singular position, such as a dead centre: change the design, or take absolute coordinates";
+    let remedy = "the mechanism is in a singular position, such as a dead centre: change the design, or use absolute coordinates";
     Error::analysis(name, why, remedy)
 }
 

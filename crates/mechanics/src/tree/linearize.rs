@@ -1,5 +1,5 @@
-//! Directional derivatives of a tree at one stage: the derivatives of the joints by their neighbours, which all design variables
-//! share, and the sweeps with them for several design variables at a time.
+//! Directional derivatives of a tree at one stage: the derivatives of each joint with respect to its two bodies, which all design variables
+//! share, and the sweeps that apply them to several design variables at a time.
 //!
 //! With the levers $p$ and $c$ of a joint in its parent and its body, and $\hat r$ for r turned by 90°, the tip of a lever has the
 //! acceleration $\Lambda_r = \dot\omega\,\hat r - \omega^2 r$. A change of the motion at fixed accelerations of the joint coordinates is
@@ -10,7 +10,7 @@
 //! $$ \delta p = \hat p\,\delta\theta_p + R_p\,\delta b ,\quad \delta c = \hat c\,\delta\theta_c + R_c\,\delta b $$
 //!
 //! and the rows of the joints change with the wrenches and with the levers of the wrenches F of the motion. Nothing is
-//! evaluated in dual numbers, and no angle has its sine taken again for every design variable.
+//! evaluated in dual numbers, and sines and cosines are computed once for all design variables.
 
 use crate::linalg::simd::Gradient;
 use crate::linalg::simd::rows;

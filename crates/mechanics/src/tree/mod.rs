@@ -7,7 +7,7 @@
 //! $$ \mathbf r(q, v, \dot v) = J^T\,\mathbf r_{abs}\big(\mathbf x(q),\ \dot{\mathbf x},\ \ddot{\mathbf x}\big) = 0 ,\qquad
 //!    J = \partial\dot{\mathbf x} / \partial v $$
 //!
-//! $r_{abs}$ are the rows of all bodies and forces, inertia − force. In open trees there are no constraints, and nothing drifts. Joints
+//! $r_{abs}$ are the rows of all bodies and forces, inertia − force. In open trees there are no constraints and no drift. Joints
 //! that close loops are cut: they remain constraints Φ(x(q)) = 0, onto which the ends of steps are projected.
 //!
 //! | file | contents |
@@ -39,5 +39,5 @@ pub(crate) use plan::Tree;
 
 /// The error of a part that relative coordinates do not support.
 pub(crate) fn unsupported(what: &str, why: &str) -> crate::Error {
-    crate::Error::unsupported(what, why, "take absolute coordinates, or leave the choice automatic")
+    crate::Error::unsupported(what, why, "use absolute coordinates, or leave the choice automatic")
 }

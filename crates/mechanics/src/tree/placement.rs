@@ -188,8 +188,8 @@ impl Tree {
 
     /// Writes the virtual displacements of all coordinates for those of the joint coordinates, `psi`.
     ///
-    /// With `gaps`, joints open against their constraints: the virtual displacement of the constraint with the multiplier m is
-    /// −`gaps[m]`. Then `gaps` · λ = Σ `out` · r over the rows of all bodies, which gives the derivatives of reactions.
+    /// With `gaps`, the virtual displacements violate the constraints of joints: that of the constraint with the multiplier m
+    /// is −`gaps[m]`. Then `gaps` · λ = Σ `out` · r over the rows of all bodies, which gives the derivatives of reactions.
     pub fn place_virtual(
         &self,
         y: &[f64],

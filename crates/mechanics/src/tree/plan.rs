@@ -32,9 +32,9 @@ pub(crate) struct Tree {
     pub nodes: Vec<TreeBody>,
     /// Bodies in space, whose joint coordinates follow those of the bodies in the plane.
     pub space: Space,
-    /// Unknown coordinates that belong to no body, such as those of flywheels; they are joint coordinates as well.
+    /// Single coordinates: unknowns that belong to no body, such as those of flywheels. They are joint coordinates as well.
     pub singles: Vec<usize>,
-    /// Joint coordinate of the first of the singles.
+    /// Joint coordinate of the first single coordinate.
     pub first_single: usize,
     /// Number of joint coordinates.
     pub count: usize,
@@ -128,7 +128,7 @@ impl Tree {
         self.space.nodes.iter().any(replaces) || self.nodes.iter().any(|node| node.element.is_some())
     }
 
-    /// Returns whether it replaces constraints, and none is left.
+    /// Returns whether joint coordinates replace constraints, and no constraint remains.
     pub fn is_open(&self) -> bool {
         self.has_joints() && self.cuts.is_empty()
     }

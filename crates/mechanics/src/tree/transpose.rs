@@ -38,7 +38,8 @@ pub(crate) struct VirtualDisplacements<'a> {
 }
 
 impl Tree {
-    /// Moves the derivatives `bodies` to the joint coordinates and their velocities, `out`, and those of the power of `psi` as well.
+    /// Converts the derivatives with respect to `bodies` into those with respect to the joint coordinates and their velocities, `out`; derivatives of the
+    /// power of `psi` are included.
     ///
     /// `add` receives the derivatives with respect to the parameters of joints: element, number of the parameter, derivative. On
     /// return `bodies` has those with respect to prescribed coordinates.

@@ -189,7 +189,7 @@ fn implicit_steps_through_sticking_and_lifting_converge() {
     );
 }
 
-/// Without the settings of the paper, whose prescribed accelerations oscillate: contact forces do, too.
+/// Without the settings of the paper, whose prescribed accelerations oscillate: so do contact forces.
 #[test]
 fn all_methods_agree_through_sticking_and_lifting() {
     let all = all_settings();
@@ -253,7 +253,7 @@ fn a_closed_contact_does_not_pull_during_an_impact() {
     }
 }
 
-/// The impacts of the two ends take turns, ever faster. Slender and thick bars, with little and much restitution.
+/// The impacts of the two ends alternate at ever shorter intervals, for slender and thick bars with little and much restitution.
 #[test]
 fn rocking_bars_come_to_rest() {
     let all = [0.02, 0.1, 0.3, 0.9, 2.0].into_iter().flat_map(|inertia| {
@@ -491,8 +491,8 @@ fn friction_in_two_joints_of_a_mechanism_dissipates_its_work() {
     }
 }
 
-/// A block of 2 kg that the force b₀ cos(b₁ t) pushes over friction against a stop, which carries what pushes; friction holds the block
-/// when the stop no longer does, and slides back.
+/// A block of 2 kg that the force b₀ cos(b₁ t) pushes with friction against a stop, which then carries the force. Friction holds the block
+/// when the stop no longer does, until it slides back.
 struct AgainstStop;
 
 impl ParametricMechanism for AgainstStop {
@@ -762,7 +762,7 @@ fn a_corner_without_restitution_lands_and_leaves_within_a_turn() {
     }
 }
 
-/// One mass with friction and a stop: where the friction breaks away beside the closed stop, the stop opens.
+/// One mass with friction and a stop: where the friction breaks away at the closed stop, the stop opens.
 #[test]
 fn friction_breaks_away_beside_a_stop() {
     let mut m = Mechanism::<f64>::new();

@@ -1,4 +1,4 @@
-//! Mechanisms with impacts, switched forces and joints that let go.
+//! Mechanisms with impacts, switched forces and released joints.
 
 use autodiff::Scalar;
 use linkwright_mechanics::elements::Revolute;

@@ -29,7 +29,7 @@ enum PendulumEvent {
     Ends(f64),
 }
 
-/// A body of 1 kg and 0.1 kg m² at the distance b₀ from a pin, let go in the horizontal position.
+/// A body of 1 kg and 0.1 kg m² at the distance b₀ from a pin, released in the horizontal position.
 struct Pendulum(PendulumEvent);
 
 impl ParametricMechanism for Pendulum {

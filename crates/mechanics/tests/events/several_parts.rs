@@ -100,7 +100,7 @@ fn three_friction_forces_hold_two_sliders_and_slide_together() {
     sliders.check(&[0.1266657, 0.1357698], 2e-5);
 }
 
-/// The friction between the sliders is released before the other one in the direction of its force, and has to turn round.
+/// The friction between the sliders is released before the other one in the direction of its force, and has to be reversed.
 #[test]
 fn friction_that_was_released_turns_round() {
     let sliders = Sliders {
@@ -112,7 +112,7 @@ fn friction_that_was_released_turns_round() {
     sliders.check(&[-0.0328801, -0.1008271], 2e-4);
 }
 
-/// Friction holds sliders where they touch a stop: rounding errors of the gap are no impacts.
+/// Friction holds sliders where they touch a stop: rounding errors of the gap are not impacts.
 #[test]
 fn friction_holds_sliders_at_a_stop() {
     let sliders = Sliders {

@@ -1,4 +1,4 @@
-//! Loads and prescribed motions that act for a short time on what is at rest: adaptive steps do not pass over them.
+//! Loads and prescribed motions that act for a short time on what is at rest: adaptive steps do not miss them.
 
 use crate::models::{Above, outputs};
 use autodiff::Scalar;
@@ -8,7 +8,7 @@ use linkwright_mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright_mechanics::motion::{Fixed, Harmonic, Motion, Ramp};
 use linkwright_mechanics::{Coordinate, Dynamics, Mechanism, Pose};
 
-/// A pulse p₁ exp(−((t − p₂)/p₃)²) beside the constant p₀.
+/// A pulse p₁ exp(−((t − p₂)/p₃)²) added to the constant p₀.
 struct Pulse;
 
 impl Motion for Pulse {
@@ -189,7 +189,7 @@ fn explicit_steps_refuse_jumps_of_prescribed_velocities_that_take_impulses() {
     compare("spring", &driven_cart(false), 2.0, 1e-4);
 }
 
-/// A rod hangs on a cart that a ramp moves by 0.1 m within 0.3 ms, between two outputs: its velocities pass the ends of a step over.
+/// A rod hangs on a cart that a ramp moves by 0.1 m within 0.3 ms, between two outputs.
 #[test]
 fn short_ramps_of_drives_are_not_passed_over() {
     let mut m = Mechanism::<f64>::with_gravity(0.0, -9.81);

@@ -202,7 +202,7 @@ fn two_masses(restitution: f64) -> Mechanism<f64> {
     m
 }
 
-/// Bodies that are not joined fall and bounce as alone.
+/// Bodies that are not joined fall and bounce as each would alone.
 #[test]
 fn impacts_at_the_same_time_that_have_no_effect_on_each_other_are_independent() {
     let (g, e): (f64, f64) = (9.81, 0.6);

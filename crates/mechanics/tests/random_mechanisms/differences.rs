@@ -1,4 +1,4 @@
-//! Extrapolated differences that know their error, of all components of a function.
+//! Extrapolated differences with error estimates, of all components of a function.
 
 use autodiff::differences::{DifferenceEstimate, StepValues, ridders};
 

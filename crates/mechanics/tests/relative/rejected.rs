@@ -48,8 +48,8 @@ fn what_is_not_a_tree_is_named() {
     is_named(&rubbing, "friction", "reactions of a joint");
 }
 
-/// The angle between the markers of a universal joint is none of its two coordinates, and a mass on one coordinate of a body is no
-/// rigid body.
+/// The angle between the markers of a universal joint is not one of its two coordinates, and a mass on one coordinate of a body is
+/// not a rigid body.
 #[test]
 fn what_is_not_a_tree_in_space_is_named() {
     fn hung(add: impl Fn(&mut Mechanism<f64>, [Marker3<f64>; 2])) -> Mechanism<f64> {

@@ -90,7 +90,7 @@ fn forces_of_the_legs_do_the_work_of_the_platform() {
 /// Radii of the circles of motors and of the rods on the platform, lengths of arms and rods, half the distance of two rods.
 const DELTA: [f64; 5] = [0.15, 0.05, 0.25, 0.6, 0.04];
 
-/// Way of the platform of a delta robot below its motors.
+/// Path of the platform of a delta robot below its motors.
 fn way<T: Scalar>(t: T) -> [T; 3] {
     [(t * 2.0).sin() * 0.12, (t * 3.0).cos() * 0.1, (t * 1.5).sin() * 0.08 - 0.55]
 }

@@ -190,7 +190,7 @@ fn every_joint_with_an_impossible_axis_is_named() {
     }
 }
 
-/// Joints that cannot hold at the same time: one of them is named, with what to look at.
+/// Joints that cannot hold at the same time: one of them is named, with what to check.
 #[test]
 fn joints_that_contradict_each_other_are_named() {
     let at = Pose3::at([0.0; 3]);

@@ -23,7 +23,7 @@ const DENSE: usize = 1000;
 /// | convex quadratic rows with factors | [`SecondOrder`] |
 /// | separable, up to 200 rows | [`Falk`] |
 /// | separable with more rows, or coupled by a quadratic of low rank | [`InteriorPoint`] |
-/// | any other, and those that these solvers do not solve | [`Sqp`] |
+/// | any other, and programs on which these solvers fail | [`Sqp`] |
 ///
 /// # Examples
 /// ```

@@ -36,7 +36,7 @@ pub struct SolverComparison {
     pub solutions: [Solution; 2],
     /// Largest difference of a variable.
     pub variables: f64,
-    /// Difference of the objectives, the second less the first.
+    /// Difference of the objectives, the second minus the first.
     pub objective: f64,
     /// Largest difference of a row's multiplier.
     pub multipliers: f64,

@@ -105,9 +105,9 @@ fn cone_point(
     let mut solver = DefaultSolver::new(&p, &q, &a, &right, &cones, settings)
         .map_err(|e| clarabel_error(&e, "check that the program's rows are finite"))?;
     solver.solve();
-    let good = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
+    let is_solved = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
     let (l, u) = (program.lower(), program.upper());
-    Ok(good.then(|| (0..n).map(|j| (x[j] + scale[j] * solver.solution.x[j]).clamp(l[j], u[j])).collect()))
+    Ok(is_solved.then(|| (0..n).map(|j| (x[j] + scale[j] * solver.solution.x[j]).clamp(l[j], u[j])).collect()))
 }
 
 /// Equality rows, linear rows, bounds and quadratic rows, in this order, in units of variables and rows at `x`.

@@ -27,7 +27,7 @@ const PENALTIES: usize = 6;
 /// The program min f + penalty · t subject to g ≤ w t, |h| ≤ w t, t ≥ 0, in the variables (x, t); f may be omitted.
 pub(super) struct Elastic<'a> {
     program: &'a dyn Program,
-    /// Index of the row in the program, and its sign: an equality gives two rows.
+    /// Index of the row in the program, and its sign: an equality becomes two rows.
     rows: Vec<(usize, f64)>,
     /// w, the violation of each row for t = 1.
     weights: Vec<f64>,

@@ -244,7 +244,7 @@ model!(OutsideEllipses, 0, |x| {
     (x[0].powi(2) + x[1].powi(2) * 3.0, vec![outside(1.0, 2.0), outside(2.0, 1.0)])
 });
 
-/// At the origin the slopes of the violated rows vanish, and beside it a full step leads far away.
+/// At the origin the slopes of the violated rows vanish, and near it a full step leads far away.
 #[test]
 fn a_stationary_violation_is_left_along_negative_curvature() {
     for start in [[0.0, 0.0], [1e-15, -2e-15], [-3e-17, 1e-16]] {

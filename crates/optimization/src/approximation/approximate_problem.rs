@@ -68,7 +68,7 @@ impl<'a> ApproximateProblem<'a> {
         self.functions.curvature.as_ref()
     }
 
-    /// Determines structure, cones and separability by an evaluation with numbers that carry their polynomial degree.
+    /// Determines structure, cones and separability by an evaluation in numbers that carry a polynomial degree.
     fn recognize(&mut self) {
         let functions = &self.functions;
         let (origin, peaks) = (&functions.origin, &functions.models.peaks);
@@ -76,7 +76,7 @@ impl<'a> ApproximateProblem<'a> {
         let (objective, rows) = functions.values(&middle.collect::<Vec<_>>(), |_| true);
         let degree = |(i, row): (usize, &PolynomialDegree)| match &peaks[i] {
             Some(p) if !p.stays_quadratic(origin, self.lower(), self.upper()) => PolynomialDegree::NONLINEAR,
-            // In the middle of the box the shift of the peak may be zero by chance.
+            // At the centre of the box the shift of the peak may be zero by chance.
             Some(p) if p.is_moving && p.peak.reach.iter().any(|t| *t > 0.0) => row.degree.max(2),
             _ => row.degree,
         };
@@ -122,9 +122,11 @@ fn factor(h: DMatrix<f64>) -> Option<DMatrix<f64>> {
     if eigen.eigenvalues.iter().any(|&v| v < -1e-12 * most) {
         return None;
     }
-    let good: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|&k| eigen.eigenvalues[k] > 1e-14 * most).collect();
+    let positive: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|&k| eigen.eigenvalues[k] > 1e-14 * most).collect();
     let n = eigen.eigenvalues.len();
-    Some(DMatrix::from_fn(good.len(), n, |i, j| eigen.eigenvalues[good[i]].sqrt() * eigen.eigenvectors[(j, good[i])]))
+    Some(DMatrix::from_fn(positive.len(), n, |i, j| {
+        eigen.eigenvalues[positive[i]].sqrt() * eigen.eigenvectors[(j, positive[i])]
+    }))
 }
 
 impl Program for ApproximateProblem<'_> {

@@ -76,8 +76,8 @@ impl Asymptotes {
                     let positive = initial[side] > 0.0 && initial[side].is_finite();
                     Error::check_option("first asymptote distance", "positive and finite", initial[side], positive)?;
                     Error::check_option("least asymptote distance", "positive", least[side], least[side] > 0.0)?;
-                    let good = most[side] >= least[side];
-                    Error::check_option("largest asymptote distance", "at least the least", most[side], good)
+                    let is_ordered = most[side] >= least[side];
+                    Error::check_option("largest asymptote distance", "at least the least", most[side], is_ordered)
                 })
             }
             Self::Each(rules) => {

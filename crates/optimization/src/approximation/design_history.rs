@@ -1,4 +1,4 @@
-//! The accepted designs of a run, as far as approximations use them.
+//! Data of the accepted designs of a run that approximations use.
 
 use super::Asymptotes;
 
@@ -34,12 +34,12 @@ impl DesignHistory {
         self
     }
 
-    /// True if the distances by these rules, and no others, are followed.
+    /// True if exactly the distances by these rules are tracked.
     pub(crate) fn follows(&self, rules: &[Asymptotes]) -> bool {
         rules.iter().flat_map(Asymptotes::parts).eq(self.followed.iter().map(|(rule, _)| rule))
     }
 
-    /// The rules whose distances are followed.
+    /// The rules whose distances are tracked.
     pub(crate) fn rules(&self) -> Vec<Asymptotes> {
         self.followed.iter().map(|(rule, _)| *rule).collect()
     }
@@ -75,7 +75,7 @@ impl DesignHistory {
         self.extents.get(k).copied().unwrap_or([f64::INFINITY, f64::NEG_INFINITY])
     }
 
-    /// Distances of the asymptotes of variable k; `None` if the rule is not followed and there were more designs than it uses.
+    /// Distances of the asymptotes of variable k; `None` if the rule is not tracked and there were more designs than it uses.
     pub(super) fn distances(&self, rule: &Asymptotes, k: usize) -> Option<[f64; 2]> {
         if let Some((_, distances)) = self.followed.iter().find(|(followed, _)| followed == rule)
             && let Some(known) = distances.get(k)
@@ -95,7 +95,7 @@ impl DesignHistory {
 mod tests {
     use super::*;
 
-    /// Distances that were followed, computed from all designs at once.
+    /// The tracked distances, computed from all designs at once.
     fn from_the_start(rule: Asymptotes, designs: &[Vec<f64>]) -> [f64; 2] {
         let first = rule.first(0, &designs[..designs.len().min(2)]);
         designs.windows(3).fold(first, |distances, window| rule.next(distances, 0, window))

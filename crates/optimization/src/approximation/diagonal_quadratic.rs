@@ -17,7 +17,7 @@ use std::sync::Arc;
 ///
 /// Groenwold, Etman & Wood, *Struct. Multidisc. Optim.* 41 (2010) 39–56; Groenwold & Etman, *Int. J. Numer.
 /// Meth. Eng.* 82 (2010) 505–524. We differ: the spherical curvatures are spherical in variables divided by their scales, so
-/// that units do not matter.
+/// that they do not depend on units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiagonalQuadratic {
     /// Rule for the curvatures.

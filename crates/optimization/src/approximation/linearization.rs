@@ -117,6 +117,6 @@ pub struct PreviousPoint {
     pub design: Vec<f64>,
     /// Responses there.
     pub responses: Responses,
-    /// Their sensitivities, as far as they were needed.
+    /// Those of their sensitivities that were needed.
     pub sensitivities: Sensitivities,
 }

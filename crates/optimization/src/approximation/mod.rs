@@ -55,7 +55,7 @@ use std::sync::Arc;
 
 /// An approximation of one number around a design. Values hold settings only.
 pub trait Approximation: Send + Sync + std::fmt::Debug {
-    /// Checks the settings, and that they suit the problem.
+    /// Checks the settings, and that they fit the problem.
     ///
     /// # Errors
     ///
@@ -68,7 +68,7 @@ pub trait Approximation: Send + Sync + std::fmt::Debug {
     fn memory(&self) -> usize {
         0
     }
-    /// Rules for moving asymptotes that it uses: the driver follows their distances from the first design on.
+    /// Rules for moving asymptotes that it uses: the driver tracks their distances from the first design on.
     fn asymptotes(&self) -> Vec<Asymptotes> {
         vec![]
     }

@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// which is σ²/2κ for a maximum within the interval. If g_t = 0 there, this is the exact second-order effect of the motion,
 /// from first-order sensitivities alone. φ is linear if the maximum would leave the interval, and zero at an end from which
 /// the constraint decreases. It is convex and continuously differentiable for κ > 0; κ is at
-/// least a millionth over the squared length of the interval, so that φ of a flat peak is smooth.
+/// least a millionth divided by the squared length of the interval, so that φ of a flat peak is smooth.
 pub(super) struct MovingPeak {
     /// Models of the responses at t*.
     pub models: Vec<Arc<dyn AnyModel>>,
@@ -48,7 +48,7 @@ impl MovingPeak {
         (-self.peak.curvature_in_time).max(1e-6 / self.span().powi(2))
     }
 
-    /// φ, the rise of the maximum by its motion in time.
+    /// φ, the increase of the maximum due to its motion in time.
     pub fn rise<S: ProblemScalar>(&self, b: &[S], origin: &[f64]) -> S {
         if !self.is_moving || self.span() <= 0.0 {
             return S::from(0.0);

@@ -88,8 +88,8 @@ fn exact_entry(expansion: &Expansion, i: usize, j: usize) -> f64 {
 
 /// B by damped BFGS updates, the oldest step first, in scaled variables.
 ///
-/// The first matrix is the spherical curvature of the newest step along which the function bends up; without one the matrix is
-/// zero.
+/// The first matrix is the spherical curvature of the newest step along which the function has positive curvature; without one the
+/// matrix is zero.
 fn bfgs(expansion: &Expansion) -> DMatrix<f64> {
     let scale = &expansion.subproblem_box.scale;
     let n = scale.len();
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn bfgs_bends_up_although_its_oldest_step_bends_down() {
+    fn bfgs_is_convex_although_its_oldest_step_has_negative_curvature() {
         let approximation = FullQuadratic { hessian: Hessian::Bfgs(3) };
         let wave = |b: &[HyperDual]| b[0] * b[0] * b[0] * b[0] - b[0] * b[0] * 2.0 + b[1] * b[1];
         // From a maximum in x to a minimum of the wave.

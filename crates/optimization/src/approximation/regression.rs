@@ -17,18 +17,18 @@ use std::sync::Arc;
 /// $$ \sum_p w_p \Bigl[ \bigl(\tilde r(b_p) - r(b_p)\bigr)^2 + \sum_k \bigl(h_k \partial_k \tilde r(b_p) - s_k(b_p)\bigr)^2 \Bigr] ,
 ///    \qquad w_p = \bigl(1 - d_p / \rho\bigr)^2 , $$
 ///
-/// with the distance $d_p = \max_k |b_{p,k} - b_{0,k}| / h_k$ of design p; designs farther than ρ are left out. The
+/// with the distance $d_p = \max_k |b_{p,k} - b_{0,k}| / h_k$ of design p; designs farther than ρ are ignored. The
 /// multiplicative function is fitted to the logarithms, and only if all values have one sign and the variables stay positive.
 ///
 /// # When to use it
 ///
 /// For analyses with noise: P designs reduce the error of the derivatives by about √P. Value and gradient at b₀ are not those of
-/// the analysis, so that convergence on exact analyses is slower than with the approximations that interpolate.
+/// the analysis, so that convergence on exact analyses is slower than with interpolating approximations.
 ///
 /// # Sources
 ///
 /// Toropov, Filatov & Polynkin, *Struct. Optim.* 6 (1993) 7–14; Etman, Adriaens, van Slagmaat & Schoofs, *Struct. Optim.* 12 (1996)
-/// 171–175. We differ: the designs are those of earlier cycles, none are analysed for the fit alone, and the weights are these.
+/// 171–175. We differ: the designs are those of earlier cycles, none is analysed for the fit alone, and the weights are our own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regression {
     /// Number of earlier designs, at least 1.

@@ -1,4 +1,4 @@
-//! Approximate problems that are sums over their variables.
+//! Separable approximate problems: sums of functions of one variable each.
 
 use super::AnyModel;
 use super::approximate_functions::ApproximateFunctions;

@@ -32,7 +32,7 @@ pub(super) enum UnivariateForm {
     Reciprocal { slope: f64 },
     /// s x₀ ((x/x₀)ᵖ − 1) / p, and its limit s x₀ ln(x/x₀) for p = 0.
     Power { slope: f64, exponent: f64 },
-    /// p/(u − x) + q/(x − l) less its value at x₀.
+    /// p/(u − x) + q/(x − l), minus its value at x₀.
     Asymptotes { p: f64, q: f64, low: f64, high: f64 },
 }
 

@@ -36,7 +36,7 @@ impl SubproblemBox {
     ///
     /// # Errors
     ///
-    /// [`Error::Definition`] if a variable with proportional or relative asymptotes is not positive, or if the history has not followed
+    /// [`Error::Definition`] if a variable with proportional or relative asymptotes is not positive, or if the history does not track
     /// the rule.
     pub fn asymptotes(&self, rule: &Asymptotes, k: usize) -> Result<(f64, f64)> {
         let x = self.history.last().map_or(0.0, |b| b[k]);

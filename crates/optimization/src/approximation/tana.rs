@@ -18,8 +18,8 @@ use std::sync::Arc;
 ///
 /// # Sources
 ///
-/// Xu & Grandhi, *Computers & Structures* 67 (1998) 325–334 (with bᵖ where this file has (b/b₀)ᵖ, so that
-/// units do not matter).
+/// Xu & Grandhi, *Computers & Structures* 67 (1998) 325–334 (with bᵖ instead of (b/b₀)ᵖ, which does not
+/// depend on units).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tana {
     /// The exponents.

@@ -179,10 +179,10 @@ fn conclude(optima: &'static [Optimum], names: [&'static str; 2], problem: &Prob
 }
 
 /// Largest residual of the Karush–Kuhn–Tucker conditions at the last design of a run, computed independently of the method: the largest first-order
-/// change of the objective over the scale of a variable, relative to the objective or, if that is larger, to its change during the run; or relative
-/// to the largest derivative of the objective there, if that makes it smaller.
+/// change of the objective over the scale of a variable. It is relative to the objective or, if that is larger, to its change during the run; or
+/// relative to the largest derivative of the objective there, if that makes it smaller.
 ///
-/// The derivatives at the last design alone are no measure: they are zero at an optimum in the interior.
+/// The derivatives at the last design alone are not a suitable unit: they are zero at an optimum in the interior.
 ///
 /// # Errors
 /// Those of an analysis and a sensitivity analysis.

@@ -6,7 +6,7 @@ use super::{
     ten_bar_truss, two_bar_truss, two_spheres,
 };
 
-/// The mechanisms and structures, similar ones next to each other. [`suite::problems`](super::suite::problems) lists the problems of all suites.
+/// The mechanisms and structures; similar ones are adjacent. [`suite::problems`](super::suite::problems) lists the problems of all suites.
 pub fn catalogue() -> &'static [CatalogueEntry] {
     ENTRIES
 }

@@ -24,8 +24,8 @@ const DENSITY: f64 = 0.1;
 /// # Errors
 /// [`Error::Option`] unless `ninth` is positive and finite.
 pub fn problem(ninth: f64) -> Result<Problem> {
-    let good = ninth > 0.0 && ninth.is_finite();
-    Error::check_option("allowed stress of bar 9", "positive and finite", ninth, good)?;
+    let is_valid = ninth > 0.0 && ninth.is_finite();
+    Error::check_option("allowed stress of bar 9", "positive and finite", ninth, is_valid)?;
     let down = [0.0, -100.0];
     let truss = Truss::new(&NODES, &BARS, &[(1, down), (3, down)], &[4, 5])?;
     let mut parts = ProblemBuilder::new(if ninth == 25.0 { "ten-bar truss" } else { "ten-bar truss, strong bar 9" });

@@ -5,7 +5,7 @@
 //!    0.2 \le x_1 \le 4 ,\quad 0.1 \le x_2 \le 1.6 , $$
 //!
 //! from (1.5, 0.5). x₁ is the area of both bars in cm², x₂ half the distance of their supports in m. The stresses rise and
-//! fall with x₂: SLP and CONLIN oscillate without end, MMA converges.
+//! fall with x₂: SLP and CONLIN oscillate forever, MMA converges.
 //!
 //! # Sources
 //! Svanberg, *Int. J. Numer. Meth. Eng.* 24 (1987) 359–373, section 6; its two-bar truss.

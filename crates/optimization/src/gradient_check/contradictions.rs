@@ -1,15 +1,15 @@
 //! Second examination of derivatives that disagree with the differences.
 //!
-//! * **Rounding.** A derivative that is zero but for rounding takes other values in designs that differ in their last digits. This scatter is
-//!   an estimate of its error; a derivative that is wrong does not scatter.
+//! * **Rounding.** A derivative that is zero except for rounding scatters among designs that differ in their last digits. This scatter is
+//!   an estimate of its error; a wrong derivative does not scatter.
 //! * **Discrete motions.** Where fixed steps end at events, the response is smooth between designs in which an event changes the step in
 //!   which it falls, and has small jumps there. Differences across many of these have the slope of the exact motion, which differs from
 //!   the slope of the discrete motion by the discretization error, with an error estimate that is too small. Narrower differences have the
 //!   slope of the discrete motion. Deviations larger than the discretization error stay wrong: the response may be a step function.
 //! * **Kinks.** A kink close to the design divides the differences: those on its side have another slope. A derivative that agrees with the
 //!   slope on one side is that of this side.
-//! * **Doubt.** A derivative is wrong if it contradicts the slopes on both sides, and those of close designs. If these are not accurate
-//!   enough to tell, it is unclear.
+//! * **Unclear results.** A derivative is wrong if it contradicts the slopes on both sides, and those of close designs. If these are not
+//!   accurate enough for a decision, it is unclear.
 
 use super::ridders;
 use super::samples::{DifferenceSamples, FirstStep};
@@ -23,7 +23,7 @@ const ROUNDED: [f64; 3] = [1e-11, -1e-10, 3e-10];
 /// One less than the smallest number of distances from which narrow differences are extrapolated.
 const FEWEST: usize = 4;
 
-/// Decides again about derivatives that are called wrong; `wide` are the samples of the differences by variable.
+/// Decides again about derivatives with the status wrong; `wide` are the samples of the differences by variable.
 pub(super) fn examine(
     analysis: &dyn Analysis,
     (methods, names): (&[GradientMethod<'_>], &[String]),
@@ -74,7 +74,7 @@ enum SlopeComparison {
     /// It does not agree with them.
     Opposes,
     /// It is not accurate enough.
-    Open,
+    Inconclusive,
 }
 
 impl Evidence {
@@ -94,12 +94,12 @@ impl Evidence {
     fn weigh(&self, d: &mut CheckedDerivative, largest: f64) {
         let Some(slope) = d.difference.filter(|_| !d.is_contradictory(largest)) else { return };
         let compare = |side: &Option<DifferenceEstimate>| {
-            let Some(side) = side else { return SlopeComparison::Open };
+            let Some(side) = side else { return SlopeComparison::Inconclusive };
             let is_accurate = MARGIN * side.error < (side.value - slope.value).abs();
             match d.disagreeing.iter().any(|&k| d.is_off(k, side, largest)) {
                 true => SlopeComparison::Opposes,
                 false if is_accurate => SlopeComparison::Supports,
-                false => SlopeComparison::Open,
+                false => SlopeComparison::Inconclusive,
             }
         };
         let is_kink = |sides: &[Option<DifferenceEstimate>; 2]| {

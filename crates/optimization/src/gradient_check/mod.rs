@@ -112,7 +112,7 @@ pub fn check(
         by_methods(methods, b, &here, wanted, &mut failed)?.into_iter().unzip();
     let first: Vec<FirstStep> = scales.iter().map(|size| FirstStep::of_size(*size)).collect();
     let samples = DifferenceSamples::along_all(|designs| analysis.analyze_around(b, designs), b, &first);
-    // Steps that are given, not chosen, round otherwise.
+    // Given steps have other rounding errors than chosen ones.
     let centre = analysis.analyze_around(b, &[b.to_vec()]).pop().and_then(Result::ok);
     let centre = centre.as_ref().unwrap_or(&here);
     // Largest contribution of the error of adaptive steps to the change of a response over the size of a variable.

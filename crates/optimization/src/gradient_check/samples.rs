@@ -30,7 +30,7 @@ impl FirstStep {
     }
 }
 
-/// Responses near a design along one variable, at falling distances, on both sides or on one.
+/// Responses near a design along one variable, at decreasing distances, on both sides or on one.
 pub struct DifferenceSamples {
     is_one_sided: bool,
     /// Distances h, and the responses at ±h or at h and 2h.

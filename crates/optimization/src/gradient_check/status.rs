@@ -107,7 +107,7 @@ impl CheckedDerivative {
         self.disagreeing.iter().map(|&k| (self.computed[k] - value).abs()).fold(0.0, f64::max)
     }
 
-    /// Returns whether a method that disagrees is none of the slopes on the two sides of a kink with this jump, nor between them.
+    /// Returns whether a method that disagrees is not one of the slopes on the two sides of a kink with this jump, nor between them.
     fn is_beyond(&self, jump: f64) -> bool {
         let Some(slope) = self.difference else { return false };
         self.disagreeing
@@ -122,9 +122,9 @@ impl CheckedDerivative {
         self.difference.is_some_and(is_off)
     }
 
-    /// Returns whether a method that does not disagree is closer to the differences than to the methods that do: it may be allowed to differ
+    /// Returns whether the differences are confirmed by a method: one that does not disagree and is closer to the differences than to the methods that do: it may be allowed to differ
     /// from both by the estimate of its own error.
-    fn has_witness(&self) -> bool {
+    fn has_confirmed_differences(&self) -> bool {
         let Some(slope) = self.difference else { return true };
         let mut others = (0..self.computed.len()).filter(|k| !self.disagreeing.contains(k));
         let is_nearer = |k: usize| {
@@ -178,7 +178,7 @@ impl CheckedDerivative {
                  another design"
                     .to_owned()
             }
-            GradientStatus::Wrong if !self.has_witness() => {
+            GradientStatus::Wrong if !self.has_confirmed_differences() => {
                 let (wrong, others) =
                     (named(&|k| self.disagreeing.contains(&k)), named(&|k| !self.disagreeing.contains(&k)));
                 format!(
@@ -250,8 +250,8 @@ pub(super) const MARGIN: f64 = 10.0;
 /// Deviation that is ignored, relative to the largest scaled derivative of the response: rounding of terms that cancel.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// Relative deviation that is always allowed. Steps that end at contacts are frozen for derivatives, and differences see other
-/// steps: both differ by the discretization error.
+/// Relative deviation that is always allowed. Steps that end at contacts are frozen for derivatives, and differ among the designs of
+/// differences: both results differ by the discretization error.
 const ALLOWED: f64 = 5e-6;
 
 /// Largest error estimate that counts for the analysis' own method, the first, relative to the largest scaled derivative of

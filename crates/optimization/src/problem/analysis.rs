@@ -74,7 +74,7 @@ pub struct Responses {
     /// energy, too long steps.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
-    /// Choices that the analysis has made where its settings leave them open.
+    /// Choices that the analysis has made because its settings do not determine them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     /// Data that the analysis reuses for sensitivities at the same design.
@@ -138,8 +138,8 @@ pub trait Analysis: Send + Sync {
 
     /// All responses at each of many designs, without traces: in parallel, unless the analysis replaces this method.
     ///
-    /// Finite differences and gradient checks call it. An analysis that must not run concurrently, or that runs on other
-    /// machines, has its own.
+    /// Finite differences and gradient checks call it. Override it for an analysis that must not run concurrently, or that runs on other
+    /// machines.
     fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
         let one = |b: &Vec<f64>| self.analyze(b).map(|responses| Responses { trace: None, ..responses });
         designs.par_iter().map(one).collect()
@@ -149,15 +149,15 @@ pub trait Analysis: Send + Sync {
     /// [`Analysis::sensitivities`].
     ///
     /// Gradient checks call it. An analysis that chooses its steps by the design, and whose derivatives are those of the chosen
-    /// steps, takes the steps of `b` at all designs. The default is [`Analysis::analyze_many`].
+    /// steps, uses the steps of `b` at all designs. The default is [`Analysis::analyze_many`].
     fn analyze_around(&self, _b: &[f64], designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
         self.analyze_many(designs)
     }
 
-    /// Relative tolerance of steps that [`Analysis::analyze_around`] chooses anew at each design near `b`; zero if all take the same steps.
+    /// Relative tolerance of steps that [`Analysis::analyze_around`] chooses separately at each design near `b`; zero if all use the same steps.
     ///
-    /// Responses contain the error of these steps, which changes from design to design: gradient checks cannot tell derivatives of
-    /// this size from zero.
+    /// Responses contain the error of these steps, which changes from design to design: gradient checks cannot distinguish derivatives
+    /// of this size from zero.
     fn step_tolerance(&self, _b: &[f64]) -> f64 {
         0.0
     }
@@ -202,7 +202,7 @@ pub trait Analysis: Send + Sync {
 
     /// Reasons to doubt the `responses` at the design `b` of an analysis that has succeeded: the part, the time and the remedy.
     ///
-    /// These are [`Responses::warnings`], and those that take further analyses.
+    /// These are [`Responses::warnings`], and warnings that need further analyses.
     fn warnings(&self, _b: &[f64], responses: &Responses) -> Vec<String> {
         responses.warnings.clone()
     }

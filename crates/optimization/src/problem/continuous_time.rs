@@ -200,7 +200,7 @@ impl Problem {
         Ok(Peak { curvatures: all.unwrap_or_default(), ..peak })
     }
 
-    /// dĝ/db of a local maximum: ∂ĝ/∂b at its time, since the shift of the time has no effect of first order.
+    /// dĝ/db of a local maximum: ∂ĝ/∂b at its time, because the shift of the time has no first-order effect.
     pub fn peak_gradient(&self, peak: &Peak, b: &[f64]) -> Vec<f64> {
         let constraint = &self.constraints[peak.row.constraint];
         let chunk = |first: usize| {

@@ -32,7 +32,7 @@ impl TimeGrid {
     /// ```
     pub fn uniform(from: f64, to: f64, count: usize) -> Result<Self> {
         let last = count.saturating_sub(1).max(1) as f64;
-        // The last point is `to` itself, also where the sum is rounded.
+        // The last point is `to` itself, even where the sum is rounded.
         let point = |p: usize| if p > 0 && p + 1 == count { to } else { from + (to - from) * (p as f64 / last) };
         Self::new("time", "s", (0..count).map(point).collect())
     }

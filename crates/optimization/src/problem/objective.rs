@@ -8,7 +8,7 @@ use super::{Intermediates, Quantity};
 pub enum Goal {
     /// Minimizes the quantity.
     Minimize,
-    /// Maximizes the quantity. The driver minimizes its negative, which evaluations and histories contain.
+    /// Maximizes the quantity. The driver minimizes its negative, which is the value in evaluations and histories.
     Maximize,
     /// Minimizes the peak of |f| over a grid, by a bound variable (equations 37–39).
     MinimizePeak(PeakBound),

@@ -110,7 +110,7 @@ impl Problem {
         self.checked(b, self.analysis.analyze(b)?)
     }
 
-    /// The responses at design `b`, if shape and all values are right.
+    /// The responses at design `b`, if their shape is correct and all values are finite.
     fn checked(&self, b: &[f64], responses: Responses) -> Result<Responses> {
         self.check_shape(&responses)?;
         for (response, (declared, values)) in self.responses.iter().zip(&responses.values).enumerate() {

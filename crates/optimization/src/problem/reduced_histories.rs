@@ -1,4 +1,4 @@
-//! Functionals of histories as responses of their own, for analyses whose derivatives cost one pass for each response.
+//! Functionals of histories as additional responses, for analyses whose derivatives cost one pass for each response.
 
 use super::quantity::{QuantityForm, SignedQuantity};
 use super::{

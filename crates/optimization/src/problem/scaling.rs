@@ -1,4 +1,4 @@
-//! Advice on scales: starts and bounds of variables, and scales of constraints, that do not fit what the functions do.
+//! Advice on scales: starts and bounds of variables, and scales of constraints, that do not match the changes of the functions.
 
 use super::{DirectCoupling, Problem, RowId};
 use error::Result;
@@ -12,7 +12,7 @@ const FAR: f64 = 1e3;
 /// A scale that is far off.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ScalingAdvice {
-    /// Over its length, a variable changes no function by more than a small part of what the other variables do.
+    /// Over its length, a variable changes every function by much less than the other variables do.
     ShortVariable {
         /// Index of the variable.
         variable: usize,
@@ -23,7 +23,7 @@ pub enum ScalingAdvice {
         /// The length over which it would change that function as much as the others do on average; infinite for a share of zero.
         suggested: f64,
     },
-    /// A normalized constraint is far from one in size, and changes by as much or as little.
+    /// A normalized constraint is far larger or far smaller than one, and so is its change.
     Constraint {
         /// Index of the constraint.
         constraint: usize,

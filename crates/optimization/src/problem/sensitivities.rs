@@ -16,7 +16,7 @@ pub struct Sensitivities {
     /// Differentiated responses and time points, sorted.
     #[serde(rename = "instants")]
     pub at: Vec<ResponseAt>,
-    /// One row for each of them, n columns; in the unit of the response over that of the variable.
+    /// One row for each of them, n columns; in the unit of the response per unit of the variable.
     #[serde(deserialize_with = "crate::storage::matrix::one")]
     pub rows: DMatrix<f64>,
 }

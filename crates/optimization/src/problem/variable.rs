@@ -23,7 +23,7 @@ pub struct DesignVariable {
     pub upper: f64,
 }
 
-/// Size of a bound that stands for none.
+/// Size at and above which a bound counts as absent.
 const NO_BOUND: f64 = 1e15;
 
 impl DesignVariable {

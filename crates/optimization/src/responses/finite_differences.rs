@@ -18,13 +18,13 @@ const AT_ONCE: usize = 256;
 /// | [`richardson`](Self::richardson) | (4 D(h/2) − D(h)) / 3 | h⁴ | 4 n |
 /// | [`noise_aware`](Self::noise_aware) | D extrapolated from 11 steps, the best one for curvature and noise | estimated | 22 n |
 ///
-/// With [bounds](Self::with_variables) no design is outside of them. Where a bound is nearer than a step, all designs of this variable
+/// With [bounds](Self::with_variables) no design is outside them. If a bound is nearer than a step, all designs of this variable
 /// are on the other side, with formulas of the same order and the same number of analyses.
 ///
 /// Responses that are rounded, to single precision or to the digits of a printout, may not change at all along a step. If none of the
 /// wanted ones does by any variable, and one of them is not zero, the differences are made again with longer steps, up to 1 % of the
-/// typical sizes: ten times the first ones of a sequence of factors of 100 that change a response. Zero differences would say that the
-/// design is stationary. So are those by a single variable far below its typical size, whose own step is very short.
+/// typical sizes: ten times the first ones of a sequence of factors of 100 that change a response. Zero differences would indicate that the
+/// design is stationary. Differences by a single variable far below its typical size, whose step is very short, are repeated in the same way.
 ///
 /// All analyses of a sensitivity analysis are made by [`Analysis::analyze_many`], by default in parallel; the result has the same
 /// bits for any number of threads. For derivatives of the whole analysis in dual numbers use the direct method.
@@ -39,16 +39,16 @@ pub struct Differences<A> {
     bounds: Vec<[f64; 2]>,
 }
 
-/// Part of its typical size below which a design variable is a rounding error, and its own size is no measure of a step.
+/// Fraction of its typical size below which a design variable counts as a rounding error, so that its own size does not determine a step.
 const ROUNDING: f64 = 1e-9;
-/// Part of the largest start below which another one stands for zero.
+/// Fraction of the largest start below which another one counts as zero.
 const NEGLIGIBLE: f64 = 1e-15;
 /// Factor of a step with which no response changes at all; its largest length, relative to the typical size; and factor of the first one
 /// with which a response changes, perhaps by a rounding error only.
 const LONGER: f64 = 100.0;
 const LONGEST: f64 = 0.01;
 const CLEAR: f64 = 10.0;
-/// Part of its typical size below which a variable that seems to have no effect has longer steps.
+/// Fraction of its typical size below which a variable that seems to have no effect has longer steps.
 const SMALL: f64 = 1e-3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,9 +134,9 @@ impl<A: Analysis> Differences<A> {
         Self::new(analysis, DifferenceStep::Relative(relative_step), DifferenceFormula::Richardson)
     }
 
-    /// Central differences with steps that fall from 1 % of every variable, extrapolated in all ways that they allow.
+    /// Central differences with decreasing steps from 1 % of every variable, extrapolated in all possible ways.
     ///
-    /// For each response and variable the result with the least error estimate is used, whatever the noise of the analysis.
+    /// For each response and variable the result with the least error estimate is used, for any noise of the analysis.
     ///
     /// # Sources
     ///
@@ -160,8 +160,8 @@ impl<A: Analysis> Differences<A> {
     }
 
     /// Sets typical sizes of the design variables, their starts, and bounds that no analysed design leaves. A start below 1e-15 of the
-    /// largest one stands for zero, and a variable that starts at zero has the size 1, at most that of its range. A variable with two equal
-    /// bounds is varied all the same: its derivative has no meaning otherwise.
+    /// largest one counts as zero, and a variable that starts at zero has the size 1, at most that of its range. A variable with two equal
+    /// bounds is varied nevertheless: its derivative has no meaning otherwise.
     #[must_use]
     pub fn with_variables(self, variables: &[DesignVariable]) -> Self {
         let largest = variables.iter().fold(0.0, |a: f64, v| a.max(v.start.abs()));
@@ -381,7 +381,7 @@ mod tests {
         }
     }
 
-    /// A step relative to a variable of 1e-13 that stands for zero would be lost in rounding.
+    /// A step relative to a variable of 1e-13 that counts as zero would be lost in rounding.
     #[test]
     fn a_rounding_error_is_no_measure_of_a_step() {
         let grid = TimeGrid::uniform(1.0, 2.0, 2).unwrap();
@@ -427,7 +427,7 @@ mod tests {
         let roundings: [fn(f64) -> f64; 3] = [single, |v| (v * 1e6).round() / 1e6, |v| (v * 1e3).round() / 1e3];
         let wanted = [ResponseAt { response: 0, point: 0 }];
         for rounding in roundings {
-            // The second design has a variable beside zero, whose own size is no measure of a step.
+            // The second design has a variable near zero, whose own size does not determine a step.
             for b in [[3.0, -2.0], [1e-7, 0.0], [0.9, 0.4]] {
                 let exact = [2.0 * (b[0] - 1.0), 10.0 * (b[1] - 0.5)];
                 let central = Differences::central(Rounded(rounding), 1e-10).unwrap();

@@ -1,10 +1,10 @@
-//! Decisions by hand about the last trial step: an engineer accepts what the method has rejected, or the reverse.
+//! Manual decisions about the last trial step: the user accepts a design that the method has rejected, or the reverse.
 
 use super::{Cycle, Method, RunState, Status};
 use crate::problem::Problem;
 use error::{Error, Result};
 
-/// Factor of the move limits after a proposal was refused by hand.
+/// Factor of the move limits after the user has rejected a proposal.
 const REFUSED: f64 = 0.5;
 
 impl Method {

@@ -1,9 +1,9 @@
 //! Confirmation of the end of a run: a search for a better design from there by the automatic method.
 //!
-//! Methods that approximate in first derivatives can settle where no optimum is: steps become short by move limits, asymptotes or
-//! conservatism, or the start says nothing about the lengths of the variables. Whether a design is an optimum is therefore
-//! decided in one place for all methods: the [automatic method](super::Automatic) continues from the design where a run has
-//! settled, with the derivatives that are known, or from an earlier design of the run if that is clearly better. The end is
+//! Methods with first-order approximations can stop at designs that are not optimal: steps become short because of move limits, asymptotes or
+//! conservatism, or because the start gives no information about the lengths of the variables. Whether a design is an optimum is
+//! therefore decided in one place for all methods: the [automatic method](super::Automatic) continues from the design where a run has
+//! settled, with the stored derivatives, or from an earlier design of the run if that is clearly better. The end is
 //! confirmed if that leads to no design that is better by more than the accuracy. A design that is better by less becomes the end of
 //! the run.
 
@@ -26,11 +26,11 @@ const LEAST: f64 = 1e-4;
 /// Least gain, as a fraction of the smaller one of the objective and its range, for which a confirmation begins at an earlier design; and
 /// loss, in units of the objective, above which a confirmation ends at another design.
 const CLEAR_GAIN: f64 = 0.01;
-/// Part of the accuracy by which the end of a confirmation must be better to be the end of the run.
+/// Fraction of the accuracy by which the end of a confirmation must be better to become the end of the run.
 const ADOPTED: f64 = 0.01;
-/// Least step of a variable, relative to itself, by which a run still moves.
+/// Relative step of a variable below which it counts as unchanged.
 const NO_STEP: f64 = 1e-12;
-/// Change of the objective over a run, relative to itself, below which a constant may hide the size of the objective.
+/// Range of the objective over a run, relative to the objective, below which the objective may consist mainly of a constant.
 const HIDDEN_SIZE: f64 = 0.01;
 /// Factor of the unit of such an objective.
 const HIDDEN_UNIT_FACTOR: f64 = 0.1;
@@ -41,8 +41,8 @@ impl Confirmation {
         self.fingerprint == problem.fingerprint() && self.trials == state.history.len()
     }
 
-    /// True if another confirmation may end otherwise: the run has come half the way to the better design, or has become twice as
-    /// long.
+    /// True if another confirmation may have another result: the objective has come halfway to that of the better design, or the number
+    /// of trial steps has doubled.
     fn is_outdated(&self, problem: &Problem, state: &RunState) -> bool {
         let gap = self.from - self.objective;
         let is_better = self.status == Status::Converged && gap > 0.0;
@@ -50,9 +50,9 @@ impl Confirmation {
         self.fingerprint != problem.fingerprint() || is_nearer || state.history.len() >= 2 * self.trials
     }
 
-    /// The status that is confirmed; `None` if a better design is known or the question is open.
+    /// The status that is confirmed; `None` if a better design is known or the result is inconclusive.
     fn verdict(&self, accuracy: f64) -> Option<Status> {
-        // An end at another design that is worse says nothing about this one.
+        // An end at another, worse design gives no information about this one.
         let gain = (self.from - self.objective) / self.unit;
         let is_best = self.begun_at.is_none() && !(gain > accuracy || gain < -CLEAR_GAIN);
         let is_confirmed = match self.status {
@@ -116,7 +116,7 @@ impl Method {
         if let Some(status) =
             state.confirmation.as_ref().filter(|c| is_confirmed(c)).and_then(|c| c.verdict(self.stop.accuracy))
         {
-            // The last design is the one that was found.
+            // The last design is the one that the confirmation found.
             state.status = status;
             return Ok(state);
         }
@@ -126,7 +126,7 @@ impl Method {
         }
         let is_at_end = status == Status::Stalled || has_stopped(&state);
         let (mut known, end) = match state.confirmation.take() {
-            // One that was adopted has passed this point already, unless the accuracy has become finer.
+            // An adopted one has been handled above, unless a smaller accuracy was set since then.
             Some(known) if known.is_of(problem, &state) && !known.is_adopted => (known, None),
             Some(known) if !is_at_end && !known.is_outdated(problem, &state) => {
                 state.confirmation = Some(known);
@@ -138,7 +138,7 @@ impl Method {
                 Err(error) if error.ends_run() => return Err(error),
                 Err(error) => {
                     state.status = Status::Stalled;
-                    state.reason = format!("{}; the automatic method cannot go on from here: {error}", state.reason);
+                    state.reason = format!("{}; the automatic method cannot continue from here: {error}", state.reason);
                     return Ok(state);
                 }
             },
@@ -170,12 +170,12 @@ impl Method {
         if self.automatic.is_none() {
             return self.conclude(problem, state);
         }
-        // Its stop test is the beginning of a cycle.
+        // The automatic method makes its stop test at the beginning of a cycle.
         (state.status, state.reason) = self.stop.cycle_limit(&state);
         Ok(state)
     }
 
-    /// Keeps the derivatives at the design of a state, before it moves on, and the sizes of its values if it is the start, for a later
+    /// Stores the derivatives at the design of a state before the next step, and the sizes of its values if it is the start, for a later
     /// confirmation.
     pub(super) fn keep(&self, problem: &Problem, state: &mut RunState, data: &CycleData) {
         if self.stop.confirm {
@@ -256,11 +256,11 @@ fn confirm(problem: &Problem, state: &mut RunState, accuracy: f64) -> Result<(Co
     Ok((confirmation, run))
 }
 
-/// The best design of a run if it is better than the last one by more than the accuracy can explain.
+/// The best design of a run if it is better than the last one by more than the accuracy.
 fn clearly_better(state: &RunState, accuracy: f64) -> Option<&Cycle> {
     let objective = state.evaluation.objective;
     let size = objective.abs();
-    // A run that starts at an optimum has no range to speak of.
+    // The objective of a run that starts at an optimum has almost no range.
     let least = (CLEAR_GAIN * state.trace().objective.width().min(size)).max(accuracy * size);
     let is_clear = |cycle: &&Cycle| {
         let is_equally_feasible = state.evaluation.max_violation_pct() <= 100.0 * accuracy;
@@ -271,8 +271,8 @@ fn clearly_better(state: &RunState, accuracy: f64) -> Option<&Cycle> {
 
 /// The unit of the objective: the smaller one of the last objective and the change of the objective over a run. `by_slopes` is the change
 /// that the slopes at the last design allow over the lengths. A start with a huge objective must not affect the whole run, so that the
-/// change over the last designs counts, too; for an objective near zero the unit is a fraction of the change. If a constant may hide the
-/// size of the objective, the unit is smaller.
+/// change over the last designs counts, too; for an objective near zero the unit is a fraction of the change. If the objective may
+/// consist mainly of a constant, the unit is smaller.
 fn unit(objectives: &[f64], by_slopes: f64) -> f64 {
     let range = |count: usize| spread(objectives[objectives.len().saturating_sub(count)..].iter().copied());
     let whole = range(objectives.len());

@@ -143,7 +143,7 @@ impl Method {
         let from = (&state.design[..], &state.evaluation);
         let trial = Trial::new(problem, &self.screening, from, state.last_step.as_deref(), &proposal);
         let (mut globalization, mut factors) = (state.globalization.clone(), state.factors.clone());
-        // Rows that were not retained, but decide about the proposal: the cycle is repeated with them.
+        // Rows that were not retained but are violated at the proposal: the cycle is repeated with them.
         let missed = match &analyzed {
             Ok(next) => {
                 let all = self.globalization.keeps_feasible();
@@ -214,8 +214,8 @@ impl Method {
         ApproximateProblem::new(problem, &*self.approximation, point, (subproblem_box, options))
     }
 
-    /// The end of a run whose approximate problem is not finite. Its variables and functions are not those of the problem: the error of
-    /// the solver names others.
+    /// The end of a run whose approximate problem is not finite. The error of the solver would name variables and functions that are
+    /// not those of the problem.
     ///
     /// # Errors
     ///

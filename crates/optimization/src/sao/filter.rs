@@ -65,7 +65,7 @@ impl Filter {
         if must_decrease && !decreases && h >= before[0] {
             return false;
         }
-        // A step that is accepted for its violation must not be undone by the next one: the filter holds where it began.
+        // A step that is accepted for its violation must not be undone by the next one: the filter stores its start.
         if !decreases {
             state.filter.retain(|&[hi, fi]| hi < before[0] || fi < before[1]);
             if before[0] > 0.0 {

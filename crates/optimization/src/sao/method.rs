@@ -34,7 +34,7 @@ pub struct Method {
     pub moving_peaks: bool,
     /// The stop test.
     pub stop: Stop,
-    /// Selection of approximations by their prediction errors, with a globalization and a stop test of its own. `Some` replaces
+    /// Selection of approximations by their prediction errors, with its own globalization and stop test. `Some` replaces
     /// approximation, curvature, move limits, solver, globalization, and the tolerances of the stop test.
     pub automatic: Option<Automatic>,
 }
@@ -64,7 +64,7 @@ impl Method {
         }
     }
 
-    /// [`Method::slp`] as the paper has it: the end is not confirmed, and no cycle is repeated with rows that screening removed.
+    /// [`Method::slp`] as published: the end is not confirmed, and no cycle is repeated with rows that screening removed.
     pub fn as_published() -> Self {
         Self { screening: Screening::as_published(), stop: Stop::as_published(), ..Self::slp() }
     }
@@ -111,7 +111,7 @@ impl Method {
         Self { stop, ..self }
     }
 
-    /// Checks all settings, and that they suit the problem.
+    /// Checks all settings, and that they fit the problem.
     ///
     /// # Errors
     ///
@@ -165,7 +165,7 @@ const MANY_MAXIMA: usize = 100;
 /// Time points on both sides of a local maximum that are also retained.
 const NEIGHBOURS: usize = 2;
 
-/// At most about [`FEW_POINTS`] of the retained time points of each constraint: a fixed coarse grid, which has a history, and
+/// At most about [`FEW_POINTS`] of the retained time points of each constraint: a fixed coarse grid, whose points are also retained in other cycles, and
 /// the neighbourhoods of all local maxima. The cost of a cycle therefore does not grow with the number of time points.
 fn thinned(problem: &Problem, evaluation: &Evaluation, retained: Vec<RowId>) -> Vec<RowId> {
     let is_kept = |row: &RowId| {

@@ -15,9 +15,9 @@ fn lengths(problem: &Problem, b: &[f64]) -> Vec<f64> {
 /// The approximate problem has the values and gradients of the problem at `b`. With its multipliers λ and
 /// s = ∇F + Σ λᵢ ∇ĝᵢ at `b`, this is the largest of
 ///
-/// * |sₖ| × the distance that variable k can move against sₖ, at most its length, over |F|. Multipliers of move limits do not
+/// * |sₖ| × the distance that variable k can move against sₖ, at most its length, divided by |F|. Multipliers of move limits do not
 ///   enter s: a design at a move limit only is not optimal;
-/// * |λᵢ (ĝᵢ − 1)| over |F|: a row that is active in the solution of the approximate problem, but not yet at the design.
+/// * |λᵢ (ĝᵢ − 1)| divided by |F|: a row that is active in the solution of the approximate problem, but not yet at the design.
 ///
 /// The error of the objective is of second order in it.
 pub(super) fn residual(

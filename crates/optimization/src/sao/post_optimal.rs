@@ -40,7 +40,7 @@ pub struct PostOptimal {
     pub slopes: Vec<f64>,
     /// True for variables off their bounds.
     pub is_free: Vec<bool>,
-    /// Largest |∂L/∂b| of a free variable, over the largest |∂F/∂b| (in scaled variables).
+    /// Largest |∂L/∂b| of a free variable, divided by the largest |∂F/∂b| (in scaled variables).
     pub residual: f64,
     /// Largest |∂F/∂b| (in scaled variables).
     steepest: f64,
@@ -89,7 +89,7 @@ impl PostOptimal {
         let free: Vec<usize> = (0..b.len()).filter(|&k| is_free[k]).collect();
         let a = DMatrix::from_fn(free.len(), rows.len(), |i, j| gradients[(j, free[i])] * scale[free[i]]);
         let f = DVector::from_fn(free.len(), |i, _| -objective[free[i]] * scale[free[i]]);
-        // A design at bounds in all variables does not determine the multipliers.
+        // If all variables are at bounds, the multipliers are not determined.
         let multipliers = match rows.len().min(free.len()) {
             0 => DVector::zeros(rows.len()),
             _ => a.svd(true, true).solve(&f, 1e-12).map_err(|why| singular(problem, why))?,
@@ -127,7 +127,7 @@ impl PostOptimal {
         self.residual.max(wrong / self.steepest)
     }
 
-    /// dF*/dp, in the unit of the objective over that of the parameter.
+    /// dF*/dp, in the unit of the objective per unit of the parameter.
     ///
     /// # Errors
     ///

@@ -15,7 +15,7 @@ use error::{Error, Result};
 pub struct Preset {
     /// Name on the command line: lower case with hyphens.
     pub name: &'static str,
-    /// Approximation, acceptance and move limits in a line.
+    /// Approximation, acceptance and move limits in one line.
     pub title: &'static str,
     /// Makes the method, with the default stop test and subproblem solver.
     pub method: fn() -> Method,

@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 pub struct Screening {
     /// Rows with ĝ up to this value are removed; ĝ = 1 is the limit. The paper's examples use 0.7 and 0.5. `None` retains all.
     pub cutoff: Option<f64>,
-    /// Time points of a history, unless its constraint has a selection of its own.
+    /// Selection of time points of a history, unless its constraint has its own.
     pub selection: Selection,
     /// Repeats a cycle whose proposal violates a constraint without retained rows, with these rows.
     pub repeats: bool,

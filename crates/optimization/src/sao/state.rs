@@ -16,7 +16,7 @@ pub const STATE_VERSION: u32 = 2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Status {
-    /// The run is not at its end.
+    /// The run has not ended.
     Running,
     /// The objective has settled, no constraint is violated, and the optimality conditions hold.
     Converged,
@@ -24,7 +24,7 @@ pub enum Status {
     CycleLimit,
     /// The move limits have become too small without an acceptable design.
     Stalled,
-    /// The design has settled where constraints are violated.
+    /// The run has ended at a design that violates constraints.
     Infeasible,
 }
 
@@ -88,7 +88,7 @@ pub struct RunState {
     pub confirmation: Option<Confirmation>,
     /// All trial steps so far, cycle 0 first.
     pub history: Vec<Cycle>,
-    /// Active rows at the design with their multipliers, as the stop test of the automatic method found them; `None` during a run and
+    /// Active rows at the design with their multipliers, from the stop test of the automatic method; `None` during a run and
     /// for other methods.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub active: Option<Vec<ActiveRow>>,
@@ -98,26 +98,26 @@ pub struct RunState {
     pub status: Status,
     /// Reason of the status in words; empty during the run.
     pub reason: String,
-    /// Quantities of the history, which follow from it.
+    /// Quantities derived from the history.
     #[serde(skip)]
     pub(super) trace: Trace,
 }
 
-/// The end of the automatic method from the design of a run that had settled.
+/// Result of the automatic method when started from the last design of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Confirmation {
     /// Number of trial steps of the run before it.
     pub trials: usize,
     /// [`Problem::fingerprint`] of the problem, whose bounds may be changed later.
     pub fingerprint: u64,
-    /// The cycle where it began if that is not the last one: an earlier design was better.
+    /// The cycle at whose design it began, if not the last one because an earlier design was better.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub begun_at: Option<usize>,
-    /// Objective where the run had settled.
+    /// Objective at the last design of the run.
     pub from: f64,
     /// True if the design where it began is feasible by the stop test of the automatic method, to the accuracy of the run.
     pub is_feasible: bool,
-    /// Largest violation where the run had settled, in units of its constraint.
+    /// Largest violation at the last design of the run, in units of its constraint.
     pub violation_before: f64,
     /// Analyses and sensitivity analyses that it needed.
     pub work: [usize; 2],
@@ -129,9 +129,9 @@ pub struct Confirmation {
     pub objective: f64,
     /// Largest violation there, in the same units.
     pub violation: f64,
-    /// Change of the objective over the run, relative to which a difference of the objective is judged.
+    /// Unit in which differences of the objective are measured, from its change over the run.
     pub unit: f64,
-    /// True if the run ends at the design that was found, as it is better.
+    /// True if the run ends at the design that it found, because it is better.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_adopted: bool,
 }
@@ -259,7 +259,7 @@ impl RunState {
     /// Better is a smaller objective, by more than `least` × the range of the objective over the accepted designs, among the
     /// designs that violate no constraint by more than `tolerance` (a fraction of its scale); if the last design violates one, any
     /// design that does not, or the one with a violation smaller by more than `least`. The objective of a min–max problem is the
-    /// peak. Of equals it is the earliest one with the least violation.
+    /// peak. Among equal ones it is the earliest with the least violation.
     pub fn better_than_last(&self, tolerance: f64, least: f64) -> Option<&Cycle> {
         let merit = |cycle: &Cycle| {
             let violation = cycle.violation();
@@ -288,7 +288,7 @@ impl RunState {
         Cow::Owned(trace)
     }
 
-    /// Reads the last steps, and follows the distances by rules for asymptotes.
+    /// Reads the last steps, and updates the distances by rules for asymptotes.
     pub(super) fn follow(&mut self, rules: &[Asymptotes]) {
         self.trace.follow_with(rules, &self.history);
     }

@@ -6,7 +6,7 @@ use crate::problem::{AnalyzedDesign, Evaluation, Peak, Problem, ResponseAt, RowI
 use error::{Error, Result};
 use nalgebra::DMatrix;
 
-/// Largest number of analyses and iterations; far beyond any run, far from the largest number that can be stored.
+/// Largest number of analyses and iterations: far more than any run needs, and far below the largest number that can be stored.
 const MOST: usize = usize::MAX / 1024;
 
 impl RunState {
@@ -176,8 +176,8 @@ fn check_size(what: &str, matrix: &DMatrix<f64>, [rows, columns]: [usize; 2]) ->
     Error::check_length(&format!("columns of the {what} of the state"), columns, matrix.ncols())
 }
 
-fn require(good: bool, why: impl FnOnce() -> String) -> Result<()> {
-    if good {
+fn require(is_met: bool, why: impl FnOnce() -> String) -> Result<()> {
+    if is_met {
         Ok(())
     } else {
         Err(Error::definition("state", why(), "continue a state that a run of this problem wrote"))

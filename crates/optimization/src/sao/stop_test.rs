@@ -7,15 +7,15 @@ use error::{Error, Result};
 /// Decrease of the objective, relative to its first values, above which the problem seems to be unbounded, and the largest violation at
 /// which this is concluded.
 const UNBOUNDED: [f64; 2] = [1e8, 0.01];
-/// Number of the last accepted steps over which an unbounded objective still grows by this factor. The first values may be as good as zero.
+/// Number of the last accepted steps over which an unbounded objective still grows by this factor. The first values may be nearly zero.
 const STILL_FALLS: (usize, f64) = (4, 2.0);
 
 /// The stop test.
 ///
 /// A run has converged if an accepted cycle meets three conditions: the relative change of the objective is below
 /// [`accuracy`](Self::accuracy), no constraint is violated by more than that, and the residual of the optimality
-/// conditions at the start of the cycle ([`Cycle::residual`]) is at most [`residual`](Self::residual). Short steps by
-/// small move limits, near asymptotes or high conservatism therefore do not count as convergence. The end is then
+/// conditions at the start of the cycle ([`Cycle::residual`]) is at most [`residual`](Self::residual). Short steps because
+/// of small move limits, near asymptotes or high conservatism therefore do not count as convergence. The end is then
 /// [confirmed](super::Confirmation). [`Stop::as_published`] has the first two conditions alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
@@ -101,7 +101,7 @@ impl Stop {
         cycle.accepted && change < self.accuracy && cycle.violation_pct / 100.0 < self.accuracy
     }
 
-    /// Status and reason, if the run seems to be at its end.
+    /// Status and reason, if the run seems to have ended.
     fn settled(&self, problem: &Problem, state: &RunState, last: &Cycle) -> Option<(Status, String)> {
         if !last.accepted || last.cycle == 0 {
             return None;

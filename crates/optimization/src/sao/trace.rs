@@ -3,7 +3,7 @@
 use super::Cycle;
 use crate::approximation::{Asymptotes, DesignHistory};
 
-/// Ratio of the objectives after and before a step below which the settled range begins anew.
+/// Ratio of the objectives after and before a step below which the settled range is reset.
 const COLLAPSE: f64 = 1e-8;
 /// Number of objectives of accepted designs that are kept.
 pub(super) const OBJECTIVES: usize = 21;
@@ -17,11 +17,11 @@ pub(super) struct Trace {
     last: Option<(bool, Vec<f64>, f64)>,
     /// The accepted designs.
     pub designs: DesignHistory,
-    /// Range of the objective over the accepted designs, without the excursions of the run: designs to which it was displaced, and
-    /// those after them until it has come back to the objective before.
+    /// Range of the objective over the accepted designs, without excursions: an excursion is a design to which the run was
+    /// displaced, and the designs after it until the objective is as small as before.
     pub objective: Range,
-    /// Settled range: that since the last step that reduced the objective by many orders of magnitude. A distant start says nothing about
-    /// the size of the objective.
+    /// Settled range: that since the last step that reduced the objective by many orders of magnitude. A distant start gives no information
+    /// about the size of the objective.
     pub settled: Range,
     /// The last of these objectives, at most [`OBJECTIVES`].
     pub objectives: Vec<f64>,
@@ -73,7 +73,7 @@ impl Trace {
         self.steps == history.len() && self.is_of(history)
     }
 
-    /// Reads the steps that it has not read, and follows the distances by rules for asymptotes.
+    /// Reads the steps that it has not read, and updates the distances by rules for asymptotes.
     pub fn follow_with(&mut self, rules: &[Asymptotes], history: &[Cycle]) {
         if !self.designs.follows(rules) {
             *self = Self { designs: DesignHistory::new(rules), ..Self::default() };
@@ -137,7 +137,7 @@ impl Trace {
     }
 
     /// The step with the least objective among those whose violation is at most `tolerance`; without any, the one with the least
-    /// violation. Of equals it is the earliest one with the least violation.
+    /// violation. Among equal ones it is the earliest with the least violation.
     pub fn best(&self, tolerance: f64) -> Option<usize> {
         let feasible = self.best.partition_point(|c| c.violation <= tolerance);
         self.best.get(feasible.saturating_sub(1)).map(|c| c.step)
@@ -185,7 +185,7 @@ mod tests {
                 assert_eq!(state.history[found].cycle, best.cycle, "step {k}, tolerance {tolerance}");
             }
         }
-        // Another history of the same length is read anew.
+        // Another history of the same length is read again.
         state.follow(&[]);
         let objective = state.history[150].objective;
         state.history.truncate(151);

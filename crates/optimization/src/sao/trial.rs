@@ -114,7 +114,7 @@ impl Outcome {
     /// Compares approximate and analysed values.
     ///
     /// E_g is the maximum over retained rows that are still above the cut-off at the new design. Errors of less critical
-    /// constraints do not matter for the step.
+    /// constraints do not affect the decision on the step.
     pub fn new(
         problem: &Problem,
         screening: &Screening,

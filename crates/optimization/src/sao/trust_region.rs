@@ -17,8 +17,8 @@ fn check_width(width: f64) -> Result<()> {
 
 /// Fixed move limits: `width` × the scale of the variable on both sides.
 ///
-/// A rejected cycle halves them until the next accepted one, since the same step would be proposed again. The start says little
-/// about the scale of a variable without range: its limits are doubled by each step that ends at one.
+/// A rejected cycle halves them until the next accepted one, since the same step would be proposed again. The start gives little
+/// information about the scale of a variable without range: its limits are doubled by each step that ends at one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedLimits {
     /// Half the width of the region in scales of the variable; with 1 it contains the whole range of a bounded variable.
@@ -73,7 +73,7 @@ pub struct TrustRegion {
     pub merit: Merit,
     /// First half width in scales of the variable.
     pub initial: f64,
-    /// Largest half width of a variable that has a range. The start says little about the scale of the others.
+    /// Largest half width of a variable that has a range. The start gives little information about the scale of the others.
     pub cap: f64,
     /// Ratio below which the box shrinks.
     pub poor: f64,

@@ -34,7 +34,7 @@ pub type Watch = Arc<dyn Fn(Operation, &str) -> io::Result<()> + Send + Sync>;
 /// A folder that was opened once; files are reached by their names in it.
 ///
 /// No name is followed through a symbolic link. Only regular files are opened, so that no device or pipe is read or written.
-/// Files are replaced by a temporary file with a name that nobody can foresee, which must not exist before. On systems other than
+/// Files are replaced by a temporary file with a random name, which must not exist before. On systems other than
 /// Unix the checks of names come before the calls that use them, not with them.
 #[derive(Clone)]
 pub struct Directory {
@@ -146,7 +146,7 @@ impl Directory {
         if flushed { self.flush() } else { Ok(()) }
     }
 
-    /// Creates a file, which is complete or absent after an error or a kill. An existing one, and a link of that name, are rejected with
+    /// Creates a file, which is complete or absent after an error or if the process is killed. An existing one, and a link of that name, are rejected with
     /// `AlreadyExists`.
     ///
     /// # Errors
@@ -161,7 +161,7 @@ impl Directory {
             self.before(Operation::Rename, name)?;
             match system::link(&self.handle, &part, name) {
                 Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
-                    // A file system without second names.
+                    // A file system without hard links.
                     self.rename(&part, name)
                 }
                 linked => linked,
@@ -202,7 +202,7 @@ impl Directory {
         system::rename(&self.handle, from, to)
     }
 
-    /// Removes a file or a link. That it does not exist is no error.
+    /// Removes a file or a link. A missing one is not an error.
     ///
     /// # Errors
     /// Those of the file system.
@@ -211,7 +211,7 @@ impl Directory {
         absent_is_none(system::remove(&self.handle, name)).map(drop)
     }
 
-    /// Removes the temporary files that a kill left of files of these names.
+    /// Removes the temporary files of these names that remain from killed processes.
     ///
     /// # Errors
     /// Those of the file system.
@@ -230,7 +230,7 @@ impl Directory {
     }
 
     /// Locks a file against other processes, without waiting; creates it if it is missing. The system releases the lock when the
-    /// process ends, also by a kill.
+    /// process ends, even by a kill.
     ///
     /// # Errors
     /// Those of the file system; also if it is not a regular file.
@@ -390,7 +390,7 @@ fn check_name(name: &str) -> io::Result<()> {
     Ok(())
 }
 
-/// A hidden name that nobody can foresee.
+/// A hidden, random name.
 fn temporary_name(name: &str) -> String {
     // Every `RandomState` has keys of its own, from the random numbers of the system.
     format!(".{name}.{:016x}{PART}", RandomState::new().build_hasher().finish())

@@ -1,11 +1,11 @@
-// Completion in the editor: tables, keys, words and names that can stand at the cursor, from the declarations of the model file.
+// Completion in the editor: tables, keys, words and names that are valid at the cursor, from the declarations of the model file.
 
 import * as server from "./server.js";
 import { type } from "./editor.js";
 import { make } from "./elements.js";
 
-// Rest of the keyboard after which words are offered.
-const REST = 120;
+// Pause in typing after which words are offered.
+const PAUSE = 120;
 
 export class Completer {
   // `replaced()` is called after the text has changed.
@@ -18,7 +18,7 @@ export class Completer {
       clearTimeout(this.timer);
       // A blank closes the list, unless it follows `=`.
       const typed = area.value.slice(0, area.selectionStart);
-      if (/[\w[."-]$|= $/.test(typed)) this.timer = setTimeout(() => this.ask(false), REST); else this.close();
+      if (/[\w[."-]$|= $/.test(typed)) this.timer = setTimeout(() => this.ask(false), PAUSE); else this.close();
     });
     area.addEventListener("keydown", (event) => this.key(event));
     ["blur", "scroll", "pointerdown"].forEach((kind) => area.addEventListener(kind, () => this.close()));

@@ -2,8 +2,8 @@
 
 import * as server from "./server.js";
 
-// Rest of the keyboard after which the text is sent.
-const REST = 250;
+// Pause in typing after which the text is sent.
+const PAUSE = 250;
 // Time after which a text that could not be sent is sent again.
 const AGAIN = 1000;
 
@@ -31,7 +31,7 @@ export class Editor {
     // `base`, `known`: hashes of the text on disk and of the text of the server that are edited here; `unsent`: the text differs from that
     // of the server; `asked`: hash of the changed file about which the user was asked; `other`: that of the text of another page, likewise.
     Object.assign(this, { area: text, marks, save, discard, state, errors, timer: 0, base: "", known: "", unsent: false, asked: null, other: null, last: Promise.resolve() });
-    text.addEventListener("input", () => this.edited(REST));
+    text.addEventListener("input", () => this.edited(PAUSE));
     text.addEventListener("scroll", () => { marks.scrollTop = text.scrollTop; });
     text.addEventListener("keydown", (event) => {
       if (event.key === "s" && (event.ctrlKey || event.metaKey)) { event.preventDefault(); this.write(); }
@@ -61,7 +61,7 @@ export class Editor {
     return null;
   }
 
-  // Sends the text after a rest.
+  // Sends the text after a pause in typing.
   edited(rest) {
     this.unsent = true;
     if (this.state.textContent === "saved") this.state.textContent = "not saved";
@@ -89,7 +89,7 @@ export class Editor {
       if (!answer) this.edited(AGAIN);
       return Boolean(answer);
     } catch {
-      // Another page has edited the text. Which one stays is for the user to say.
+      // Another page has edited the text. The user decides which text is kept.
       const answer = await server.model();
       this.other = answer.edited;
       this.state.textContent = "not sent: another page has edited the text. Replace its text, or show it in place of this one.";
@@ -101,7 +101,7 @@ export class Editor {
   async write() {
     const replaces = this.other !== null;
     if (replaces) this.known = this.other;
-    // What has been replaced can be looked at before it is saved.
+    // After a replacement, nothing is saved yet, so that the user can inspect the text first.
     if (!(await this.send()) || replaces) return;
     let has_changed = false;
     try {

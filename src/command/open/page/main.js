@@ -1,4 +1,4 @@
-// The page: sliders, what follows them at once and after the analysis, and what is shown of it.
+// The page: sliders, the approximation that is shown at once, and the results that follow after the analysis.
 
 import * as server from "./server.js";
 import { effects, predict, predictFrame } from "./predict.js";
@@ -17,9 +17,9 @@ window.addEventListener("unhandledrejection", (event) => { root.dataset.state = 
 const by = (id) => document.getElementById(id);
 
 // Time after which the server stops an analysis for a newer request; up to then one request at a time is sent.
-const PATIENCE = 110;
-// Rest of the sliders after which derivatives are computed.
-const REST = 60;
+const SUPERSEDE_AFTER = 110;
+// Time without a change of a slider after which derivatives are computed.
+const PAUSE = 60;
 // Largest number of pinned designs.
 const PINS = 4;
 
@@ -47,7 +47,7 @@ function status(word, kind, note = "") {
 }
 
 // Errors of the file, and of the present design; each stays until its own reason is gone. Those of the design lie over the end of the
-// window, beside the sliders: nothing moves under the pointer that drags a slider or a point. They can be closed.
+// window, beside the sliders: the layout does not shift while a slider or a point is dragged. They can be closed.
 const places = { file: "fault", design: "design-fault", drag: "drag-note" };
 function fault(kind, text) {
   const place = by(places[kind]);
@@ -169,7 +169,7 @@ function schedule() {
   clearTimeout(timers.next);
   clearTimeout(timers.rest);
   if (!pending) return send(false);
-  timers.next = setTimeout(() => { if (answered < sequence) send(false); }, Math.max(0, PATIENCE - (performance.now() - pending.since)));
+  timers.next = setTimeout(() => { if (answered < sequence) send(false); }, Math.max(0, SUPERSEDE_AFTER - (performance.now() - pending.since)));
 }
 
 async function send(derivatives) {
@@ -207,7 +207,7 @@ async function send(derivatives) {
       clearInterval(timers.clock);
       by("cancel").disabled = true;
       if (answered < sequence && again !== null) timers.next = setTimeout(() => { if (!pending && answered < sequence) send(false); }, again);
-      else if (shown && shown.number === sequence && !shown.derivatives && model.objective) timers.rest = setTimeout(() => { if (!pending) send(true); }, REST);
+      else if (shown && shown.number === sequence && !shown.derivatives && model.objective) timers.rest = setTimeout(() => { if (!pending) send(true); }, PAUSE);
     }
   }
 }
@@ -238,13 +238,13 @@ function take(record) {
   if (record.number === sequence) root.dataset.settled = `${record.number}${record.derivatives || !model.objective ? " differentiated" : ""}`;
 }
 
-// True for a constraint that is a curve beside the history of an output.
+// True for a constraint that is drawn as a curve with the history of an output.
 const isCurve = (c, output) => c.output === null && c.follows === output;
 
 function limitsOf(output, constraint) {
   const all = model.constraints.map((c, j) => ({ ...c, value: shown.constraints[j].limit, j }));
   if (output === undefined) return all.filter((c) => c.j === constraint);
-  // The limit of x(t) − f(t) is the curve f(t) + limit beside x(t).
+  // The limit of x(t) − f(t) is the curve f(t) + limit, drawn with x(t).
   const curve = (c) => shown.constraints[c.j].values.map((v, p) => (v === null ? null : shown.outputs[output][p] - v + c.value));
   return all.filter((c) => c.output === output || isCurve(c, output)).map((c) => (c.output === output ? c : { ...c, curve: curve(c) }));
 }
@@ -297,8 +297,8 @@ function showNumbers() {
   }));
 }
 
-// A track with a bar of what the chosen variable moves, and the number of the approximation or, without one, of the bar. Their place is
-// there without them, too, so that nothing moves under the pointer.
+// A track with a bar of what the chosen variable moves, and the number of the approximation or, without one, of the bar. Their space is
+// always reserved, so that the layout does not shift under the pointer.
 function changes(track, effect, step, predicted, unit) {
   const number = make("output");
   if (effect) {
@@ -364,7 +364,7 @@ async function renewPins(before) {
   }
 }
 
-// Analyses a design beside that of the sliders, and pins it.
+// Analyses a design in addition to that of the sliders, and pins it.
 async function pinDesign(values, name) {
   if (values.length !== design.length) return;
   const record = await server.analyzeBeside(revision, values).catch((error) => ({ error: error.message }));
@@ -472,7 +472,7 @@ new IntersectionObserver(([{ isIntersecting, boundingClientRect }]) => {
   by("picture").classList.toggle("apart", isIntersecting || boundingClientRect.bottom < 0);
 }, { rootMargin: "0px 0px -45% 0px" }).observe(by("run"));
 
-// The design of the sliders may still be under analysis, or may not be possible.
+// The analysis of the design on the sliders may still run, or may fail.
 by("pin").addEventListener("click", () => (shown?.number === sequence ? pin(shown) : pinDesign([...design], "")));
 by("beside").addEventListener("click", () => {
   const is_beside = by("main").classList.toggle("editing");

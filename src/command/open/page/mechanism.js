@@ -31,7 +31,7 @@ export function layout(parts) {
   return all;
 }
 
-// Points of joints, masses and sliders: what a user can point at.
+// Points of joints, masses and sliders, which a user can drag.
 export const handles = (parts) => layout(parts).filter(({ name }) => ["masses", "sliders", "joints"].includes(name));
 
 const path = (at, closed) => {
@@ -181,7 +181,7 @@ export class Mechanism {
     this.groups.forEach((one) => this.draw(one));
   }
 
-  // Keeps the view while a point is held by the pointer.
+  // Keeps the view while a point is dragged.
   hold(is_held) {
     this.is_held = is_held;
     this.keepInside();

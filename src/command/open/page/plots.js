@@ -11,7 +11,7 @@ export const measured = (svg, otherwise) => Math.round(svg.clientWidth) || other
 // Draws again when the width of a drawing changes.
 export const onWidth = (svg, draw) => {
   let last = 0;
-  // In the next frame: a drawing changes its own height, of which the observer would complain.
+  // In the next frame, because a drawing changes its own height, which the observer must not see in its callback.
   new ResizeObserver(() => requestAnimationFrame(() => {
     if (svg.clientWidth === last) return;
     last = svg.clientWidth;
@@ -191,13 +191,13 @@ export class Plot {
     return TOP + ((this.range[1] - v) / (this.range[1] - this.range[0])) * (this.height - TOP - BOTTOM);
   }
 
-  // Widens the range for all series and limits. It shrinks only if most of it is empty, so that axes do not jump while one drags.
+  // Widens the range for all series and limits. It shrinks only if most of it is empty, so that axes do not jump during a drag.
   scale() {
     let [low, high] = [Infinity, -Infinity];
     const add = (v) => { if (v !== null && Number.isFinite(v)) { low = Math.min(low, v); high = Math.max(high, v); } };
     this.series.forEach(({ values }) => values.forEach(add));
     const [bottom, top] = [low, high];
-    // A limit far away would flatten the history.
+    // A distant limit would flatten the history.
     const near = (value) => { if (value !== null && Math.abs(value - (bottom + top) / 2) <= 3 * (top - bottom)) add(value); };
     this.limits.forEach(({ value, curve }) => (curve ?? [value]).forEach(near));
     if (!(low <= high)) [low, high] = [0, 1];

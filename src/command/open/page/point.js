@@ -8,13 +8,13 @@ import { handles } from "./mechanism.js";
 
 // Regularization, relative to the largest diagonal entry of J S² Jᵀ.
 const EPSILON = 1e-6;
-// Least step, relative to the range, that is worth an analysis; largest number of corrections while the pointer rests.
+// Least step, relative to the range, that is worth an analysis; largest number of corrections while the pointer does not move.
 const LEAST = 1e-4;
 const CORRECTIONS = 8;
 // A variable that moves the point by less than this part of the view over its whole range, which is less than a pixel, does not move it:
 // its derivative is zero or rounding.
 const SEEN = 1e-3;
-// Reach of the pointer in pixels.
+// Distance in pixels within which the pointer grabs a point.
 const REACH = 24;
 
 export function leastSquares(columns, ranges, distance, low, high) {
@@ -61,7 +61,7 @@ export function draggable(mechanism, at, propose, tell) {
     const best = all.sort((a, b) => a.far - b.far)[0];
     return best && best.far <= REACH ? best.i : null;
   };
-  // The view stays while a point is held, so that the pointer keeps its meaning.
+  // The view does not change while a point is dragged, so that the pointer stays at its point.
   const hold = (point) => {
     held = point;
     mechanism.hold(point !== null);
@@ -104,7 +104,7 @@ export function draggable(mechanism, at, propose, tell) {
     follow();
   });
   ["pointerup", "pointercancel"].forEach((kind) => svg.addEventListener(kind, () => { if (held) hold(null); }));
-  // After new derivatives: corrects the point if the pointer rests.
+  // After new derivatives: corrects the point if the pointer does not move.
   return () => {
     if (!held?.pointer || held.corrections >= CORRECTIONS) return;
     held.corrections += 1;

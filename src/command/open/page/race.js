@@ -15,7 +15,7 @@ export class Race {
   }
 
   async start() {
-    // A rival that runs is not ended without a question.
+    // A rival that is running is not ended without a confirmation.
     if (this.rival?.status === "Running" && !this.asked) return this.ask(true);
     this.ask(false);
     const answer = await server.post("race", { method: this.select.value });

@@ -1,4 +1,4 @@
-// The optimization: controls, its cycles, move limits on the sliders, predicted beside computed responses.
+// The optimization: controls, its cycles, move limits on the sliders, predicted and computed responses.
 
 import * as server from "./server.js";
 import { cells, make, options, table } from "./elements.js";
@@ -13,7 +13,7 @@ const readable = (text) => text?.replace(/\d\.\de-?\d+/g, (number) => short(Numb
 
 // Actions that a race passes to both runs.
 const OF_BOTH = ["run", "pause", "step"];
-// Statuses of a run that goes on, or of which one action is under way.
+// Statuses of a run that is running, or of which one action is being executed.
 const BUSY = ["Running", "Working"];
 
 export class Run {
@@ -49,7 +49,7 @@ export class Run {
     if (OF_BOTH.includes(action.action)) await this.race.act(action.action);
   }
 
-  // A run that goes on is not ended without a question.
+  // A run that is running is not ended without a confirmation.
   may_begin() {
     const is_asked = this.asked || !BUSY.includes(this.place.dataset.status);
     this.ask(!is_asked);
@@ -110,7 +110,7 @@ export class Run {
     fault.textContent = run?.fault ?? "";
     const other = find("#run-differing");
     other.hidden = !is_there || differing.length === 0;
-    other.textContent = `The run goes on with the problem with which it began. The model differs: ${readable(differing.join("; "))}. Begin here starts a run of the model at the design on the sliders.`;
+    other.textContent = `The run continues with the problem with which it began. The model differs: ${readable(differing.join("; "))}. Begin here starts a run of the model at the design on the sliders.`;
     const last = is_there ? run.cycles[run.cycles.length - 1] : null;
     this.race.update(run, rival);
     const pressed = Object.values(this.buttons).find((button) => button === document.activeElement);

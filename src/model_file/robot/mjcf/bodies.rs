@@ -42,7 +42,7 @@ const JOINT_KEYS: [&str; 25] = [
 /// Number of the world in the list of links.
 pub const WORLD: usize = 0;
 
-/// Links and joints of a file, and what they lack.
+/// Links and joints of a file, and what was left out of them.
 pub struct Bodies<'a> {
     settings: &'a MjcfSettings,
     defaults: &'a Defaults,
@@ -59,7 +59,7 @@ pub struct Bodies<'a> {
     left_out: Vec<String>,
 }
 
-/// Where the contents of a body are: its link, the pose of their frame in it, their class, and whether shapes have masses.
+/// Context of the elements in a body: its link, the pose of their frame in it, their class, and whether shapes have masses.
 #[derive(Clone)]
 struct BodyScope<'c> {
     link: usize,
@@ -94,7 +94,7 @@ impl<'a> Bodies<'a> {
         self.contents(element, &place, &mut vec![])
     }
 
-    /// Sentences about what the bodies lack.
+    /// Sentences about what was left out of the bodies.
     pub fn sentences(&mut self) -> Vec<String> {
         let mut all = std::mem::take(&mut self.left_out);
         if self.shapes > 0 {
@@ -210,7 +210,7 @@ impl<'a> Bodies<'a> {
         if self.bodies.insert(name.clone(), link).is_some() {
             return Err(element.bad(&what, "there are two bodies of this name", "rename one"));
         }
-        // With `inertial`, shapes do not count, and may have masses that are not known.
+        // With `inertial`, the masses of shapes are ignored and need not be known.
         let inertial = element.first("inertial").filter(|_| self.settings.masses != MassSource::Shapes);
         let has_masses = inertial.is_none() && self.settings.masses != MassSource::Inertial;
         let mut masses = vec![];
@@ -239,7 +239,7 @@ impl<'a> Bodies<'a> {
             (_, "hinge") => JointType::Revolute,
             (_, "slide") => JointType::Prismatic,
             (_, "ball") => JointType::Spherical,
-            _ => return Err(own.bad(&what, "its type is not known", "take one of free, ball, slide, hinge")),
+            _ => return Err(own.bad(&what, "its type is not known", "use one of free, ball, slide, hinge")),
         };
         if kind == JointType::Floating && count > 1 {
             return Err(own.bad(&what, "a free joint is the only one of its body", "remove the other joints"));
@@ -259,7 +259,7 @@ impl<'a> Bodies<'a> {
             joint.axis = axis.normalize();
         }
         let of_coordinate = |value: f64| if kind == JointType::Revolute { self.settings.radians(value) } else { value };
-        // Positions of the model are those from the start, which is `ref` in the file.
+        // Positions in the model are measured from the initial configuration, which is `ref` in the file.
         let [reference, rest] = ["ref", "springref"].map(|key| own.number(&what, key));
         let (reference, rest) = (reference?.unwrap_or(0.0), rest?.unwrap_or(0.0));
         if let Some(text) = own.attribute("range").filter(|_| !is_free && own.attribute("limited") != Some("false")) {
@@ -312,7 +312,7 @@ impl<'a> Bodies<'a> {
         Ok(Some(self.balanced(own.in_frame(&self.settings.pose(element, what)?))))
     }
 
-    /// The mass, with equal moments of inertia if no physical body can have its own ones and the file sets this option.
+    /// The mass; its moments of inertia are replaced by their mean if they are physically impossible and the file sets this option.
     fn balanced(&self, mut mass: MassData) -> MassData {
         let of = mass.inertia.symmetric_eigenvalues();
         let (sum, largest) = (of.sum(), of.max());

@@ -7,10 +7,10 @@ use std::collections::HashMap;
 /// Attributes of the elements of a name.
 type Attributes = HashMap<String, HashMap<String, String>>;
 
-/// Largest depth of classes in each other.
+/// Largest nesting depth of classes.
 const DEPTH: usize = 50;
 
-/// The classes of a file by name; that without a name is `main`.
+/// The classes of a file by name; the class without a name is `main`.
 pub struct Defaults {
     classes: HashMap<String, Attributes>,
 }
@@ -34,7 +34,7 @@ impl Defaults {
         let Some(depth) = depth.checked_sub(1) else {
             return Err(element.bad(
                 "<default>",
-                &format!("more than {DEPTH} classes are in each other"),
+                &format!("classes are nested more than {DEPTH} levels deep"),
                 "flatten them",
             ));
         };
@@ -65,7 +65,7 @@ impl Defaults {
         let mut own = own.clone();
         element.attributes.iter().for_each(|(key, _)| forget_alternatives(&mut own, key));
         let mut all = XmlElement { children: vec![], ..element.clone() };
-        // A size with fewer numbers replaces the first ones only.
+        // A size with fewer numbers replaces only the first ones of the default.
         if let (Some(size), Some(default)) = (all.attributes.iter_mut().find(|(key, _)| key == "size"), own.get("size"))
         {
             let given = size.1.split_whitespace().count();

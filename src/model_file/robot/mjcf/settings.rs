@@ -22,13 +22,13 @@ pub struct MjcfSettings {
     pub masses: MassSource,
     /// Groups of shapes that have masses.
     pub groups: [f64; 2],
-    /// Moments of inertia that no body has are replaced by their mean.
+    /// True if moments of inertia that are physically impossible are replaced by their mean.
     pub balances: bool,
     pub total_mass: Option<f64>,
     pub gravity: Vector3<f64>,
 }
 
-/// Attributes of `compiler` that change nothing here, or are read.
+/// Attributes of `compiler` that are read, or that have no effect on the model.
 const HARMLESS: [&str; 20] = [
     "angle",
     "eulerseq",
@@ -102,7 +102,7 @@ impl MjcfSettings {
             Some("radian") => self.angle = 1.0,
             Some("degree") => self.angle = std::f64::consts::PI / 180.0,
             None => {}
-            Some(_) => return Err(element.bad(what, "`angle` is neither degree nor radian", "take one of them")),
+            Some(_) => return Err(element.bad(what, "`angle` is neither degree nor radian", "use one of them")),
         }
         if let Some(order) = element.attribute("eulerseq") {
             let axis = |c: char| "xyz".find(c.to_ascii_lowercase()).map(|axis| (axis, c.is_ascii_uppercase()));

@@ -16,7 +16,7 @@ use crate::system::{System, Unknown};
 pub(crate) struct AdjointBatch {
     /// With respect to the current state.
     pub state: AdjointState,
-    /// With respect to parameters, summed from the end to the current state.
+    /// With respect to parameters, summed from the end of the motion to the current state.
     pub design: DesignAdjoint,
     /// ψ by equation.
     pub multipliers: Vec<BatchValues>,

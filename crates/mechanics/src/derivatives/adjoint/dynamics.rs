@@ -49,7 +49,7 @@ pub fn differentiate_backwards<M: ParametricMechanism>(
 /// reverse pass as well.
 ///
 /// If the steps do not fit into the memory, checkpoints are stored and steps are integrated again, with the same bits. Memory
-/// for √n of n steps costs one more analysis. The steps around an event are in memory at once, in addition: with adaptive steps these
+/// for √n of n steps costs one more analysis. In addition, the steps around an event are in memory at once: with adaptive steps these
 /// are all steps from the first event on.
 ///
 /// # Errors

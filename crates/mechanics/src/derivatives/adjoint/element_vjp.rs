@@ -33,7 +33,7 @@ pub(crate) enum ElementRows {
 pub(crate) struct ElementVjp {
     workspace: ElementWorkspace<Dual8>,
     rows: Vec<Dual8>,
-    /// True if an event has deactivated the element, or is to activate it.
+    /// True if the element is inactive: an event has deactivated it, or will activate it later.
     is_inactive: bool,
 }
 

@@ -31,7 +31,7 @@ pub(crate) struct EventWindow {
     outputs: Vec<(f64, Vec<OutputTerm>)>,
     /// For each batch, the derivatives with respect to outputs that keep the value of an event.
     held: Vec<Vec<BatchValues>>,
-    /// Gradients of the responses, a row each, by way of the steps around events.
+    /// Contributions of the steps around events to the gradients of the responses, one row per response.
     pub gradients: DMatrix<f64>,
 }
 
@@ -108,7 +108,7 @@ impl EventWindow {
         Ok(())
     }
 
-    /// For each seed of `forward`, the derivative of the responses of batch number `k` by way of the outputs in the steps, the
+    /// For each seed of `forward`, the derivative of the responses of batch number `k` through the outputs in the steps, the
     /// outputs that keep values of their events, and the state at the end.
     fn product(
         &self,

@@ -92,7 +92,7 @@ pub fn differentiate_explicit_recording_backwards<M: ParametricMechanism>(
 
 /// Gradients of responses of a motion with events: the derivatives by the direct method, multiplied from the left.
 ///
-/// After an event all steps depend on its time, by the state in which they begin, and not only those around it.
+/// After an event all steps depend on its time through the state in which they begin, not only the steps around it.
 fn products_of_direct_derivatives(problem: &AdjointProblem<'_>, settings: &Explicit) -> Result<DMatrix<f64>> {
     let (_, _, derivatives) = propagate_repeated(&problem.mechanism, &problem.chunks, settings, problem.times)?;
     let mut rows = problem.no_gradients();
@@ -186,7 +186,7 @@ impl<'m> ReverseExplicitSteps<'m> {
         Ok(())
     }
 
-    /// Moves the record of the step from the equations to the stages for the duration of `action`.
+    /// Moves the record of the step from the equations to the stages while `action` runs.
     fn with_record(&mut self, action: impl FnOnce(&mut [StageAdjoint], &mut AdjointStages<'m>)) {
         self.stages.linearized.take_record(&mut self.driver.stepper.rhs.record);
         action(&mut self.adjoints, &mut self.stages);

@@ -150,7 +150,7 @@ impl<'m> InitialConditionAdjoint<'m> {
         coordinates.filter(|(_, coordinate)| coordinate.motion.is_some()).map(|(i, _)| i)
     }
 
-    /// Propagates from the velocities that friction has stopped to those before its impulse, see [`sticking_coordinates`].
+    /// Propagates from the velocities after the impulse of friction that sticks to those before it, see [`sticking_coordinates`].
     fn stopped_velocities(
         &mut self,
         system: &mut System,

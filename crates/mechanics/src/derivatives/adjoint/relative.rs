@@ -2,7 +2,7 @@
 //!
 //! At a stage the joints' rows vanish, r(q, v, v̇, p) = 0 with the mass matrix A = ∂r/∂v̇. With ψ = −A⁻¹ ā the derivatives with respect
 //! to everything else are ψᵀ ∂r = ∂(ψ_absᵀ r_abs), where ψ_abs = J ψ are the virtual displacements of the bodies: products of the
-//! elements, and one transposed sweep of the tree. A reaction λ is a power as well, of a virtual displacement that opens its joint.
+//! elements, and one transposed sweep of the tree. A reaction λ is a power as well: that of a virtual displacement that opens its joint.
 
 use crate::Result;
 use crate::checkpointing::recording::ExplicitRecording;

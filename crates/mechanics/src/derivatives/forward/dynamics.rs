@@ -113,10 +113,10 @@ where
     Ok(OutputGradients::new(steps.mechanism.outputs.len(), L, chunks))
 }
 
-/// Change of a gap with the design, as a fraction of its terms, below which two events stay at the same time.
+/// Change of a gap with the design, as a fraction of its terms, below which two events stay simultaneous.
 const SIMULTANEOUS: f64 = 1e-6;
 
-/// The error of two events at the time `t` (s), of which the design moves one before the other.
+/// The error of two events at the time `t` (s) that a change of the design separates.
 pub(crate) fn separated(first: &str, second: &str, t: f64) -> Error {
     let why = format!(
         "it crosses zero at the same time as `{second}`, t = {t}, and the design moves one before the other: there is no \
@@ -314,7 +314,7 @@ where
     ///
     /// # Errors
     ///
-    /// [`Error::Analysis`] if the design moves one before the other: each order has a motion of its own.
+    /// [`Error::Analysis`] if a change of the design separates them: the motion depends on their order.
     fn check_simultaneous(&mut self, step: &ConvergedStep, h: T, contact: usize, switch: usize) -> Result<()> {
         let fixed = self.event_value(step, T::from(step.h), switch)?.derivatives();
         let moved = self.event_value(step, h, switch)?.derivatives();

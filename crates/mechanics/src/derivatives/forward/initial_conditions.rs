@@ -58,7 +58,7 @@ impl ProjectedPart {
     }
 }
 
-/// Derivative of the velocity of friction that sticks, as a fraction of the largest one of all velocities, that is rounding.
+/// Derivative of the velocity of friction that sticks, as a fraction of the largest one of all velocities, that counts as zero.
 const ROUNDING: f64 = 1e-12;
 
 /// Factorizes the matrix of M q̈ + Φ_qᵀ λ = f, Φ̈ = 0 at `values`.

@@ -61,7 +61,7 @@ impl CentralDifference {
             let mechanism = model.build(&moved)?;
             if !mechanism.same_topology(like) {
                 let why = format!("makes different elements when design variable {k} moves by {by:e}");
-                let remedy = "do not let the design decide what is built, or take a smaller step of the differences";
+                let remedy = "do not let the design decide what is built, or use a smaller step of the differences";
                 return Err(Error::definition("model", why, remedy));
             }
             Ok((moved[k], mechanism))

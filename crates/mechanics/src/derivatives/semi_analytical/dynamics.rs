@@ -283,7 +283,7 @@ impl<'m> DifferenceSensitivity<'m> {
             return Err(Error::unsupported(
                 name,
                 why,
-                "take the direct or the adjoint method, or change the design a little",
+                "use the direct or the adjoint method, or change the design a little",
             ));
         }
         rate = -fixed / speed;
@@ -409,7 +409,7 @@ impl<'m> DifferenceSensitivity<'m> {
         Error::analysis(
             "the semi-analytical derivative",
             why,
-            "take the direct or adjoint method, or another step of the differences",
+            "use the direct or adjoint method, or another step of the differences",
         )
     }
 
@@ -463,7 +463,7 @@ impl<'m> DifferenceSensitivity<'m> {
             self.derivatives.extend(derivatives.zip(&self.held).map(|(derivative, held)| held.unwrap_or(derivative)));
             if let Some(k) = self.derivatives[from..].iter().position(|derivative| !derivative.is_finite()) {
                 let why = format!("its semi-analytical derivative is not finite at t = {t}", t = Seconds(t));
-                let remedy = "take a shorter step of the differences, or the direct or adjoint method";
+                let remedy = "use a shorter step of the differences, or the direct or adjoint method";
                 return Err(Error::analysis(&self.plain.outputs[k].name, why, remedy));
             }
         }

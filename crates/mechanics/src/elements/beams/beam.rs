@@ -257,7 +257,7 @@ impl<S: Scalar> Mechanism<S> {
     /// * `young`: E in N/m². A moment that bends to the left compresses the fibres on that side.
     ///
     /// # Errors
-    /// [`crate::Error::Definition`] if the element is no beam or `end` is neither 0 nor 1.
+    /// [`crate::Error::Definition`] if the element is not a beam or `end` is neither 0 nor 1.
     pub fn fibre_stress(
         &self,
         element: ElementIndex,

@@ -33,8 +33,8 @@ pub fn validate(stiffness: f64, damping: f64) -> Option<String> {
     Some(format!("its {} is {} {}", negative.0, negative.1, negative.2))
 }
 
-/// Writes the functions whose zeros are the states in which the force is not smooth: the depth, and the factor
-/// 1 + 1.5 c δ̇ that a force which would become negative has at zero.
+/// Writes the functions at whose zeros the force is not smooth: the depth, and the factor 1 + 1.5 c δ̇, below whose zero the
+/// force would be negative.
 pub fn switching_functions<T: Scalar>(damping: T, depth: T, rate: T, out: &mut Vec<T>) {
     out.push(depth);
     out.push(if depth.re() > 0.0 { damping * rate * 1.5 + 1.0 } else { T::from(1.0) });
@@ -43,7 +43,7 @@ pub fn switching_functions<T: Scalar>(damping: T, depth: T, rate: T, out: &mut V
 /// Number of [`switching_functions`].
 pub const SWITCHING_FUNCTIONS: usize = 2;
 
-/// Number of the first of them that the force has with a power that is not an integer: the depth.
+/// How many of them, from the first one on, occur in the force with a non-integer power: only the depth.
 pub const FRACTIONAL_POWERS: usize = 1;
 
 #[cfg(test)]

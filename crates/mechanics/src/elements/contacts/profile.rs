@@ -46,14 +46,14 @@ pub fn profile_curve(points: &[[f64; 2]], per_segment: usize) -> Vec<[f64; 2]> {
 pub(crate) struct CurvePoint<T> {
     pub at: [T; 2],
     pub tangent: [T; 2],
-    pub bend: [T; 2],
+    pub second_derivative: [T; 2],
 }
 
 /// One segment of a curve: its end points and the second derivatives there.
 #[derive(Clone, Copy, Debug)]
 struct Segment<T> {
     ends: [[T; 2]; 2],
-    bends: [[T; 2]; 2],
+    second_derivatives: [[T; 2]; 2],
 }
 
 impl<T: Scalar> Segment<T> {
@@ -62,13 +62,13 @@ impl<T: Scalar> Segment<T> {
         let w = -u + 1.0;
         let component = |k: usize| {
             let [p, q] = [self.ends[0][k], self.ends[1][k]];
-            let [m, n] = [self.bends[0][k], self.bends[1][k]];
+            let [m, n] = [self.second_derivatives[0][k], self.second_derivatives[1][k]];
             let value = p * w + q * u + (m * (w * w * w - w) + n * (u * u * u - u)) / 6.0;
             let slope = q - p + (n * (u * u * 3.0 - 1.0) - m * (w * w * 3.0 - 1.0)) / 6.0;
             [value, slope, m * w + n * u]
         };
         let [x, y] = [component(0), component(1)];
-        CurvePoint { at: [x[0], y[0]], tangent: [x[1], y[1]], bend: [x[2], y[2]] }
+        CurvePoint { at: [x[0], y[0]], tangent: [x[1], y[1]], second_derivative: [x[2], y[2]] }
     }
 }
 
@@ -78,8 +78,8 @@ impl Profile<'_, f64> {
         let n = self.len();
         let scale = 1.0 / (4.0 + 2.0 * DECAY);
         let sides: Vec<[f64; 2]> = (0..n).map(|i| self.right_side(i)).collect();
-        let mut bends: Vec<[f64; 2]> = vec![[0.0; 2]; n];
-        // The first turns bring the recursions to their periodic state.
+        let mut second_derivatives: Vec<[f64; 2]> = vec![[0.0; 2]; n];
+        // The first passes around the curve bring the recursions to their periodic state.
         let turns = 40 / n + 2;
         let (mut forward, mut backward) = ([0.0; 2], [0.0; 2]);
         for step in 0..turns * n {
@@ -87,14 +87,17 @@ impl Profile<'_, f64> {
             for c in 0..2 {
                 forward[c] = sides[i][c] + DECAY * forward[c];
                 if step >= (turns - 1) * n {
-                    bends[i][c] += scale * forward[c];
-                    bends[j][c] += scale * DECAY * backward[c];
+                    second_derivatives[i][c] += scale * forward[c];
+                    second_derivatives[j][c] += scale * DECAY * backward[c];
                 }
                 backward[c] = sides[j][c] + DECAY * backward[c];
             }
         }
         (0..n)
-            .map(|i| Segment { ends: [self.point(i), self.point(i + 1)], bends: [bends[i], bends[(i + 1) % n]] })
+            .map(|i| Segment {
+                ends: [self.point(i), self.point(i + 1)],
+                second_derivatives: [second_derivatives[i], second_derivatives[(i + 1) % n]],
+            })
             .collect()
     }
 }
@@ -125,7 +128,7 @@ impl<'a, T: Scalar> Profile<'a, T> {
     /// Second derivatives at point number `i`.
     ///
     /// The inverse of the periodic matrix decreases by the factor [`DECAY`] from point to point.
-    fn bend(&self, i: usize) -> [T; 2] {
+    fn second_derivative(&self, i: usize) -> [T; 2] {
         let n = self.len();
         let mut sum = [T::from(0.0); 2];
         let mut add = |k: usize, weight: f64| {
@@ -146,7 +149,10 @@ impl<'a, T: Scalar> Profile<'a, T> {
     }
 
     fn segment(&self, i: usize) -> Segment<T> {
-        Segment { ends: [self.point(i), self.point(i + 1)], bends: [self.bend(i), self.bend(i + 1)] }
+        Segment {
+            ends: [self.point(i), self.point(i + 1)],
+            second_derivatives: [self.second_derivative(i), self.second_derivative(i + 1)],
+        }
     }
 
     /// Twice the area inside the polygon of the points, negative if they run clockwise.
@@ -228,12 +234,12 @@ impl<'a, T: Scalar> Profile<'a, T> {
 /// Half the derivative of the squared distance from `p`, and its derivative.
 fn approach<T: Scalar>(c: &CurvePoint<T>, p: [T; 2]) -> [T; 2] {
     let gap = [c.at[0] - p[0], c.at[1] - p[1]];
-    [dot(gap, c.tangent), dot(c.tangent, c.tangent) + dot(gap, c.bend)]
+    [dot(gap, c.tangent), dot(c.tangent, c.tangent) + dot(gap, c.second_derivative)]
 }
 
 /// Derivative of the distance along −`d`, and its derivative.
 fn descent<T: Scalar>(c: &CurvePoint<T>, d: [T; 2]) -> [T; 2] {
-    [-dot(c.tangent, d), -dot(c.bend, d)]
+    [-dot(c.tangent, d), -dot(c.second_derivative, d)]
 }
 
 pub(crate) fn dot<T: Scalar>(a: [T; 2], b: [T; 2]) -> T {
@@ -294,12 +300,15 @@ mod tests {
         for i in 0..5 {
             let (here, next) = (profile.segment(i), profile.segment((i + 1) % 5));
             let same = profile.segments()[i];
-            assert!((0..2).all(|c| (here.bends[0][c] - same.bends[0][c]).abs() < 1e-14), "{here:?} {same:?}");
+            assert!(
+                (0..2).all(|c| (here.second_derivatives[0][c] - same.second_derivatives[0][c]).abs() < 1e-14),
+                "{here:?} {same:?}"
+            );
             let (end, start) = (here.at(1.0), next.at(0.0));
             for c in 0..2 {
                 assert!((end.at[c] - points[2 * ((i + 1) % 5) + c]).abs() < 1e-15);
                 assert!((end.tangent[c] - start.tangent[c]).abs() < 1e-14, "{end:?} {start:?}");
-                assert!((end.bend[c] - start.bend[c]).abs() < 1e-14);
+                assert!((end.second_derivative[c] - start.second_derivative[c]).abs() < 1e-14);
             }
         }
     }

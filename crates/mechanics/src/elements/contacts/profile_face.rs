@@ -17,7 +17,7 @@ use autodiff::Scalar;
 /// $$ F = k\,\delta^{3/2}\left(1 + \tfrac32 c\,\dot\delta\right) \ge 0 ,\qquad
 ///    \delta = \max_{\mathbf c} \mathbf n\cdot(\mathbf r_B - \mathbf r_c) $$
 ///
-/// A convex profile touches at one point. Where a hollow profile touches at two points at once, the point jumps.
+/// A convex profile touches at one point. Where a concave profile touches at two points at once, the point of contact jumps.
 ///
 /// # Sources
 /// Hunt & Crossley, *J. Appl. Mech.* 42 (1975) 440–445.

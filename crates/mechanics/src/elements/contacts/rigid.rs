@@ -22,7 +22,7 @@ pub static STOP: ElementDescriptor = {
         inputs: INPUTS,
         measures: CONTACT_FORCE,
         about: "a rigid stop: b − a bounces off a lower limit",
-        law: "when the gap b − a − clearance closes, its rate becomes −restitution times its rate before, by an impulse on b and its opposite on a; when the rebounds have died out, it stays closed as long as contact_force ≥ 0",
+        law: "when the gap b − a − clearance closes, its rate becomes −restitution times its rate before, by an impulse on b and its opposite on a; once the rebounds have decayed, it stays closed as long as contact_force ≥ 0",
         symbol: Symbol::Stop,
     }
 };
@@ -87,7 +87,7 @@ pub static WALL: ElementDescriptor = {
         inputs: INPUTS,
         measures: CONTACT_FORCE,
         about: "a rigid wall: b bounces off the line through a and stays to the left of it, seen along the line",
-        law: "when the gap n·(r_b − r_a) closes, its rate becomes −restitution times its rate before, by an impulse along the normal n to the left of the line; when the rebounds have died out, it stays closed as long as contact_force ≥ 0",
+        law: "when the gap n·(r_b − r_a) closes, its rate becomes −restitution times its rate before, by an impulse along the normal n to the left of the line; once the rebounds have decayed, it stays closed as long as contact_force ≥ 0",
         symbol: Symbol::MovingWall,
     }
 };

@@ -40,7 +40,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     ],
     about: "an elastic connection of two points",
     law: "force_x = stiffness_x·u + damping_x·u̇ with the displacement u of b from a along x of the body of a, and likewise along y; moment = stiffness_theta·φ + damping_theta·φ̇ with φ = θ_b − θ_a; the forces on both bodies act at b",
-    symbol: Symbol::Weld,
+    symbol: Symbol::Connection,
 };
 
 /// Deformation of a bushing and its rate, in the axes of body A.

@@ -37,7 +37,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     ],
     about: "a rigid connection of two bodies",
     law: "r_a = r_b and θ_b − θ_a = angle",
-    symbol: Symbol::Weld,
+    symbol: Symbol::Connection,
 };
 
 impl Element for FixedJoint {

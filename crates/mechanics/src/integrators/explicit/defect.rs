@@ -1,4 +1,4 @@
-//! Defect of dense output, as a check that the rates along a step are those that its stages imply.
+//! Defect of dense output: checks that the rates along a step agree with those at its stages.
 
 use crate::integrators::explicit::settings::Tolerance;
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};

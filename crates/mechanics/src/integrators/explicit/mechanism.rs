@@ -236,7 +236,7 @@ impl<'m> MechanismRhs<'m> {
             Error::analysis(
                 self.system.dominant_residual(self.mechanism, &self.rows),
                 why,
-                "take shorter steps or, with adaptive ones, a smaller tolerance",
+                "use shorter steps or, with adaptive ones, a smaller tolerance",
             )
         })
     }
@@ -446,7 +446,7 @@ fn end_at_event(stepper: &mut Stepper<MechanismRhs<'_>>, times: &InspectionTimes
     Ok(())
 }
 
-/// Shortens the step if an event happens in it that has no trace at its end. Returns the length of the step in s.
+/// Shortens the step if an event happens in it that the states at its ends do not show. Returns the length of the step in s.
 ///
 /// The state is interpolated at a few fractions of the step. Forces of held parts, and reactions, are computed at the `times` inside it.
 fn end_near_event(
@@ -551,7 +551,7 @@ pub(crate) fn start<'m>(
     Ok((OdeDriver::new(rhs, settings, y, times)?, ConsistentState { state, projection }))
 }
 
-/// Length of an adaptive step to which the times between events are compared, as a fraction of the duration of the motion.
+/// Nominal length of adaptive steps, with which the times between events are compared, as a fraction of the duration of the motion.
 const NOMINAL: f64 = 1e-3;
 
 /// The size of the steps that bounds the times between events.
@@ -571,7 +571,7 @@ fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
     let mut switches = mechanism.events.iter().filter(|event| event.is_switch());
     switches.next().map_or(Ok(()), |switch| {
         let why = "the stages of an explicit step that ends at a switch have forces of both sides of it";
-        let remedy = "take implicit steps, or an event that activates the force";
+        let remedy = "use implicit steps, or an event that activates the force";
         Err(Error::unsupported(&switch.gap.name, why, remedy))
     })
 }

@@ -42,7 +42,7 @@ pub(crate) struct SplitStep {
 
 impl SplitStep {
     /// Sets the end of the step that begins at the time `t` (s): that of the given step which an event has split, or of the next one.
-    /// `length`: that of the step of a number (s).
+    /// `length` returns the length in s of the given step with a number.
     fn begin_step(&mut self, t: f64, length: impl Fn(usize) -> Option<f64>) -> Result<()> {
         let length = |k: usize| {
             length(k).ok_or_else(|| {
@@ -61,7 +61,7 @@ impl SplitStep {
 /// Number of step lengths for which memory is allocated at the start, so that steps do not allocate.
 const EXPECTED_STEPS: usize = 1 << 14;
 
-/// Fraction of a grid step. After an event, a remainder of the step that is shorter is merged with the next grid step.
+/// Fraction of a grid step. After an event, a shorter remainder of the grid step is merged with the next grid step.
 const TINY: f64 = 1e-4;
 
 impl<F: OdeRhs> OdeDriver<F> {
@@ -119,7 +119,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         }
     }
 
-    /// Returns whether the motion goes on and the current step ends before `t` (s).
+    /// Returns whether the motion continues and the current step ends before `t` (s).
     pub fn is_before(&self, t: f64) -> bool {
         !self.stepper.rhs.has_ended() && t - self.stepper.t[1] > 1e-12 * (t - self.start).abs()
     }
@@ -210,7 +210,7 @@ impl<F: OdeRhs> OdeDriver<F> {
                 }
                 let component = outcome?.1;
                 let why = format!("the step becomes too small ({h:.1e} s) at t = {old}", old = Seconds(old));
-                let remedy = "loosen the tolerance, or take an implicit method: the motion may be stiff or not smooth";
+                let remedy = "loosen the tolerance, or use an implicit method: the motion may be stiff or not smooth";
                 return Err(Error::analysis(self.stepper.rhs.name(component), why, remedy));
             }
         }

@@ -155,7 +155,7 @@ impl Explicit {
     }
 
     /// Replaces the times (s, increasing) at which long adaptive steps are inspected. The steps are then those of a motion with outputs at
-    /// these times, whatever output times are wanted.
+    /// these times, for any output times.
     pub fn with_inspected_times(self, times: &[f64]) -> Self {
         Self { inspected: Some(times.into()), ..self }
     }
@@ -166,7 +166,7 @@ impl Explicit {
         self.end.map_or(last, |end| end.max(last))
     }
 
-    /// Returns whether each component has a tolerance of its own.
+    /// Returns whether each component has its own tolerance.
     pub(crate) fn has_tolerance_vectors(&self) -> bool {
         match &self.step_control {
             StepControl::Adaptive { tolerance, .. } => tolerance.relative.len() != 1 || tolerance.absolute.len() != 1,
@@ -174,7 +174,7 @@ impl Explicit {
         }
     }
 
-    /// Replaces the choice of the step lengths. Where each component had a tolerance of its own, those of absolute coordinates, the
+    /// Replaces the choice of the step lengths. If each component had its own tolerance, which belongs to absolute coordinates, the
     /// unknowns stay absolute.
     pub fn with_step_control(self, step_control: StepControl) -> Self {
         let is_absolute = self.coordinates == Coordinates::Automatic && self.has_tolerance_vectors();

@@ -7,8 +7,8 @@ use crate::{Error, Result};
 
 /// Signs of the switching functions along a motion.
 ///
-/// A step across a point where the rates are not smooth loses the order of the method, in values and still more in their
-/// derivatives, which have one smooth derivative less. A step that ends there loses nothing: in neighbouring designs, the
+/// A step across a point where the rates are not smooth loses the order of the method, in values and still more in
+/// derivatives, which are less smooth by one order. A step that ends there keeps the order: in neighbouring designs, the
 /// part of the step on the other side is infinitely short, and the rates themselves are continuous.
 ///
 /// Along a step the rates are those of the sides on which it begins. They are smooth beyond the end of the step, where trial steps and
@@ -33,7 +33,7 @@ pub(crate) struct SwitchLocator {
     begins_at_power: bool,
     /// The function with such a power at whose zero the current step is to end.
     ends_at_power: Option<usize>,
-    /// True if the current step does not end at such a zero, although an extrapolation of the function does.
+    /// True if the current step does not end at such a zero, although extrapolation of the function predicts one.
     is_even: bool,
     values: Vec<f64>,
     ahead: Vec<f64>,
@@ -60,7 +60,7 @@ impl HeldSides {
 /// Length over which a function is extrapolated at the end of a step, as a fraction of the step.
 const CLOSE: f64 = 1e-3;
 
-/// Distance in time of the end of a step from a zero, as a fraction of the step, that counts as zero, besides the rounding of times.
+/// Distance in time of the end of a step from a zero, as a fraction of the step, that counts as zero; the rounding error of times is added.
 const AT_ZERO: f64 = 1e-11;
 
 /// Largest number of corrections of the end of a step towards a zero.

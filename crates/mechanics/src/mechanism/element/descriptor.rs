@@ -71,7 +71,7 @@ pub enum Symbol {
     /// Stop of the second coordinate against the first one at the parameter `limit` or `clearance`.
     Stop,
     /// Rigid or elastic connection at the first point.
-    Weld,
+    Connection,
     /// Guide through the first point at the angle that is the first parameter, with a slider at the second point.
     Guide,
 }

@@ -27,7 +27,7 @@ pub struct ElementState<'a, T> {
 /// Signs of an element's [switching functions](Element::switching_functions), if they are held.
 ///
 /// Along an explicit step that ends at a zero of such a function its sign is held: the law of the element is smooth, in values and in
-/// derivatives, also where a stage is beyond the zero by rounding or by the error of the stage.
+/// derivatives, even where a stage is beyond the zero by rounding or by the error of the stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SwitchSides {
     is_held: bool,

@@ -95,7 +95,7 @@ impl Inertia3 {
         }
     }
 
-    /// Adds the inertia `other` of a body whose reference point is at `p` from the own one.
+    /// Adds the inertia `other` of a body whose reference point is at `p` relative to this one.
     #[inline(always)]
     fn add_shifted(&mut self, other: &Self, p: [f64; 3]) {
         // a_p = a − p × α: with the matrix P of p ×, the coupling becomes B + P C and the rotation A + P Bᵀ + (P Bᵀ)ᵀ + P C Pᵀ.
@@ -148,7 +148,7 @@ impl Articulated3 {
                 let stiffness = extra + product_of(&direction, &force);
                 let is_first = std::mem::replace(&mut is_first, false);
                 let size = if is_first { stiffness } else { extra + product_of(&direction, &whole.times(&direction)) };
-                if !(stiffness > LOST * size && stiffness > 0.0 && stiffness.is_finite()) {
+                if !(stiffness > ROUNDING * size && stiffness > 0.0 && stiffness.is_finite()) {
                     return Err(at);
                 }
                 let inverse = 1.0 / stiffness;
@@ -279,8 +279,8 @@ impl Articulated3 {
     }
 }
 
-/// Fraction of the inertia of a joint coordinate that is lost to rounding if the other coordinates can hold it.
-const LOST: f64 = 1e-14;
+/// Inertia of a joint coordinate, relative to its sum before the elimination of the others, that counts as rounding error.
+const ROUNDING: f64 = 1e-14;
 
 #[inline(always)]
 fn product_of(a: &Twist<f64>, b: &Twist<f64>) -> f64 {

@@ -278,7 +278,7 @@ impl<'m> Plan3<'m> {
             let Some(axis) = coordinate_axis(instance) else { continue };
             let fits = |edge: &&mut JointEdge| {
                 let on = &mechanism.elements[edge.element];
-                // The angle between the markers of a universal joint is none of its coordinates.
+                // The angle between the markers of a universal joint is not one of its coordinates.
                 edge.joint != Joint3::Universal
                     && on.coordinates[..] == instance.coordinates[..14]
                     && on.parameters == instance.parameters

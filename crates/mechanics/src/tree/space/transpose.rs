@@ -1,7 +1,7 @@
 //! The transpose of the sweeps over a tree in space: derivatives with respect to bodies become those with respect to joint
 //! coordinates and to parameters of joints.
 //!
-//! The derivatives of each body by its parent, its joint coordinates and the markers of its joint are those of
+//! The derivatives of each body with respect to its parent, its joint coordinates and the markers of its joint are those of
 //! [`place_joint`] in dual numbers. They are computed once at each state, for all responses.
 
 use crate::mechanism::rotation::{e_times, e_transposed_times, square};
@@ -182,8 +182,8 @@ impl Space {
         self.nodes.iter().enumerate().map(of).collect()
     }
 
-    /// Writes the virtual displacements of all coordinates for those of the joint coordinates, `psi`, and for joints that open by the
-    /// negative `gaps`, see [`Tree::place_virtual`](crate::tree::Tree::place_virtual).
+    /// Writes the virtual displacements of all coordinates for those of the joint coordinates, `psi`, and for constraints that are
+    /// violated by −`gaps`, see [`Tree::place_virtual`](crate::tree::Tree::place_virtual).
     pub fn place_virtual(
         &self,
         placed: &[PlacedBody<f64>],

@@ -41,8 +41,8 @@ impl Falk {
     /// # Errors
     /// [`Error::Option`] outside this range.
     pub fn with_tolerance(self, tolerance: f64) -> Result<Self> {
-        let good = (1e-14..=1e-4).contains(&tolerance);
-        Error::check_option("tolerance of the dual solver", "between 1e-14 and 1e-4", tolerance, good)?;
+        let is_valid = (1e-14..=1e-4).contains(&tolerance);
+        Error::check_option("tolerance of the dual solver", "between 1e-14 and 1e-4", tolerance, is_valid)?;
         Ok(Self { tolerance, ..self })
     }
 

@@ -61,8 +61,8 @@ pub(super) fn solve(
             let candidate = Candidate { multipliers, iterations, relaxation: None, ..Candidate::from(found) };
             let gradients = program.gradients(&candidate.x)?;
             let mut solution = candidate.certified(program, start, evaluations, &gradients, Some(&here.objective));
-            let good = solved && solution.kkt.largest() <= ACCEPTED;
-            solution.status = if good { ProgramStatus::Solved } else { ProgramStatus::Stalled };
+            let is_accepted = solved && solution.kkt.largest() <= ACCEPTED;
+            solution.status = if is_accepted { ProgramStatus::Solved } else { ProgramStatus::Stalled };
             return Ok(Some(solution));
         }
         kept.rows.extend(new);

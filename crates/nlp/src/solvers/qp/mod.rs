@@ -79,8 +79,8 @@ impl Conic {
     /// # Errors
     /// [`Error::Option`] outside this range.
     pub fn with_tolerance(self, tolerance: f64) -> Result<Self> {
-        let good = (1e-14..=1e-4).contains(&tolerance);
-        Error::check_option("tolerance of the conic solver", "between 1e-14 and 1e-4", tolerance, good)?;
+        let is_valid = (1e-14..=1e-4).contains(&tolerance);
+        Error::check_option("tolerance of the conic solver", "between 1e-14 and 1e-4", tolerance, is_valid)?;
         Ok(Self { tolerance, ..self })
     }
 
@@ -136,7 +136,7 @@ impl Conic {
     }
 
     /// The better candidate of two scalings; the second one is tried only if the first is not accurate. Curvatures that differ too much
-    /// in units of the bounds would not count.
+    /// in units of the bounds would have no effect.
     fn scaled_candidate(&self, program: &QuadraticProgram) -> Result<Candidate> {
         let mut units = [VariableUnits::Bounds, VariableUnits::Entries];
         if Scaling::new(program, units[0]).apply(program).has_curvatures_below(UNBALANCED) {

@@ -94,7 +94,7 @@ impl Scaling {
 }
 
 impl QuadraticProgram {
-    /// True if a variable has a positive curvature below this part of the largest one.
+    /// True if a variable has a positive curvature below the fraction `part` of the largest one.
     pub(super) fn has_curvatures_below(&self, part: f64) -> bool {
         let largest = self.hessian.as_ref().map_or(0.0, |h| h.diagonal().amax());
         self.hessian.iter().any(|h| h.diagonal().iter().any(|v| *v > 0.0 && *v < part * largest))

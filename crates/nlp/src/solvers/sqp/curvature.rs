@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 const DAMPING: f64 = 0.2;
 /// Least curvature, relative to the balanced one of each variable.
 const FLOOR: f64 = 1e-8;
-/// Entries of the Hessian relative to the largest one that are rounding.
+/// Size of entries of the Hessian, relative to the largest one, that counts as rounding.
 const ROUNDING: f64 = 1e-15;
 /// Size of a row of zeros, as a fraction of the largest entry: its variable is limited by bounds and rows alone.
 const ALONE: f64 = 1e-6;
@@ -92,7 +92,7 @@ fn unscaled(h: &DMatrix<f64>, scale: &[f64]) -> DMatrix<f64> {
 }
 
 /// The fraction [`FLOOR`] of the curvature of each variable, as a diagonal matrix. Variables are balanced so that the largest entry of each
-/// row of H is one; curvatures of very different size then count alike. A row of zeros counts as the fraction [`ALONE`] of `size`. If
+/// row of H is one; curvatures of very different size then have the same weight. A row of zeros counts as the fraction [`ALONE`] of `size`. If
 /// `is_uniform`, each curvature counts as `size`.
 ///
 /// # Sources
@@ -130,7 +130,7 @@ pub(super) fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<
     let mut basis: Vec<DVector<f64>> = vec![];
     for vector in vectors {
         let mut rest = vector.clone();
-        // The second time removes what rounding left.
+        // The second pass removes the rounding errors of the first.
         for _ in 0..2 {
             basis.iter().for_each(|known| rest.axpy(-known.dot(&rest), known, 1.0));
         }

@@ -6,12 +6,12 @@ use crate::program::{largest_violation, most_violated};
 use error::Result;
 use nalgebra::DMatrix;
 
-/// Largest part of the violation that a step may leave.
+/// Largest fraction of the violation that may remain after a step.
 const LEFT: f64 = 0.9;
 /// Largest number of reductions of the step length, each by [`SHORTER`].
 const REDUCTIONS: usize = 8;
 const SHORTER: f64 = 0.25;
-/// Curvature, relative to the largest one of the row, that is rounding.
+/// Curvature, relative to the largest one of the row, that counts as rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// A point x ± t D v with less violation, moved into the bounds; `None` if there is none.

@@ -63,8 +63,8 @@ impl Sqp {
     /// # Errors
     /// [`Error::Option`] outside this range.
     pub fn with_tolerance(self, tolerance: f64) -> Result<Self> {
-        let good = (1e-14..=1e-2).contains(&tolerance);
-        Error::check_option("tolerance of the SQP solver", "between 1e-14 and 1e-2", tolerance, good)?;
+        let is_valid = (1e-14..=1e-2).contains(&tolerance);
+        Error::check_option("tolerance of the SQP solver", "between 1e-14 and 1e-2", tolerance, is_valid)?;
         Ok(Self { tolerance, ..self })
     }
 

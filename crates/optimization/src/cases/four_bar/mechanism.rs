@@ -96,7 +96,7 @@ impl FourBar {
         diameters.iter().zip(self.lengths).map(|(d, l)| part(d, l)).sum()
     }
 
-    /// Bending stress in N/m² over bending moment in N·m for the diameter `d` in m: 32 / (π d³).
+    /// Bending stress in N/m² per bending moment in N·m for the diameter `d` in m: 32 / (π d³).
     pub fn stress_per_moment<S: Scalar>(d: S) -> S {
         d.powi(-3) * (32.0 / std::f64::consts::PI)
     }
@@ -192,7 +192,7 @@ mod tests {
     use super::*;
     use mechanics::analyses::dynamics::simulate;
 
-    /// Largest stress over all nodes and times, over the allowed one, minus one, in %.
+    /// Largest stress over all nodes and times, divided by the allowed one, minus one, in %.
     fn violation(model: &FourBar, diameters_mm: [f64; 3]) -> f64 {
         let b = diameters_mm.map(|d| d * 1e-3);
         let history = simulate(&model.build(&b).unwrap(), &model.dynamics().unwrap(), &FourBar::window()).unwrap();

@@ -1,4 +1,4 @@
-//! Small problems that mislead optimizers: starts far away or near zero, other scales, no solution, no multipliers, functions that
+//! Small problems that mislead optimizers: starts far away or near zero, unusual scales, no solution, no multipliers, functions that
 //! are undefined at some designs, narrow and flat valleys. The optima are exact.
 
 use super::Suite;

@@ -1,4 +1,4 @@
-//! The judge of a run: compares its end with the known solution, independently of the method.
+//! The verdict on a run: its end is compared with the known solution, independently of the method.
 
 use super::Transformation;
 use crate::cases::{CatalogueEntry, KnownSolution, Optimum};
@@ -10,7 +10,7 @@ use nlp::{Gradients, Program, Sqp, SubproblemSolver, Values};
 
 /// Relative error of the objective, and violation relative to the terms of the row, up to which a run is at an optimum.
 pub const TOLERANCE: f64 = 1e-5;
-/// Differences below this times the noise of an analysis are hidden by it.
+/// Multiple of the noise of an analysis below which differences may be due to it.
 const OF_NOISE: f64 = 10.0;
 /// Half widths of the local searches, in lengths of the variables.
 const WIDTHS: [f64; 2] = [0.01, 0.1];
@@ -92,7 +92,7 @@ pub struct Judgement {
 
 /// Judges the claim of a run about its last design.
 ///
-/// Terms of a row: Σⱼ |∂ĝ/∂xⱼ| max(|xⱼ|, |xⱼ − x⁰ⱼ|, |xᴾⱼ|), the larger one of start and end; xᴾ is the published start. A design
+/// Terms of a row: Σⱼ |∂ĝ/∂xⱼ| max(|xⱼ|, |xⱼ − x⁰ⱼ|, |xᴾⱼ|), evaluated at the start and at the end, of which the larger one counts; xᴾ is the published start. A design
 /// is at an optimum if its objective is within 1e-5 of it and no row is violated by more than 1e-5 of its terms. A local optimum is
 /// a design of which sequential quadratic programming in boxes of 1 % and 10 % of the lengths of the variables finds no improvement
 /// by 1e-5. Infeasibility is false if such a search reduces all violations at once. With noise of the analysis the exact problem is
@@ -141,7 +141,7 @@ pub fn judge(
 struct KnownDistance {
     optimum: &'static Optimum,
     excess: f64,
-    /// Part of the excess that noise hides.
+    /// Part of the excess that may be due to noise.
     noise: f64,
     is_best: bool,
 }
@@ -175,7 +175,7 @@ impl<'a> JudgedDesign<'a> {
         design: &'a [f64],
     ) -> Result<Self> {
         let published = (entry.build)()?;
-        // A start that is made zero or small says nothing about the sizes of the terms.
+        // A start that was replaced by zero or a small value gives no sizes of the terms.
         let at_published = published.start();
         let at_start = published.analyze_design(&at_published).map(|d| d.evaluation.objective);
         let coupling = DirectCoupling::new(problem);
@@ -222,7 +222,7 @@ impl<'a> JudgedDesign<'a> {
         TOLERANCE.max(OF_NOISE * self.transformation.noise)
     }
 
-    /// Change of the objective that noise hides.
+    /// Change of the objective that may be due to noise.
     fn objective_noise(&self) -> f64 {
         OF_NOISE * self.transformation.noise * self.objective.abs().max(self.start_objective.abs())
     }

@@ -9,8 +9,8 @@ use nalgebra::DMatrix;
 ///
 /// $$ r_h(b) + σ\, u_h(b)\, \max\bigl(|r_h(b)|,\ |r_h(b^0)|\bigr) , \qquad u_h \in [-1, 1] , $$
 ///
-/// with the start design b⁰. u looks random and depends on all bits of the design, on the response and on the time point: the same
-/// design has the same responses, and neighbours have others. It has no derivatives.
+/// with the start design b⁰. u is pseudo-random and depends on all bits of the design, on the response and on the time point: a
+/// design always has the same responses, and nearby designs have different ones. u has no derivatives.
 pub(super) struct Noisy {
     inner: Box<dyn Analysis>,
     noise: f64,
@@ -51,7 +51,7 @@ impl Analysis for Noisy {
     }
 }
 
-/// Stands for an analysis while it is moved into another one.
+/// Placeholder for an analysis while it is moved into another one.
 pub(super) struct Absent;
 
 impl Analysis for Absent {
@@ -64,7 +64,7 @@ impl Analysis for Absent {
     }
 }
 
-/// The step of splitmix64: bits that look random.
+/// The step of splitmix64: pseudo-random bits.
 pub(super) fn mixed(bits: u64) -> u64 {
     let mut z = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,4 +1,4 @@
-//! Starts that say little about the lengths of the variables: components near zero next to larger ones, and flat directions.
+//! Starts that give little information about the sizes of the variables: components near zero next to larger ones, and flat directions.
 
 use super::Suite;
 use super::statement::{POSITIVE, at, problems, sq};

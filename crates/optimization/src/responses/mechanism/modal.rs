@@ -51,7 +51,7 @@ pub struct NaturalFrequency {
     pub unit: f64,
 }
 
-/// Squares whose relative difference is smaller are told as equal.
+/// Squares whose relative difference is smaller are reported as equal.
 const EQUAL: f64 = 1e-7;
 
 impl<M: ParametricMechanism> ModalResponses<M> {

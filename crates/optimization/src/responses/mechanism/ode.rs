@@ -274,7 +274,7 @@ mod tests {
             assert!((first[k] - (up[0] - down[0]) / (2.0 * step)).abs() < 1e-7, "{k}");
             assert!((cross[k] - (up[1] - down[1]) / (2.0 * step)).abs() < 1e-7, "{k}");
         }
-        // At a time point both ways agree, also without stored states.
+        // At a time point both ways agree, even without stored states.
         let plain = Responses::new(responses.values.clone());
         let row = analysis.sensitivities(&b, &plain, &[ResponseAt { response: 0, point: 2 }]).unwrap();
         let [there, _] = analysis.rate_sensitivities(&b, &responses, 0, 1.0).unwrap();

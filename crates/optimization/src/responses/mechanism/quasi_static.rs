@@ -144,7 +144,7 @@ impl_instant_analysis!(
     no_warning
 );
 
-/// Kinematics have no forces of beams that decide on their stability.
+/// Kinematics has no beam forces, on which stability depends.
 fn no_warning(_: &Mechanism<f64>, _: &Assembly, _: &[f64]) -> Option<String> {
     None
 }

@@ -469,7 +469,7 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
     }
 }
 
-/// The note about unknowns that the analysis has chosen itself.
+/// The note about the unknowns if the analysis has chosen them.
 fn notes(coordinates: Coordinates) -> Vec<String> {
     let note = "relative coordinates: the unknowns of the steps are joint angles and displacements";
     if coordinates == Coordinates::Relative { vec![note.to_owned()] } else { Vec::new() }
@@ -478,7 +478,7 @@ fn notes(coordinates: Coordinates) -> Vec<String> {
 /// The error of semi-analytical derivatives of explicit steps.
 fn no_semi_analytical_derivatives() -> Error {
     let why = "explicit steps have no semi-analytical derivatives";
-    Error::unsupported("differentiation", why, "take another method, or implicit steps")
+    Error::unsupported("differentiation", why, "use another method, or implicit steps")
 }
 
 /// Gradients of the wanted responses, one in each row; `places` are the indices of their times in `gradients`.

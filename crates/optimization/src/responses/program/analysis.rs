@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// An [`Analysis`] by another program: see [the module](super).
 ///
-/// Answers are kept (up to 2²⁴ numbers, the oldest are removed first), so that no design is analysed twice. Derivatives are
+/// Answers are stored (up to 2²⁴ numbers, the oldest are removed first), so that no design is analysed twice. Derivatives are
 /// those that the program gives; for a program that gives none, use
 /// [`Differences`](crate::responses::Differences) of this analysis, in [`WithThreads`] for several processes at once.
 ///
@@ -63,7 +63,7 @@ impl ProgramAnalysis {
         Ok(Self { declared, processes, answers: Mutex::default() })
     }
 
-    /// The answer at a design, from the kept ones if possible.
+    /// The answer at a design, from the stored ones if possible.
     fn answer(&self, b: &[f64], derivatives: bool) -> Result<Arc<Answer>> {
         let count = self.declared.variables.len();
         let Some(b) = b.get(..count) else {
@@ -128,7 +128,7 @@ impl Analysis for ProgramAnalysis {
     }
 }
 
-/// An analysis that works on its own threads.
+/// An analysis that runs on its own threads.
 ///
 /// Threads that wait for other programs take no processor time, so there may be more of them than processors:
 /// [`Differences`](crate::responses::Differences) of a [`ProgramAnalysis`] with `jobs` processes needs as many threads.

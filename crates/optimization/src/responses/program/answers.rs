@@ -1,4 +1,4 @@
-//! Answers of a program by design, in memory and, if wanted, in a file.
+//! Answers of a program by design, in memory and optionally in a file.
 //!
 //! The first line of the file names the program, the variables, the time points and the responses. Each further line is an answer with
 //! its design and a hash, in the order in which the answers came:
@@ -81,7 +81,7 @@ impl Answers {
     }
 
     /// As [`read_from`](Self::read_from), and appends answers that the file lacks and all further ones. A file of another program or of
-    /// other requests is replaced; an incomplete last line, which a kill may leave, is removed.
+    /// other requests is replaced; an incomplete last line, which remains if the process is killed, is removed.
     ///
     /// # Errors
     /// Those of [`read_from`](Self::read_from), and [`Error::File`] if the file cannot be written.

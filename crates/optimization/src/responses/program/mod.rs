@@ -12,9 +12,9 @@
 //! | `answers` | answers by design, in memory and in a file |
 //! | `analysis` | the [`Analysis`](crate::problem::Analysis) |
 //!
-//! Nothing runs through a shell. A program that fails at a design, breaks down, answers something else or is late is a failed
-//! analysis ([`Error::Analysis`](crate::Error::Analysis)), so that an optimization rejects the design; a program that cannot be
-//! started is an [`Error::File`](crate::Error::File), which ends the run.
+//! Nothing runs through a shell. If the program fails at a design, breaks down, gives an invalid answer or exceeds the time limit, the analysis has
+//! failed ([`Error::Analysis`](crate::Error::Analysis)), so that an optimization rejects the design. If the program cannot be
+//! started, the error is [`Error::File`](crate::Error::File), which ends the run.
 
 mod analysis;
 mod answers;

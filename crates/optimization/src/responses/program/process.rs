@@ -30,15 +30,15 @@ fn running() -> MutexGuard<'static, ProgramProcess> {
     RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Kills all programs of this process, with the processes that they started, and lets no other one start before [`permit_programs`]: for the
-/// end of this process by [`std::process::exit`], at which values are not dropped, and for an interrupt.
+/// Kills all programs of this process, with the processes that they started, and prevents the start of others until [`permit_programs`]. Used
+/// before [`std::process::exit`], at which values are not dropped, and for an interrupt.
 pub fn end_programs() {
     let mut running = running();
     running.are_ended = true;
     running.groups.iter().for_each(|id| kill_group(*id));
 }
 
-/// Lets programs start again after [`end_programs`].
+/// Permits the start of programs again after [`end_programs`].
 pub fn permit_programs() {
     running().are_ended = false;
 }
@@ -56,7 +56,7 @@ fn kill_group(id: u32) {
 /// Puts a command into a process group other than that of this process, so that the processes which the program starts end with it.
 ///
 /// Returns the leader of the group: a guard that kills the group when this process ends in any way, even by a signal that cannot be caught. Its
-/// input, which it only reads, then ends, and so does that of the program, which has a second to end by itself. While the guard runs, no other
+/// input, which it only reads, then ends, and so does that of the program, which has one second to terminate. While the guard runs, no other
 /// group has the number of this one.
 #[cfg(unix)]
 fn start_group(command: &mut Command) -> Option<Child> {
@@ -105,7 +105,7 @@ fn cannot_start(program: &ExternalProgram, why: &str) -> Error {
 }
 
 impl Process {
-    /// Starts the program; a line of more than `longest` bytes is no answer.
+    /// Starts the program; a line of more than `longest` bytes is not an answer.
     ///
     /// # Errors
     /// [`Error::File`] if it cannot be started.
@@ -247,7 +247,7 @@ fn forward_lines(mut output: impl BufRead, longest: usize, lines: &SyncSender<In
         let mut line = vec![];
         let read = output.by_ref().take(longest as u64 + 1).read_until(b'\n', &mut line);
         let incoming = match read {
-            // Half a line at the end is no answer: the program ended before it was complete.
+            // An incomplete line at the end is not an answer: the program has ended.
             Ok(_) if line.last() == Some(&b'\n') => Incoming::Line(line),
             Ok(_) if line.len() > longest => Incoming::TooLong,
             _ => return,

@@ -65,7 +65,7 @@ impl Processes {
                 }
             }
         }
-        // A process that was killed by an interrupt says nothing about the design.
+        // A process that was killed by an interrupt gives no information about the design.
         Process::check_permission(&self.program)?;
         let times = self.program.retries + 1;
         let remedy = "run the program by hand with this request, or allow more time (docs/programs.md)";

@@ -49,7 +49,7 @@ struct ProtocolLine {
     derivatives: Option<BTreeMap<String, BTreeMap<String, Value>>>,
 }
 
-/// The line of a request, with its end.
+/// The line of a request, with the line feed.
 pub fn request(declared: &Declared, id: u64, design: &[f64], derivatives: bool) -> Vec<u8> {
     let request = Request {
         linkwright: VERSION,
@@ -73,7 +73,7 @@ pub fn longest(declared: &Declared) -> usize {
 /// Reads the answer to the request `id` at a design.
 ///
 /// # Errors
-/// [`Refusal`], if the program says so or the line is not an answer to this request: no JSON, another `id` or design, a response
+/// [`Refusal`], if the program reports a failure or the line is not an answer to this request: no JSON, another `id` or design, a response
 /// that is missing, unknown or of the wrong length, a number that is not finite.
 pub fn answer(declared: &Declared, id: u64, design: &[f64], line: &[u8]) -> Result<Answer, Refusal> {
     let broken = |why: String| Refusal::Broken(why);
@@ -102,7 +102,7 @@ pub fn answer(declared: &Declared, id: u64, design: &[f64], line: &[u8]) -> Resu
 /// The design and the answer in a line that has both.
 ///
 /// # Errors
-/// The reason in words, if it has not, or if a number is missing.
+/// The reason in words, if the line lacks one of them or a number is missing.
 pub fn stored(declared: &Declared, line: &[u8]) -> Result<(Vec<f64>, Answer), String> {
     let line: ProtocolLine = serde_json::from_slice(line).map_err(|why| why.to_string())?;
     let design = line.design.as_ref().ok_or("it has no `design`")?;

@@ -9,7 +9,7 @@ const MARGIN: f64 = 0.999;
 /// Slope of the envelope of the filter: decrease of the objective, per σ_f h, below which an entry with less violation dominates a design.
 const ENVELOPE: f64 = 1e-5;
 /// Largest violation of an accepted design, in units of the rows or of the violation before it: in these units, rows change by 1 to first
-/// order. Without this bound, a first step with rows that seem far from their limits could be of any length.
+/// order. Without this bound, a first step could be arbitrarily long if rows seem far from their limits.
 const LARGEST: f64 = 10.0;
 /// Fraction of the predicted decrease that must be reached.
 const FRACTION: f64 = 0.01;

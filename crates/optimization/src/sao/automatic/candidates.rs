@@ -31,8 +31,8 @@ pub enum ApproximationKind {
 
 /// Limit of the exponents.
 const EXPONENT: f64 = 3.0;
-/// Least x'/x for which a power is used.
-const NEAREST: f64 = 0.1;
+/// Least ratio x′/x of a variable to its present value for which a power is used.
+const LEAST_RATIO: f64 = 0.1;
 /// Change of a variable, relative to the largest one in lengths, below which it does not determine its curvature.
 const UNCHANGED: f64 = 1e-3;
 /// Largest curvature of a variable, in units of the largest change of the gradient over the largest step.
@@ -245,10 +245,10 @@ impl FittedApproximation {
         }
     }
 
-    /// Lower sides of the domain of variable `j`: −∞ where there is none.
+    /// Lower bound of the domain of variable `j`; −∞ if there is none.
     pub fn lower(&self, j: usize) -> f64 {
         match &self.exponents {
-            Some(p) if p[j] != 1.0 => NEAREST * self.origin[j],
+            Some(p) if p[j] != 1.0 => LEAST_RATIO * self.origin[j],
             _ => f64::NEG_INFINITY,
         }
     }

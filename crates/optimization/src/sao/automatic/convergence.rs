@@ -24,9 +24,9 @@ const AT_ZERO_STEP: f64 = 1e-10;
 /// Rounding error of the objective, relative to itself, to which its values can be compared.
 const COMPARABLE: f64 = 1e-13;
 /// Number of accepted designs over which the objective has changed by rounding only, for a run that has settled: in general, and at a
-/// move limit, which may be small because a length was underestimated. Number for a run that goes nowhere.
+/// move limit, which may be small because a length was underestimated. Larger number for a run without progress.
 const SETTLED: [usize; 2] = [4, 8];
-const GOES_NOWHERE: usize = OBJECTIVES;
+const NO_PROGRESS: usize = OBJECTIVES;
 /// Largest Σ |λᵢ cᵢ|, relative to U.
 const COMPLEMENTARITY: f64 = 1e-5;
 /// Number of accepted designs over which the recent range of the objective is taken.
@@ -37,7 +37,7 @@ const LEAST: f64 = 1e-4;
 /// Violation of a row relative to its scale, relative to its terms Σ |∂ĝ/∂bⱼ| |bⱼ|, and relative to its change Σ |∂ĝ/∂bⱼ| ℓⱼ (rounding).
 /// A converged design meets one of these limits with its own slopes.
 const BY_OWN_SLOPES: [f64; 3] = [1e-6, 1e-9, 1e-12];
-/// Largest violation of a converged design relative to the scale of its row, whatever its slopes and terms are.
+/// Largest violation of a converged design relative to the scale of its row, for any slopes and terms.
 const MOST: f64 = 1e-3;
 /// Largest change of the objective by a row, with its slopes at the last designs, relative to U and to the change by the slopes of the
 /// objective. Rows whose slopes vanish or oppose each other have no bounded multipliers.
@@ -52,7 +52,7 @@ const STEEP: f64 = 1e-11;
 const FAR: f64 = 10.0;
 /// Rounding errors, relative to the objective: of a predicted decrease, and of the other sums.
 const ROUNDING: [f64; 2] = [1e-14, 1e-12];
-/// Part of the change of the objective that does not matter, below which each of the sums does not matter.
+/// Fraction of the negligible change of the objective below which each of the sums is negligible.
 const OF_TOLERANCE: f64 = 0.1;
 /// First-order change over a length, relative to U, below which a direction need not be explored.
 const NEGLIGIBLE: f64 = 1e-10;
@@ -79,7 +79,7 @@ pub(super) struct Optimality {
 impl Optimality {
     /// The conditions at design `b` with the multipliers of the subproblem, or with those of least squares if these hold better.
     ///
-    /// Any multipliers that satisfy the conditions show that they hold. Those of a subproblem may belong to another active set, or
+    /// The conditions hold if any multipliers satisfy them. Those of a subproblem may belong to another active set, or
     /// be inaccurate if its last step is a rounding error.
     pub fn new(problem: &Problem, b: &[f64], here: &Linearized, multipliers: &[f64], lengths: &[f64]) -> Self {
         let given = Self::with(problem, b, here, multipliers, lengths);
@@ -129,7 +129,7 @@ pub(super) struct StopTest<'a> {
     pub settled_range: f64,
     /// Largest change of the objective by a rejected step from the current design.
     pub rejected_change: f64,
-    /// Change of the objective that does not matter.
+    /// Change of the objective that is negligible.
     pub tolerance: f64,
 }
 
@@ -145,7 +145,7 @@ impl StopTest<'_> {
         self.range(RECENT).min(objective).max(least).max(rounding)
     }
 
-    /// True for an objective that has come down to its rounding error: in its range since it was far larger, or in its whole range if its
+    /// True for an objective that has decreased to its rounding error: compared with its settled range, or with its whole range if its
     /// slopes are far larger than itself.
     fn is_rounding(&self, objective: f64) -> bool {
         let part = VANISHED[usize::from(self.is_last)];
@@ -153,7 +153,7 @@ impl StopTest<'_> {
         objective <= part * self.settled_range || (is_steep && objective <= part * self.objective_range)
     }
 
-    /// True for an objective that is as good as zero beside its slopes, where no step can be made and none is predicted: a residual R then
+    /// True for an objective that is nearly zero compared with its slopes, where no step can be made and none is predicted: a residual R then
     /// allows a decrease of about R² / (4 Δ) with the range Δ of the objective.
     fn is_balanced_zero(&self, objective: f64) -> bool {
         let Optimality { residual, complementarity, largest_change, .. } = self.optimality;
@@ -172,8 +172,8 @@ impl StopTest<'_> {
         self.range(LONGER.min(self.objectives.len().saturating_sub(1)))
     }
 
-    /// The residual up to which the run has converged if no other step can be made: a decrease that values of the objective do not
-    /// show, about R² / (4 Δ) with the range Δ of the objective.
+    /// The residual up to which the run has converged if no other step can be made: a decrease, of about R² / (4 Δ) with the
+    /// range Δ of the objective, that rounding hides.
     fn at_last(&self) -> f64 {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let range = self.settled_range.min(objective);
@@ -249,10 +249,10 @@ impl StopTest<'_> {
     }
 }
 
-/// True if the last accepted designs have the same objective up to rounding, and the next step predicts no other one: of a run that has
-/// settled, or of one that `goes_nowhere`.
-pub(super) fn has_settled(objectives: &[f64], predicted: f64, at_limit: bool, goes_nowhere: bool) -> bool {
-    let count = if goes_nowhere { GOES_NOWHERE } else { SETTLED[usize::from(at_limit)] };
+/// True if the last accepted designs have the same objective up to rounding, and no change of it is predicted for the next step. A run
+/// that `is_without_progress` needs more such designs.
+pub(super) fn has_settled(objectives: &[f64], predicted: f64, at_limit: bool, is_without_progress: bool) -> bool {
+    let count = if is_without_progress { NO_PROGRESS } else { SETTLED[usize::from(at_limit)] };
     let Some(first) = objectives.len().checked_sub(count) else { return false };
     let rounding = COMPARABLE * objectives.last().copied().unwrap_or(0.0).abs();
     predicted.abs() <= rounding && spread(objectives[first..].iter().copied()) <= rounding
@@ -268,7 +268,7 @@ pub(super) fn is_feasible(violation: f64, in_terms: f64, factor: f64) -> bool {
 /// True if a violation of a row is small compared with its scale or its terms at the design, or a rounding error of its change over the
 /// lengths.
 ///
-/// Units from other designs say nothing about a row whose slopes have changed by many orders of magnitude.
+/// Units from other designs are meaningless for a row whose slopes have changed by many orders of magnitude.
 pub(super) fn is_feasible_by_itself(
     violation: f64,
     slopes: &[f64],

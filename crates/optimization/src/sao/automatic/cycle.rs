@@ -14,17 +14,17 @@ use crate::problem::{AnalyzedDesign, Problem, RowId};
 use crate::sao::{ActiveRow, Method, NOT_FINITE, RunState, Status};
 use error::{Error, Result};
 
-/// Number of designs whose extent is the first box of a run that is continued, and its least part of the lengths.
+/// Number of designs whose extent is the first box of a run that is continued, and the least size of this box as a fraction of the lengths.
 const RECENT: usize = 4;
 const LEAST_WIDTH: f64 = 1e-3;
 
-/// The reason for the end of a run that goes nowhere.
-const GOES_NOWHERE: &str =
+/// The reason for the end of a run without progress.
+const NO_PROGRESS: &str =
     "the last steps have changed the objective by rounding only, but the optimality conditions do not hold";
 
 /// The message of a run that has stalled with forward differences.
-const FORWARD: &str = "forward differences have an error of the size of their steps, within which this may be an optimum: central ones, or \
-                       a shorter step, tell";
+const FORWARD: &str = "forward differences have an error of the order of their steps, and within it this may be an optimum: use central \
+                       differences or a shorter step";
 
 impl Automatic {
     /// One trial step, or the end of the run if the stop test holds before another analysis.
@@ -70,8 +70,8 @@ impl Automatic {
                 memory.points.iter_mut().last().into_iter().for_each(|point| point.is_displaced = is_displaced);
                 next
             }
-            (Ok(beside), Some(found)) => {
-                self.store_beside(problem, &beside, &found, &mut memory);
+            (Ok(nearby), Some(found)) => {
+                self.store_nearby(problem, &nearby, &found, &mut memory);
                 data
             }
             _ if examined.missed.is_empty() => data,
@@ -216,8 +216,8 @@ impl Automatic {
     }
 
     /// Stores a design near the current one, as the last but one.
-    fn store_beside(&self, problem: &Problem, beside: &AnalyzedDesign, data: &CycleData, memory: &mut AutomaticState) {
-        let AnalyzedDesign { design, responses, evaluation } = beside;
+    fn store_nearby(&self, problem: &Problem, nearby: &AnalyzedDesign, data: &CycleData, memory: &mut AutomaticState) {
+        let AnalyzedDesign { design, responses, evaluation } = nearby;
         let point = AcceptedPoint::new(problem, (design, responses, evaluation), data);
         memory.points.insert(memory.points.len().saturating_sub(1), point);
         self.forget(memory);
@@ -239,7 +239,7 @@ pub(in crate::sao) struct Continuation {
 }
 
 impl CycleContext<'_> {
-    /// The next step; the end of the run if the stop test holds or no step leads on.
+    /// The next step; the end of the run if the stop test holds or no step can be made.
     fn propose(&self) -> Result<Next> {
         let design = &self.state.design;
         let region = self.sides(&self.memory.widths);
@@ -260,9 +260,10 @@ impl CycleContext<'_> {
         });
         let (objectives, at_limit) = (self.objectives(), proposal.at_limit.contains(&true));
         let predicted = self.state.evaluation.objective - proposal.predicted.objective;
-        let is_without_change =
-            |goes_nowhere| restoration.is_none() && has_settled(&objectives, predicted, at_limit, goes_nowhere);
-        let stalled = stalled.or_else(|| is_without_change(true).then(|| GOES_NOWHERE.to_owned()));
+        let is_without_change = |is_without_progress| {
+            restoration.is_none() && has_settled(&objectives, predicted, at_limit, is_without_progress)
+        };
+        let stalled = stalled.or_else(|| is_without_change(true).then(|| NO_PROGRESS.to_owned()));
         let λ = &proposal.solution.multipliers;
         let optimality = Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths);
         let test = StopTest {

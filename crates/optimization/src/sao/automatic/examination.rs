@@ -1,4 +1,4 @@
-//! The analysis of a proposed design, and what it changes for the next cycle.
+//! The analysis of a proposed design, and the resulting changes of the data of the run.
 
 use super::acceptance::{Decision, DesignMerit, TrialDecision, widths_after_acceptance, widths_after_rejection};
 use super::proposal::{Proposal, Purpose};
@@ -18,7 +18,7 @@ pub(super) struct Examined {
     pub analyzed: Result<AnalyzedDesign>,
     /// The derivatives there, if it was accepted or shows a curvature.
     pub derivatives: Option<CycleData>,
-    /// Rows that decide about it and were not predicted: the step is repeated with them.
+    /// Rows without prediction that are violated at it: the step is repeated with them.
     pub missed: Vec<RowId>,
 }
 
@@ -42,7 +42,7 @@ enum FilterChange {
 
 enum RejectionChange {
     None,
-    /// One more; without numbers if the analysis failed.
+    /// Adds one; without numbers if the analysis failed.
     Add(Option<RejectedPoint>),
     Clear,
 }
@@ -70,7 +70,7 @@ impl AutomaticState {
 }
 
 impl CycleContext<'_> {
-    /// Analyses a proposal, decides about it, and differentiates it where that is wanted. A failure rejects it.
+    /// Analyses a proposal, decides about it, and differentiates it if the derivatives are needed. A failure rejects it.
     pub(super) fn examine(&self, method: &Method, proposal: &Proposal) -> Examined {
         let mut analyzed = self.problem.analyze_design(&proposal.design);
         let mut decision = analyzed.as_ref().map_or(Decision::Rejected, |a| self.decide(proposal, a));

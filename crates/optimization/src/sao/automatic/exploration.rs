@@ -2,8 +2,8 @@
 //!
 //! The conditions hold at saddle points and maxima, too. Two signs of these are a curvature of the Lagrangian on the
 //! tangent space of the active rows that is not positive, and a tangent direction that no step had. The value of the Lagrangian next to
-//! the design, in this direction, decides before the run ends: if it is less, the run continues from there. If not, its slope there shows
-//! how this direction is coupled with others, as in the method of Lanczos for the least eigenvalue.
+//! the design, in this direction, is computed before the run ends. If it is smaller, the run continues from there. If not, its gradient there
+//! shows how this direction is coupled with others, as in the method of Lanczos for the least eigenvalue.
 
 use super::candidates::AcceptedPoint;
 use super::lengths::spread;
@@ -17,13 +17,13 @@ use crate::sao::Region;
 use nalgebra::{DMatrix, DVector};
 use nlp::{KktResidual, Solution};
 
-/// Displacement of variables on which nothing depended, a step that shows a curvature, and one where there is none, in lengths.
+/// Displacement of variables on which no function has depended, step that determines a curvature, and step along a zero curvature, in lengths.
 const DISPLACEMENT: f64 = 0.1;
 const STEP: f64 = 0.01;
 const FLAT_STEP: f64 = 0.5;
 /// First-order decrease of the objective by such a step where there is a slope, as a multiple of the negligible change.
 const MATTERS: f64 = 1e6;
-/// Largest part of a slope by which it may change between designs and still count as the same.
+/// Largest relative change of a slope between designs for which it counts as unchanged.
 const STEADY: f64 = 0.5;
 /// Largest number of steps of a run that show a curvature, and of those in directions that no step had.
 const MOST_EXPLORATIONS: usize = 3;
@@ -32,27 +32,27 @@ const MOST_UNKNOWN: usize = 2;
 const MOSTLY: f64 = 0.5;
 /// Number of explorations from a design. A second design is explored if a flat direction led to it.
 const ROUND: usize = MOST_EXPLORATIONS + 2;
-/// Distance from a bound in lengths within which a variable that its slope pushes to the bound is not free.
+/// Distance from a bound in lengths within which a variable with a slope towards the bound is not free.
 const NEAR_BOUND: f64 = 1e-6;
 /// Relative norm of the part of a direction orthogonal to others, from which on it counts as another direction.
 const INDEPENDENT: f64 = 1e-2;
-/// Part of a length, and of the largest change of a row over the lengths, that counts as none.
+/// Fraction of a length, and of the largest change of a row over the lengths, that counts as zero.
 const NO_EFFECT: f64 = 1e-6;
-/// Part of the Lagrangian, and of its largest curvature, that is rounding.
+/// Fraction of the Lagrangian, and of its largest curvature, that counts as rounding.
 const ROUNDING: f64 = 1e-12;
 /// Error of the trapezoidal rule along a step, relative to the change by the difference of the slopes at its ends, up to which the
 /// curvature along it is that of its ends. At a third, an even change of the curvature has made one of them zero.
 const LOCAL: f64 = 0.3;
-/// Part of a length from which on a step of a variable is long.
+/// Fraction of a length from which on a step of a variable counts as long.
 const LONG: f64 = 0.9;
 /// Factor of the step in a direction in which the one before was too long to show the curvature.
 const SHORTER: f64 = 0.01;
-/// Least length of a step that shows a curvature, well above what counts as none.
+/// Least length of a step that determines a curvature, well above the length that counts as zero.
 const SHORTEST: f64 = 10.0 * NO_EFFECT;
 /// Least curvature relative to the largest one that counts as positive.
 const FLAT: f64 = 1e-6;
-/// Least negative curvature in the units of the curvatures themselves, where the largest one of each variable is 1.
-const BENDS_DOWN: f64 = 0.1;
+/// Least magnitude of a negative curvature, in units in which the largest curvature of each variable is 1.
+const NEGATIVE: f64 = 0.1;
 /// Number of sweeps that bring the curvatures to these units: each halves their orders of magnitude.
 const SWEEPS: usize = 12;
 
@@ -66,7 +66,7 @@ struct TangentSpace<'a> {
     weights: Vec<f64>,
     /// The Hessian of the functions in the Lagrangian that are given directly, in lengths.
     explicit: DMatrix<f64>,
-    /// Change of the objective over a length that does not matter.
+    /// Negligible change of the objective over a length.
     negligible: f64,
     /// Orthonormal gradients of the active rows over the free variables.
     normals: Vec<DVector<f64>>,
@@ -75,7 +75,7 @@ struct TangentSpace<'a> {
 }
 
 impl<'a> TangentSpace<'a> {
-    /// Changes of the objective up to `negligible` do not matter.
+    /// Changes of the objective up to `negligible` are ignored.
     fn new(situation: &'a CycleContext<'a>, negligible: f64) -> Self {
         let (design, lengths, here) = (&situation.state.design, &situation.units.lengths, &situation.here);
         let multipliers = here.balanced(situation.problem, design, lengths);
@@ -94,8 +94,8 @@ impl<'a> TangentSpace<'a> {
         tangent
     }
 
-    /// True for a variable that its slope does not push to a bound where it is. A slope that does not matter pushes nowhere: the
-    /// curvature decides whether the variable leaves its bound.
+    /// True for a variable that is not held at a bound by its slope. If the slope is negligible, the curvature decides whether the
+    /// variable leaves its bound.
     fn is_free(&self, j: usize) -> bool {
         let (variable, here) = (&self.situation.problem.variables[j], self.situation.state.design[j]);
         let (length, [below, above]) =
@@ -145,8 +145,8 @@ impl<'a> TangentSpace<'a> {
         steps.filter(|([step, _], ends)| is_long(step) && self.is_local(ends)).map(|(pair, _)| pair).collect()
     }
 
-    /// True for a step along which the curvature has the same sign at both ends, if it changes evenly: the value of the Lagrangian
-    /// changes as its slopes at both ends say, up to a part of what their difference says. Along a step as long as a length of several
+    /// True for a step along which the curvature has the same sign at both ends, if it changes evenly: the change of the
+    /// Lagrangian agrees with its slopes at both ends, up to a fraction of the effect of their difference. Along a step as long as a length of several
     /// variables, uneven changes can cancel out.
     fn is_local(&self, ends: &[AcceptedPoint]) -> bool {
         let lengths = &self.situation.units.lengths;
@@ -170,7 +170,7 @@ impl<'a> TangentSpace<'a> {
         error.abs() <= LOCAL * bending.abs() + rounding
     }
 
-    /// Number of the last steps to show a curvature that were too long for it.
+    /// Number of the last exploring steps that were too long to determine the curvature.
     fn too_long(&self) -> usize {
         let last = self.situation.memory.points.windows(2).rev().take(self.situation.memory.explorations % ROUND);
         last.filter(|ends| !self.is_local(ends)).count()
@@ -187,7 +187,7 @@ impl<'a> TangentSpace<'a> {
             })
     }
 
-    /// The curvatures along orthonormal directions, as far as they are known. `None` before a step that shows a curvature.
+    /// The known curvatures along orthonormal directions. `None` before a step that determines a curvature.
     fn curvatures(&self, known: &[DVector<f64>], pairs: &[SecantPair]) -> Option<DMatrix<f64>> {
         let n = self.situation.n();
         let is_explicit = self.weights.iter().all(|w| *w == 0.0);
@@ -210,10 +210,10 @@ impl<'a> TangentSpace<'a> {
         let positive = (FLAT * reduced.eigenvalues.amax()).max(self.negligible);
         let mut flat: Vec<usize> = (0..known.len()).filter(|&k| reduced.eigenvalues[k] <= positive).collect();
         flat.sort_by(|&a, &b| reduced.eigenvalues[a].total_cmp(&reduced.eigenvalues[b]));
-        let bends_down = flat.first().is_some_and(|&k| reduced.eigenvalues[k] < -positive);
+        let has_negative_curvature = flat.first().is_some_and(|&k| reduced.eigenvalues[k] < -positive);
         let direction = |k: usize| combined(known, reduced.eigenvectors.column(k).iter().copied());
-        let hidden = hidden.filter(|_| !bends_down);
-        Some(Flat { directions: flat.into_iter().map(direction).collect(), bends_down, hidden })
+        let hidden = hidden.filter(|_| !has_negative_curvature);
+        Some(Flat { directions: flat.into_iter().map(direction).collect(), has_negative_curvature, hidden })
     }
 
     /// The next step to learn more about the curvature, and its curvature where only its own unit shows that it is negative; `None` if
@@ -228,7 +228,7 @@ impl<'a> TangentSpace<'a> {
             return None;
         }
         let (pairs, explorations) = (self.local_pairs(), self.situation.memory.explorations % ROUND);
-        // Everything is known of functions that are given directly.
+        // The curvature of functions that are given directly is known.
         let is_explicit = self.weights.iter().all(|w| *w == 0.0);
         let steps = if is_explicit { tangent.to_vec() } else { self.steps(&self.binding, true) };
         let unknown = basis(tangent.iter().map(|v| without(v, &steps)).filter(|v| v.norm() > INDEPENDENT));
@@ -239,12 +239,12 @@ impl<'a> TangentSpace<'a> {
         if is_partly_unknown && explorations == 0 && too_long < MOST_EXPLORATIONS {
             return Some((among_unknown(&generic(&unknown)), Purpose::Curvature, None));
         }
-        let Flat { directions: flat, bends_down, hidden } =
+        let Flat { directions: flat, has_negative_curvature, hidden } =
             self.flat(if is_partly_unknown { &steps } else { tangent }, &pairs)?;
         if let Some((direction, curvature)) = hidden.filter(|_| explorations < MOST_EXPLORATIONS) {
             return Some((direction, Purpose::Curvature, Some(curvature)));
         }
-        if is_partly_unknown && explorations < MOST_UNKNOWN && !bends_down {
+        if is_partly_unknown && explorations < MOST_UNKNOWN && !has_negative_curvature {
             // The change of the slope along a step is the next vector of its Krylov space.
             let coupled = |[_, change]: &SecantPair| {
                 let part = combined(&unknown, unknown.iter().map(|v| v.dot(change)));
@@ -252,11 +252,11 @@ impl<'a> TangentSpace<'a> {
             };
             return Some((among_unknown(&pairs.iter().rev().find_map(coupled)?), Purpose::Curvature, None));
         }
-        if is_partly_unknown && !bends_down {
+        if is_partly_unknown && !has_negative_curvature {
             return None;
         }
-        // One direction after the other.
-        let next = if bends_down { 0 } else { explorations };
+        // One direction at a time.
+        let next = if has_negative_curvature { 0 } else { explorations };
         if let (Some(direction), true) = (flat.get(next), explorations < MOST_EXPLORATIONS) {
             return Some((direction.clone(), Purpose::Curvature, None));
         }
@@ -281,14 +281,14 @@ struct Flat {
     /// The least curvature first.
     directions: Vec<DVector<f64>>,
     /// True if the least curvature is negative.
-    bends_down: bool,
-    /// A direction of negative curvature that is negligible over the lengths, and its curvature over them: a variable that was at a
-    /// point of symmetry has lengths that say nothing about it.
+    has_negative_curvature: bool,
+    /// A direction of negative curvature that is negligible over the lengths, and its curvature over them: the length of
+    /// a variable that was at a point of symmetry is meaningless.
     hidden: Option<(DVector<f64>, f64)>,
 }
 
-/// A direction in which symmetric curvatures bend down in their own units, and its curvature; `None` if there is none. Units of
-/// the variables in which the largest curvature of each is 1 do not depend on lengths.
+/// A direction of negative curvature of a symmetric matrix in its own units, and this curvature; `None` if there is none. In these units the
+/// largest curvature of each variable is 1; they do not depend on lengths.
 fn hidden_descent(curvatures: &DMatrix<f64>) -> Option<(DVector<f64>, f64)> {
     let (r, mut scaled) = (curvatures.nrows(), curvatures.clone());
     let mut units = DVector::from_element(r, 1.0);
@@ -302,7 +302,7 @@ fn hidden_descent(curvatures: &DMatrix<f64>) -> Option<(DVector<f64>, f64)> {
     let (least, curvature) = eigen.eigenvalues.argmin();
     let weights = eigen.eigenvectors.column(least).component_mul(&units);
     let norm = weights.norm();
-    (curvature < -BENDS_DOWN && norm > 0.0 && norm.is_finite()).then(|| (weights / norm, curvature / norm.powi(2)))
+    (curvature < -NEGATIVE && norm > 0.0 && norm.is_finite()).then(|| (weights / norm, curvature / norm.powi(2)))
 }
 
 /// Σ wₖ vₖ, for at least one vector.
@@ -310,17 +310,17 @@ fn combined(vectors: &[DVector<f64>], weights: impl Iterator<Item = f64>) -> DVe
     vectors.iter().zip(weights).fold(DVector::zeros(vectors[0].len()), |sum, (v, weight)| sum + v * weight)
 }
 
-/// A combination of the vectors without a special direction.
+/// A combination of the vectors in a generic direction.
 fn generic(vectors: &[DVector<f64>]) -> DVector<f64> {
     combined(vectors, (0..vectors.len()).map(|k| golden_fraction(k) - 0.5))
 }
 
-/// True for a step in lengths that is more than rounding and shows something.
+/// True for a step, in lengths, that is larger than rounding errors and has an effect.
 fn is_long(step: &DVector<f64>) -> bool {
     step.amax() > NO_EFFECT
 }
 
-/// A direction with its components along known steps such that its curvature is not theirs: yᵀd = 0 for the change y of the
+/// The direction, with components along known steps added so that it is conjugate to them: yᵀd = 0 for the change y of the
 /// gradient along each step.
 fn conjugate(direction: &DVector<f64>, pairs: &[SecantPair]) -> DVector<f64> {
     if pairs.is_empty() {
@@ -338,10 +338,10 @@ fn conjugate(direction: &DVector<f64>, pairs: &[SecantPair]) -> DVector<f64> {
 impl CycleContext<'_> {
     /// A step along directions of unknown curvature, for a design that seems to be an optimum; `None` if there is none.
     ///
-    /// A variable on which nothing ever depended to first order may be at a maximum. A curvature that no step has shown is a
-    /// guess: where a length was underestimated it is far too large, and the step and the predicted decrease far too small.
+    /// A variable on which no function has depended to first order may be at a maximum. A curvature that no step has determined is a
+    /// guess: if a length was underestimated, it is far too large, and the step and the predicted decrease are far too small.
     ///
-    /// A slope in a direction that no step had does not matter where the run `has_settled`: with more variables than stored steps, there is
+    /// A slope in a direction without a step is ignored if the run `has_settled`: with more variables than stored steps, there is
     /// always one.
     pub(super) fn unexplored(&self, negligible: f64, has_settled: bool) -> Option<Proposal> {
         if !self.is_flat_start() && (0..self.n()).any(|j| self.is_unknown(j)) {
@@ -407,7 +407,7 @@ impl CycleContext<'_> {
         self.memory.explorations == 2 * ROUND - 1
     }
 
-    /// True if the derivatives at a proposal show the curvature here: it is no more than a length away.
+    /// True if the derivatives at a proposal determine the curvature here: it is at most one length away.
     pub(super) fn shows_curvature(&self, proposal: &Proposal) -> bool {
         let is_meant = match proposal.purpose {
             Purpose::Curvature => true,
@@ -418,8 +418,8 @@ impl CycleContext<'_> {
         is_meant && { steps }.all(|((to, from), length)| (to - from).abs() <= *length)
     }
 
-    /// True if a step shows that the run is not at its end: the Lagrangian is less along a tangent direction, and no inequality without
-    /// a multiplier is violated there; or it is hardly more at the end of a flat direction, where other rows may be active.
+    /// True if a step shows that the run must continue: the Lagrangian decreases along a tangent direction, and no inequality without
+    /// a multiplier is violated there; or it hardly increases along a flat direction, at whose end other rows may be active.
     pub(super) fn leads_on(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> bool {
         let multipliers = &proposal.solution.multipliers;
         let there = self.observed_lagrangian(proposal, analyzed, None).map_or(f64::INFINITY, |l| l.value);
@@ -437,7 +437,7 @@ impl CycleContext<'_> {
         is_feasible && there < here - ROUNDING * here.abs()
     }
 
-    /// True for a variable that never moved because nothing ever depended on it to first order, except for what rounding leaves.
+    /// True for a variable that has never moved because no function has depended on it to first order, apart from rounding.
     fn is_unknown(&self, j: usize) -> bool {
         let (variable, lengths) = (&self.problem.variables[j], &self.units.lengths);
         let [least, most] = self.state.trace().designs.extent(j);
@@ -450,7 +450,7 @@ impl CycleContext<'_> {
             && points.all(|p| p.slopes.iter().chain(p.numbers.iter().map(|r| &r.gradient)).all(has_no_effect))
     }
 
-    /// A step of some variables in a generic direction, by this part of the lengths.
+    /// A step of some variables in a generic direction, by the fraction `size` of the lengths.
     pub(super) fn displacement(&self, size: f64, is_moved: impl Fn(usize) -> bool) -> Proposal {
         let region = self.sides(&self.units.lengths);
         let rejections = self.memory.rejections;
@@ -477,7 +477,7 @@ impl CycleContext<'_> {
         self.by_linear_surrogate(design, region, Purpose::Displacement)
     }
 
-    /// A design that is no solution of a subproblem, with the prediction of the linear surrogate.
+    /// A design that is not the solution of a subproblem, with the prediction of the linear surrogate.
     fn by_linear_surrogate(&self, design: Vec<f64>, region: Region, purpose: Purpose) -> Proposal {
         let surrogate = self.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
         let values = surrogate.values(&design);
@@ -529,7 +529,7 @@ fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<f64>> {
 /// A vector without its components along orthonormal ones.
 fn without(vector: &DVector<f64>, known: &[DVector<f64>]) -> DVector<f64> {
     let mut rest = vector.clone();
-    // The second time removes what rounding left.
+    // The second pass removes the rounding errors of the first.
     for _ in 0..2 {
         known.iter().for_each(|k| rest.axpy(-k.dot(&rest), k, 1.0));
     }

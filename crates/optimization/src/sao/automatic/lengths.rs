@@ -8,7 +8,7 @@ use crate::sao::trace::Trace;
 
 /// Least start length of a bounded variable, as a fraction of its range.
 const LEAST_OF_RANGE: f64 = 0.02;
-/// Largest length from a range or from rows, relative to the variable, or to |F| / |∂F/∂b| of one that is zero.
+/// Largest length from a range or from rows, relative to the variable, or to |F| / |∂F/∂b| if the variable is zero.
 const WIDEST: [f64; 2] = [3e4, 1e3];
 /// Length from a range, relative to the variable, above which it is a guess: bounds of 1e6 may stand for none.
 const GUESSED: f64 = 10.0;
@@ -36,7 +36,7 @@ const LEAST_OF_OBJECTIVE: f64 = 1e-3;
 /// failing that, the median of the other variables; failing that, 1. It is a guess: move limits grow up to tenfold in a cycle, and
 /// [`Units`] shortens guesses that steps have shown to be too long. The second result says which lengths are guesses.
 ///
-/// The sizes of the start are those of [`start_sizes`]; slopes `here` at a later design, which may be an optimum, say nothing about them.
+/// The sizes of the start are those of [`start_sizes`]; slopes `here` at a later design, which may be an optimum, do not determine them.
 pub(super) fn start_lengths(
     problem: &Problem,
     start_sizes: &[f64],

@@ -52,15 +52,15 @@ use error::{Error, Result};
 /// All [`ApproximationKind`]s are exact in value and gradient at the current design. At every analysed design the error of each
 /// is known without another analysis: for each response, the one with the least errors is used next. One candidate concerns
 /// the whole problem: linear responses with a BFGS matrix of the Lagrangian. The globalization does not depend on the
-/// candidate: a filter, a box whose size follows the prediction, restoration where linearized rows are incompatible, and a
+/// candidate: a filter, a box whose size depends on the accuracy of the prediction, restoration where linearized rows are incompatible, and a
 /// correction through rejected designs. The stop test uses lengths and units from the designs of the run: scaling the objective,
 /// constraints or variables, or adding a constant to the objective, changes the run by rounding only. An exception are variables
 /// without range that start at zero and on which no row depends: their first length is |F| / |∂F/∂b|.
 ///
 /// The result satisfies the first-order conditions. Before the run ends, the Lagrangian is evaluated near the design in
-/// directions along the active rows that no step had, or in which the steps show no positive curvature: at a saddle point or a
-/// maximum the run goes on. Not all directions are tried, so that this is no proof. A run may also end at a stationary point of the
-/// violation: it then reports [`Status::Infeasible`](super::Status::Infeasible), which says nothing about other regions.
+/// directions along the active rows in which no step was made, or in which the steps show no positive curvature: at a saddle point or a
+/// maximum the run continues. Not all directions are tried, so this is not a proof. A run may also end at a stationary point of the
+/// violation: it then reports [`Status::Infeasible`](super::Status::Infeasible), which does not exclude feasible designs in other regions.
 ///
 /// # Sources
 ///

@@ -10,7 +10,7 @@ const STEPS: usize = 6;
 /// Ratio of the longest to the shortest of these steps.
 const SHORTER: f64 = 64.0;
 /// Least ratio of the errors at the shorter half of the steps to those at the longer half. Errors of a smooth response fall with the
-/// square of the step, those at a kink with the step.
+/// square of the step, those at a kink only in proportion to the step.
 const REMAINS: f64 = 0.25;
 /// Largest error from rounding, relative to the number and to its change along the step; and relative to its largest known value.
 const ROUNDING: [f64; 2] = [1e-11, 1e-14];
@@ -27,7 +27,7 @@ impl CycleContext<'_> {
     /// The noise of the analysis, relative to the largest known value of the number that shows it most; `None` without signs of noise.
     ///
     /// Along trial steps that become shorter the error of a linear prediction, |r(b) − r(b₀) − sᵀ(b − b₀)|, falls with the square of
-    /// the step. An error that does not fall is noise, or a response that jumps: shorter steps cannot be judged. The steps are those
+    /// the step. An error that does not fall is noise, or a response that jumps: shorter steps cannot be evaluated. The steps are those
     /// that were rejected here; where the run `is_at_end`, also the accepted ones before.
     pub(super) fn noise(&self, is_at_end: bool) -> Option<f64> {
         let known: Vec<f64> = (0..self.current().numbers.len()).map(|k| self.largest_known(k)).collect();

@@ -20,18 +20,18 @@ pub(super) struct Proposal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
     Improvement,
-    /// To see the curvature of the Lagrangian in a direction; accepted if it bends down.
+    /// To determine the curvature of the Lagrangian in a direction; accepted if the curvature is negative.
     Curvature,
-    /// To move along directions in which the Lagrangian has no curvature: a better design may be at their end; accepted if it does not rise.
+    /// To move along directions in which the Lagrangian has no curvature: a better design may be at their end; accepted if the Lagrangian does not increase.
     Flat,
-    /// To leave a stationary point or to move a variable on which nothing depends; always accepted.
+    /// To leave a stationary point or to move a variable on which no function depends; always accepted.
     Displacement,
 }
 
 /// The next action of a run.
 pub(super) enum Next {
     Analyse(Box<Proposal>),
-    /// The cycle is begun anew with a common unit of the rows.
+    /// The cycle is restarted with a common unit of the rows.
     CommonUnit,
     /// The status, its reason, and the active rows with their multipliers at the design.
     End(Status, String, Vec<ActiveRow>),

@@ -58,7 +58,7 @@ pub(super) fn least_violation(
     };
     let center = program.center.clone();
     let solution = Conic::default().solve(&program, &center)?;
-    // The point is feasible to rounding at best: the violation there is an upper bound of the least one.
+    // The point is feasible up to rounding at best: the violation there is an upper bound of the least one.
     let at = |i: usize| offset[i] + (0..n).map(|j| rows[i * (n + 1) + j] * solution.x[j]).sum::<f64>();
     Ok((0..m).map(at).fold(0.0, f64::max).min(most))
 }

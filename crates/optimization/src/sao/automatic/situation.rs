@@ -68,7 +68,7 @@ impl<'a> CycleContext<'a> {
         self.memory.points.last().expect("the current design is stored")
     }
 
-    /// True at a feasible start where the objective has no slope at all: it may as well be a maximum or a saddle point.
+    /// True at a feasible start where the gradient of the objective is zero: it may be a maximum or a saddle point.
     pub(super) fn is_flat_start(&self) -> bool {
         let trace = self.state.trace();
         let is_start = self.state.design.iter().enumerate().all(|(j, &b)| trace.designs.extent(j) == [b; 2]);

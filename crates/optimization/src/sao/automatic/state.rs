@@ -27,14 +27,14 @@ pub struct AutomaticState {
     /// The largest violation of each constraint at the points that the run has left by a displacement.
     #[serde(default)]
     pub left: Vec<Vec<f64>>,
-    /// True while rows have a common unit, so that the largest violation is that of the problem: restoration goes on with it where the
+    /// True while rows have a common unit, so that the largest violation is that of the problem: restoration continues with it if the
     /// violation measured by slopes is stationary.
     #[serde(default)]
     pub has_common_unit: bool,
     /// Number of analyses near a design that seemed to be an optimum, to determine the curvature along a direction.
     #[serde(default)]
     pub explorations: usize,
-    /// Change of the objective that does not matter, where the run of another method is continued; zero otherwise.
+    /// Negligible change of the objective if the run of another method is continued; zero otherwise.
     #[serde(default)]
     pub tolerance: f64,
 }
@@ -48,7 +48,7 @@ pub struct RejectedPoint {
     pub values: Vec<f64>,
 }
 
-/// A design of the filter. The violations are stored in units of the problem, so that they can be compared in today's units.
+/// A design of the filter. The violations are stored in units of the problem and converted to the units of the current cycle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FilterEntry {
     /// F.

@@ -7,7 +7,7 @@ use super::situation::{CycleContext, Kind};
 use crate::sao::Status;
 use error::Result;
 
-/// Displacements from a stationary point in lengths: the next one if those before led back. The second one is opposite to the first.
+/// Displacements from a stationary point in lengths; the next one is used if those before led back. The second one is opposite to the first.
 pub(super) const DISPLACEMENTS: [f64; 3] = [0.1, 0.5, 0.5];
 /// Number of sizes of a displacement that is rejected, each [`SHORTER`] times the one before.
 pub(super) const SIZES: usize = 3;
@@ -84,8 +84,8 @@ impl CycleContext<'_> {
         format!("{} {verb} exceeded by {:.3} %", names.join(" and "), 100.0 * largest)
     }
 
-    /// True if the objective has risen with the square of the displacement from a flat start, for all sizes: its slopes may then show whether
-    /// it has a minimum there. They show nothing of an objective that is given directly, unless it is constant.
+    /// True if the objective has increased with the square of the displacement from a flat start, for all sizes: its gradients may then show
+    /// whether it has a minimum there. They do not for an objective that is given directly, unless it is constant.
     pub(super) fn rises_evenly(&self) -> bool {
         let Self { state, problem, .. } = self;
         let accepted = state.history.iter().rposition(|cycle| cycle.accepted).map_or(0, |last| last + 1);
@@ -122,7 +122,7 @@ impl CycleContext<'_> {
         if let Some(step) = self.by_another_surrogate(restoration)? {
             return Ok(Some(analyse(step)));
         }
-        // Curvatures end the steps long before the slopes, which shrink with the last step, predict no decrease within wide limits.
+        // Curvatures make the steps zero long before the slopes, which decrease with the last step, predict no decrease within wide limits.
         if restoration.is_some()
             && let Some(next) = self.stationary_violation(1.0)?
         {

@@ -11,7 +11,7 @@ use nlp::{Curvature, Solution, Sqp, SubproblemSolver};
 
 /// Fraction of the half width within which a variable counts as at its move limit.
 const AT_LIMIT: f64 = 1e-3;
-/// Largest part of a possible decrease of the violation that a restoration may leave, and with it of the way to a move limit.
+/// Largest fraction of a possible decrease of the violation that a restoration may leave, and of the distance to a move limit.
 const LEFT: f64 = 0.01;
 
 impl CycleContext<'_> {
@@ -30,7 +30,7 @@ impl CycleContext<'_> {
     /// Solves the surrogate in its box.
     pub(super) fn solve(&self, surrogate: &Surrogate, region: Region, restoration: Option<f64>) -> Result<Proposal> {
         let unit = |row: &RowId| self.units.rows[row.constraint];
-        // Rounding must not make the relaxed rows contradictory, and what it leaves must not be more than the rows can gain.
+        // The relaxation must exceed rounding errors, so that the relaxed rows are compatible, but not the possible gain of the rows.
         let relaxed = |t: f64| -> Vec<f64> {
             let relaxed = t + (1e-7 * t + 1e-10).min(LEFT * (self.violation - t));
             self.here.rows.iter().map(|r| unit(r) * relaxed).collect()

@@ -22,7 +22,7 @@ pub(super) struct Surrogate<'a> {
     problem: &'a Problem,
     ids: Vec<NumberId>,
     models: Vec<FittedApproximation>,
-    /// Responses at the current design, which hold the shape.
+    /// Responses at the current design, which define the shape.
     responses: &'a Responses,
     rows: &'a [RowId],
     forms: Vec<RowForm>,

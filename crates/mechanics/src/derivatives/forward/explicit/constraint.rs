@@ -54,7 +54,7 @@ impl ConstraintTerms {
     /// Differentiates the constraint `instance` along the motion that `constraint` prescribes: in closed form if there is
     /// one, or else in jets of dual numbers.
     ///
-    /// A constraint is evaluated on seeded positions that move in time (jets). Velocities need no columns of their own:
+    /// A constraint is evaluated on seeded positions that move in time (jets). Velocities need no separate columns:
     /// the derivative of Φ̈ with respect to velocities is twice that of Φ̇ with respect to positions.
     pub fn evaluate(
         &mut self,

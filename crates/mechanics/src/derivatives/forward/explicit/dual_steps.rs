@@ -37,7 +37,7 @@ use crate::system::{System, Unknown};
 use crate::{Error, Result};
 use error::Seconds;
 
-/// Change of a gap with the design, as a fraction of its terms, below which two events stay at the same time.
+/// Change of a gap with the design, as a fraction of its terms, below which two events stay simultaneous.
 const SIMULTANEOUS: f64 = 1e-6;
 
 /// Simulates `plain` by explicit steps and propagates the `L` derivatives of each of the `mechanisms` to the last of `times`.

@@ -48,7 +48,7 @@ struct LinearizedRow {
 struct LinearizedElement {
     variables: Vec<DifferentiatedVariable>,
     rows: Vec<LinearizedRow>,
-    /// The variables in the form in which a constraint takes them; empty for other elements.
+    /// The same variables as arguments of a constraint; empty for other elements.
     constraint_variables: Vec<Variable>,
 }
 
@@ -362,7 +362,7 @@ impl LinearizedElement {
     /// Adds the derivatives of the element's part of M v with respect to one chunk of its positions and parameters, where v are the
     /// accelerations of `state`.
     ///
-    /// M v is the rate of the rows at rest if the accelerations grow at the rate v: large forces at rest do not take its digits.
+    /// M v is the rate of the rows at rest if the accelerations grow at the rate v. Large forces at rest do not cause cancellation.
     fn momenta(
         &self,
         instance: &ElementInstance<f64>,

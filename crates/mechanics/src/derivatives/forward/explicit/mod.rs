@@ -1,6 +1,6 @@
 //! Derivatives along explicit steps.
 //!
-//! The accepted steps are frozen: the derivatives are those of the discrete solution. Once a step is accepted, its
+//! The lengths of the accepted steps are not differentiated: the derivatives are those of the discrete solution. Once a step is accepted, its
 //! stages are repeated for the derivatives, for chunks of [`WIDTH`](autodiff::WIDTH) design variables in parallel.
 //!
 //! | module | contents |
