@@ -367,12 +367,12 @@ impl Analyze {
             say(&serde_json::to_string(&record)?)?;
         } else {
             self.given.head(&analysed)?;
-            self.given.say_notes(&responses.notes)?;
             for constraint in constraints {
                 self.given.say(&constraint.text(self.given.digits.count()))?;
             }
             let table = ranges("", &outputs, problem.grids.first(), self.given.digits.count())?;
             self.given.say(table.text().trim_end())?;
+            self.given.say_notes(&responses.notes)?;
         }
         self.given.write("responses.csv", &tables::responses(problem, responses)?.csv())?;
         let constraints = tables::constraints(problem, design, evaluation)?;

@@ -327,6 +327,12 @@ impl Unit {
         self.text.split(['·', '/']).skip(1).map(move |factor| factor.split(is_end).next().unwrap_or(""))
     }
 
+    /// The unit without its text, whose symbols cannot be taken for names of a file.
+    #[must_use]
+    pub fn unnamed(&self) -> Self {
+        Self { text: String::new(), ..self.clone() }
+    }
+
     /// Symbols of units of a dimension, for suggestions.
     pub fn symbols(dimension: Dimension) -> Vec<&'static str> {
         let usual = [

@@ -257,3 +257,20 @@ fn a_longest_step_needs_steps_with_a_tolerance() {
         assert!(errors.is_none_or(|errors| errors.contains("`longest_step` is for steps with a `tolerance`")));
     }
 }
+
+/// A measure outside of an output, and a point in place of a coordinate, are explained.
+#[test]
+fn what_stands_at_a_wrong_place_is_told_where_it_belongs() {
+    let report = |from: &str, to: &str| {
+        let text = GOOD.replacen(from, to, 1);
+        assert_ne!(text, GOOD);
+        read("m.toml", &text).err().map(|report| report.to_string()).unwrap_or_default()
+    };
+    let measure = report("length^2/12\"", "length^2/12 + rod.first.x\"");
+    assert!(
+        measure.contains("there is no name `rod.first.x`") && measure.contains("`value` of an [[output]]"),
+        "{measure}"
+    );
+    let point = report("b = \"arm.theta\"", "b = \"tip.x\"");
+    assert!(point.contains("there is no coordinate `tip.x`") && point.contains("`tip` is a point"), "{point}");
+}

@@ -474,3 +474,17 @@ fn labels_of_all_examples_are_true() {
         }
     }
 }
+
+/// A unit in which a value is shown is none of an expression: its symbols are not taken for names of the file. Those of a limit are, at the
+/// limit.
+#[test]
+fn a_symbol_of_a_unit_that_is_a_name_is_an_error_where_it_is_written() {
+    let head = "version = 2\n[constants]\nm = \"2 kg\"\n[design]\nx = { start = \"3 m\", lower = \"0 m\", upper = \"9 m\" }\n\
+        [[output]]\nname = \"moment\"\nvalue = \"m*x\"\nshown_in = \"g*m\"\n[objective]\nminimize = \"moment\"\n";
+    let problem = problem(head);
+    let here = problem.analyze_design(&problem.start()).unwrap();
+    assert_eq!((here.evaluation.objective, problem.objective.unit.as_str()), (6000.0, "g·m"));
+    let limited = format!("{head}[[constraint]]\nname = \"c\"\nvalue = \"m*x\"\nat_most = \"7 kg*m\"\n");
+    let report = read("m.toml", &limited).err().expect("the unit is ambiguous").to_string();
+    assert!(report.contains("`m` is a unit here") && report.contains("| at_most = "), "{report}");
+}

@@ -24,9 +24,10 @@ fn values(problem: &Problem, b: &[f64]) -> Vec<f64> {
 
 #[test]
 fn every_reduction_has_its_value_and_exact_derivatives() {
+    // Limits of `peak(x)` and `max(x)` alone are those of the history.
     let wishes = [
-        "peak(x)",
-        "max(x)",
+        "0 + peak(x)",
+        "0 + max(x)",
         "min(x)",
         "range(x)",
         "mean(x)",
@@ -56,7 +57,7 @@ fn every_reduction_has_its_value_and_exact_derivatives() {
     let found = values(&problem, &b);
     let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * (1.0 + b.abs());
     for (wish, expected) in [
-        ("peak(x)", largest.abs().max(least.abs())),
+        ("0 + peak(x)", largest.abs().max(least.abs())),
         ("range(x)", largest - least),
         ("final(x)", x[40]),
         ("sum(x)", x.iter().sum()),
@@ -95,6 +96,7 @@ fn what_is_no_reduction_of_a_history_is_explained() {
         ("range(a)", "reduces a history, and this is a number"),
         ("x - mean(x)", "cannot use a history beside them"),
         ("max(range(x))", "can be used in"),
+        ("peak(a)", "reduces a history, and this is a number"),
         ("at(x)", "takes a history, a number"),
         ("at(x, 7)", "is not between"),
         ("mean(x, 0.5, 0.501)", "fewer than two points"),
@@ -139,6 +141,77 @@ fn the_largest_of_several_peaks_is_minimized() {
         assert!(linkwright::report::outcome::constraints(&problem, &state.design, &state.evaluation).is_empty());
     }
     assert!(read("m.toml", &model("minimize = [\"x\", \"y\"]\nover = \"mean\"", &[])).is_err());
+}
+
+/// A largest value, and one of a part of a history, are bounded by a variable as a peak is: the value where two time points are equal is
+/// a kink, and the run ends there as converged.
+#[test]
+fn a_largest_value_and_a_part_of_a_history_are_bounded_by_a_variable() {
+    for wish in ["max(x)", "peak(x, 0.2, 0.6)", "max(y, 0.5, 1)", "max(x - 9)"] {
+        let number = format!("0 + {wish}");
+        let problem = parsed(&model(&format!("minimize = \"{wish}\""), &[&number])).problem().unwrap();
+        let here = problem.analyze_design(&problem.start()).unwrap();
+        let found = problem.peak_objective(&here.design, &here.evaluation).unwrap();
+        let expected = values(&problem, &here.design)[0];
+        assert!(
+            (found - expected).abs() < 1e-12 && (here.design[2] - found).abs() < 1e-12,
+            "{wish}: {found}, {expected}"
+        );
+    }
+    let kink = "version = 2\n[design]\na = { start = 0.2, lower = 0.0, upper = 3.0 }\n[time]\nto = 1\npoints = 11\n\
+        [[output]]\nname = \"x\"\nvalue = \"time*a + (1 - time)*(2 - a) - 3\"\n[objective]\nminimize = ";
+    for (wish, least) in [("\"max(x)\"", -2.0), ("[\"max(x)\", \"max(-2*x, 0, 0.1)\"]", 0.5)] {
+        let problem = parsed(&format!("{kink}{wish}\n")).problem().unwrap();
+        let end = linkwright::sao::Method::default().solve(&problem, |_| ()).unwrap();
+        let found = linkwright::report::outcome::objective(&problem, &end.design, &end.evaluation);
+        assert!(end.status.is_success(), "{wish}: {:?}", end.status);
+        if least < 0.0 {
+            assert!((found - least).abs() < 1e-6, "{wish}: {found}");
+        }
+    }
+}
+
+/// A limit of the largest or smallest value is one of all values, in the interval; the opposite limit is that of a number.
+#[test]
+fn a_limit_of_an_extreme_is_a_limit_of_the_history() {
+    let limited = |value: &str, limit: &str| {
+        let text =
+            model("minimize = \"a\"", &[]) + "[[constraint]]\nname = \"c\"\nvalue = \"" + value + "\"\n" + limit + "\n";
+        let problem = parsed(&text).problem().unwrap();
+        let design = problem.start();
+        let here = problem.analyze_design(&design).unwrap();
+        let found = linkwright::report::outcome::constraints(&problem, &design, &here.evaluation).remove(0);
+        (problem.constraints[0].quantity.is_transient(), found.value, found.margin)
+    };
+    for (value, limit) in [
+        ("max(x)", "at_most = 1"),
+        ("min(x)", "at_least = 0.3"),
+        ("peak(y)", "at_most = 5"),
+        ("peak(y, 0.3, 0.6)", "at_most = 5"),
+        ("max(x + y, 0.1, 0.2)", "at_most = 1"),
+    ] {
+        let (is_history, found, margin) = limited(value, limit);
+        let (is_number, expected, other) = limited(&format!("0 + {value}"), limit);
+        assert!(is_history && !is_number, "{value}");
+        assert!((found - expected).abs() < 1e-12 && (margin - other).abs() < 1e-12, "{value}: {found}, {expected}");
+    }
+    for (value, limit) in [("max(x)", "at_least = 1"), ("min(x)", "at_most = 1"), ("peak(x)", "equals = 1")] {
+        assert!(!limited(value, limit).0, "{value} {limit}");
+    }
+}
+
+#[test]
+fn a_range_as_objective_and_an_unused_variable_are_noted() {
+    let notes = |objective: &str, more: &str| {
+        let model = parsed(&model(objective, &[]).replace("w = {", &format!("{more}w = {{")));
+        model.note().map(|report| report.to_string()).unwrap_or_default()
+    };
+    let of_range = notes("minimize = \"range(x)/2\"", "");
+    assert!(of_range.contains("`range` has a kink") && of_range.contains("peak(x - middle)"), "{of_range}");
+    assert!(notes("minimize = \"2*max(x)\"", "").contains("`max` has a kink"));
+    assert_eq!(notes("minimize = \"max(x)\"", "") + &notes("maximize = \"max(x)\"", ""), "");
+    let unused = notes("minimize = \"rms(x)\"", "b = { start = 1.0 }\n");
+    assert!(unused.contains("no expression uses the design variable `b`"), "{unused}");
 }
 
 /// The default scale fits the problem; a wrong one, such as 1, costs many analyses.

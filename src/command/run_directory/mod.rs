@@ -200,7 +200,14 @@ impl RunDirectory {
             self.open_history(RunHistory::read(self.folder.directory(), Some(&records::Prefix::default()))?)?;
             return Ok(None);
         };
-        problem.check_design(&state.design).context("the bounds exclude the last accepted design")?;
+        for (v, last) in problem.variables.iter().zip(&state.design) {
+            anyhow::ensure!(
+                (v.lower..=v.upper).contains(last),
+                "the bounds exclude the last accepted design, with `{}` at {last} {}: widen them, or begin a new run with `linkwright optimize`",
+                v.name,
+                v.unit
+            );
+        }
         self.record_edit(&state, text)?;
         self.open_history(history)?;
         if let Some(active) = self.active.as_mut().filter(|_| !previous && !is_old) {

@@ -189,6 +189,7 @@ impl Code<'_> {
             Some(Meaning::Constant(value)) => Ok(Some(*value)),
             Some(Meaning::Design(_)) if !design => cannot("the design variable "),
             Some(Meaning::Design(i)) => {
+                self.names.designs_in_use.borrow_mut().insert(*i);
                 self.push(StackOperation::Design(*i), span)?;
                 self.convert(self.names.unit_of(name), span)
             }
@@ -241,7 +242,15 @@ impl Code<'_> {
         let design = |n: &&str| self.scope.design || !matches!(self.names.meanings.get(*n), Some(Meaning::Design(_)));
         let known = self.names.order.iter().map(String::as_str).filter(design).chain(["pi"]).chain(time);
         let more = (self.scope.suggestions)();
-        let unknown = Diagnostic::unknown(span.clone(), "name", name, known.chain(more.iter().map(String::as_str)));
+        let known: Vec<&str> = known.chain(more.iter().map(String::as_str)).collect();
+        let has_measures = known.iter().any(|name| name.contains('.'));
+        let unknown = Diagnostic::unknown(span.clone(), "name", name, known);
+        if name.contains('.') && !has_measures {
+            return unknown.help(format!(
+                "measures of the mechanism, such as `{name}`, can stand in the `value` of an [[output]]; use the name of the output here, \
+                 or write the formula there"
+            ));
+        }
         // As in `2/s`, which divides by the name `s`.
         match Unit::parse(name) {
             // A similar name is not suggested for a name of one letter.

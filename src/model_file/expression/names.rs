@@ -7,7 +7,7 @@ use super::known::KnownDimension;
 use super::table::TableFunction;
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -39,6 +39,8 @@ pub struct Names {
     pub(super) axis: Axis,
     /// Operations of all expressions compiled so far.
     pub(super) compiled: Cell<usize>,
+    /// Numbers of the design variables that an expression uses.
+    pub(super) designs_in_use: RefCell<HashSet<usize>>,
 }
 
 /// Evaluation order of named expressions: each follows all that it uses.
@@ -78,6 +80,11 @@ impl Names {
     /// The unit of the values of a design variable; `None` if they are in SI.
     pub fn unit_of(&self, design: &str) -> Option<&Unit> {
         self.units.get(design)
+    }
+
+    /// Returns `true` if an expression that was compiled, or a named one that it uses, contains this design variable.
+    pub fn is_in_use(&self, design: &str) -> bool {
+        matches!(self.meanings.get(design), Some(Meaning::Design(k)) if self.designs_in_use.borrow().contains(k))
     }
 
     /// Sets the independent variable of histories.

@@ -65,6 +65,11 @@ impl Reduction {
         !matches!(self, Integral | TimeOfMax | TimeOfMin | TimeOfPeak | Crossing)
     }
 
+    /// Returns `true` for the largest magnitude, largest and smallest value.
+    pub fn is_extreme(self) -> bool {
+        matches!(self, Peak | Max | Min)
+    }
+
     /// Returns `true` for integrals over time, whose derivative depends on the time of a jump of the history.
     pub fn is_integral(self) -> bool {
         matches!(self, Mean | Rms | Integral | Norm)

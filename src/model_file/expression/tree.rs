@@ -123,7 +123,7 @@ impl ExpressionTree {
     #[must_use]
     pub fn per(self, unit: &Unit) -> Self {
         let span = self.span.clone();
-        let one = Self { node: Node::Quantity(1.0, unit.clone()), span: span.clone() };
+        let one = Self { node: Node::Quantity(1.0, unit.unnamed()), span: span.clone() };
         Self { node: Node::Binary(Operator::Divide, Box::new([self, one])), span }
     }
 

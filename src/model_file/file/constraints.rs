@@ -2,9 +2,9 @@
 
 use super::axis::on_axis;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
-use super::quantity::{CompiledQuantity, QuantityContext};
+use super::quantity::{CompiledQuantity, Extreme, QuantityContext};
 use super::section::{Read, Section};
-use crate::model_file::expression::{CYCLES, ExpressionTree, Scope};
+use crate::model_file::expression::{CYCLES, ExpressionTree, MathFunction, Node, Reduction, Scope};
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{Constraint, Selection, TimeGrid};
@@ -72,6 +72,7 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constra
 fn one(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constraint>> {
     let name = section.text("name")?;
     let tree = section.tree("value")?.expect("the key is required");
+    let (tree, interval) = as_history(section, tree, known)?;
     let (unit, is_formula) = unit(section, &tree, known)?;
     let tree = if let (Some(unit), true) = (&unit, is_formula) { tree.per(unit) } else { tree };
     let value = known.compile(&tree, "value")?;
@@ -93,7 +94,7 @@ fn one(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constrain
         _ => return Err(section.error_at("equals", "`equals` excludes other limits")),
     };
     let (scale, window, selection) =
-        (scale(limit("scale")?, section)?, window(section, known, &value)?, neighbours(section)?);
+        (scale(limit("scale")?, section)?, window(section, known, &value)?.or(interval), neighbours(section)?);
     let made = sides.into_iter().map(|mut constraint| {
         constraint.scale = scale.unwrap_or(constraint.scale);
         constraint.unit = unit.as_ref().map(|unit| unit.text.clone()).unwrap_or_default();
@@ -101,6 +102,30 @@ fn one(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<Constrain
         constraint
     });
     continuous(section, &value, made.collect(), window.is_some())
+}
+
+/// The history in place of its largest or smallest value, if the limit holds for all values then, and its interval.
+///
+/// The limit of a history has no kink where another time point takes over.
+fn as_history(
+    section: &Section<'_>,
+    tree: ExpressionTree,
+    known: &QuantityContext<'_>,
+) -> Read<(ExpressionTree, Option<[f64; 2]>)> {
+    if ["equals", "from", "to", "continuous", "directly_in"].into_iter().any(|key| section.has(key)) {
+        return Ok((tree, None));
+    }
+    let Some(Extreme { reduction, history, interval }) = known.extreme(&tree, "value")? else {
+        return Ok((tree, None));
+    };
+    let history = match (reduction, section.has("at_least"), section.has("at_most")) {
+        (Reduction::Max, false, true) | (Reduction::Min, true, false) => history,
+        (Reduction::Peak, false, true) => {
+            ExpressionTree { span: tree.span, node: Node::Call(MathFunction::Abs, vec![history]) }
+        }
+        _ => return Ok((tree, None)),
+    };
+    Ok((history, interval))
 }
 
 /// The unit in which value and limits are stored, and whether the value is a formula that must be converted to it: that of the output, or
@@ -119,7 +144,11 @@ fn unit(section: &Section<'_>, tree: &ExpressionTree, known: &QuantityContext<'_
             let error = Diagnostic::new(limit.span, message).label(format!("expected {}", dimension.dimension));
             return Err(if own.dimension.is_like(dimension.dimension) { error.help(CYCLES) } else { error });
         }
-        first = first.or(limit.unit().cloned());
+        if let (None, Some(unit)) = (&first, limit.unit()) {
+            // A unit whose symbol is a name of the file is an error here, not in the value.
+            known.names.evaluate_in(&limit, key, unit)?;
+            first = Some(unit.clone());
+        }
     }
     if let Some(unit) = known.shown_in(&value) {
         return Ok((Some(unit.clone()), false));

@@ -64,7 +64,7 @@ pub(crate) use section::{Word, find, ordered, wrong_type};
 use super::diagnostics::{DiagnosticLog, SourceMap};
 use super::version::{self, Modernizer};
 use super::{Diagnostic, DiagnosticReport, limits, settings};
-use crate::model_file::expression::{CompiledExpression, ExpressionTree, Inputs, TextPlace};
+use crate::model_file::expression::{CompiledExpression, ExpressionTree, Inputs, Names, TextPlace};
 use crate::model_file::unit::Unit;
 #[cfg(feature = "report")]
 use crate::problem::{Analysis, Analytic, ResponseAt, Responses, not_finite};
@@ -347,6 +347,9 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
             return Err(section.error_at("time", "a mechanism needs time points").help("add [time], or [sweep]"));
         }
     };
+    if program.is_none() {
+        remark_unused(&section, &names);
+    }
     let title = section.text("title")?;
     let title = if title.is_empty() { file_name(file) } else { title };
     source.log.check()?;
@@ -369,6 +372,15 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         source: SourceMap::default(),
         notes: vec![],
     })
+}
+
+/// Notes design variables that no expression uses.
+fn remark_unused(section: &Section<'_>, names: &Names) {
+    let Some(designs) = section.get("design").and_then(|value| value.get_ref().as_table()) else { return };
+    for name in designs.keys().filter(|name| !names.is_in_use(name.get_ref())) {
+        let message = format!("no expression uses the design variable `{}`: it has no effect", name.get_ref());
+        section.source().log.remark(Diagnostic::new(name.span(), message).help("use it, or remove it"));
+    }
 }
 
 /// Extends the intermediate variables of outputs by the bound of a peak, if the objective has one.

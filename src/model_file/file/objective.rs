@@ -3,7 +3,7 @@
 use super::key::{Accepts, Key, TableKeys, default, optional};
 use super::naming;
 use super::outputs::{OutputSpec, SHOWN_IN, converted, shown_in};
-use super::quantity::{CompiledQuantity, QuantityContext};
+use super::quantity::{CompiledQuantity, Extreme, QuantityContext};
 use super::section::{Read, Section};
 use crate::Result;
 use crate::model_file::Diagnostic;
@@ -81,8 +81,16 @@ pub struct PeakSpec {
     bound: DesignVariable,
     has_start: bool,
     /// The histories; the largest of their peaks is minimized.
-    quantities: Vec<Quantity>,
+    histories: Vec<BoundedHistory>,
     scale: Option<f64>,
+}
+
+/// A history whose peak, or largest value, is minimized.
+struct BoundedHistory {
+    quantity: Quantity,
+    is_maximum: bool,
+    /// First and last time; the whole history without.
+    window: Option<[f64; 2]>,
 }
 
 /// The variable that bounds a peak, and whether the file has its start. It is a design variable like any other.
@@ -98,7 +106,9 @@ pub fn read_bound(file: &Section<'_>, names: &mut Names, outputs: &[OutputSpec])
     let unit = stored_unit(&section, outputs)?;
     let bound = section.inner("bound", &[BOUND])?;
     let is_peak = section.word("over")?.is_some_and(|word| word.text == "peak")
-        || section.trees("minimize")?.iter().any(|tree| peak_of(tree).is_some());
+        || section.trees("minimize")?.iter().any(|tree| bounded(tree).is_some());
+    let has_maximum = section.trees("minimize")?.iter().any(|tree| matches!(bounded(tree), Some((Reduction::Max, _))));
+    let lower = if has_maximum { f64::NEG_INFINITY } else { 0.0 };
     let (variable, has_start) = match &bound {
         Some(bound) => {
             let word = bound.need_word("name")?;
@@ -117,7 +127,7 @@ pub fn read_bound(file: &Section<'_>, names: &mut Names, outputs: &[OutputSpec])
         None if is_peak => {
             let help = "name the variable that bounds the peak: bound = { name = \"largest\" }";
             names.check(PEAK, section.span.clone()).map_err(|error| error.help(help))?;
-            (DesignVariable::new(PEAK, "", 0.0).within(0.0, f64::INFINITY), false)
+            (DesignVariable::new(PEAK, "", 0.0).within(lower, f64::INFINITY), false)
         }
         None => return Ok(None),
     };
@@ -143,7 +153,7 @@ fn stored_unit(section: &Section<'_>, outputs: &[OutputSpec]) -> Read<Option<Uni
     }
     let key = if section.has("minimize") { "minimize" } else { "maximize" };
     let is_reduced = section.word("over")?.is_some_and(|word| word.text != "peak");
-    let of_tree = |tree: &ExpressionTree| match &peak_of(tree).unwrap_or(tree).node {
+    let of_tree = |tree: &ExpressionTree| match &bounded(tree).map_or(tree, |(_, history)| history).node {
         Node::Name(name) if !is_reduced => outputs.iter().find(|output| output.name == *name)?.shown_in.clone(),
         _ => None,
     };
@@ -155,7 +165,16 @@ fn stored_unit(section: &Section<'_>, outputs: &[OutputSpec]) -> Read<Option<Uni
 }
 
 /// The unit to which the values of the objective are converted: `shown_in`, or that of a design variable that is minimized itself.
+/// `None` for outputs that are stored in this unit.
 fn conversion(section: &Section<'_>, known: &QuantityContext<'_>, trees: &[ExpressionTree]) -> Read<Option<Unit>> {
+    let shown = shown_in(section)?;
+    let is_stored = |tree: &ExpressionTree| {
+        let Node::Name(name) = &tree.node else { return false };
+        shown.is_some() && known.outputs.iter().any(|output| output.name == *name && output.shown_in == shown)
+    };
+    if trees.iter().all(is_stored) {
+        return Ok(None);
+    }
     let [ExpressionTree { node: Node::Name(name), .. }] = trees else { return shown_in(section) };
     let is_variable = known.variables.iter().any(|variable| variable.name == *name);
     let own = known.names.unit_of(name).filter(|_| is_variable && !section.has("unit")).cloned();
@@ -182,9 +201,16 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         None => None,
     };
     let mut trees = section.trees(key)?;
-    if goal == Goal::Minimize && over.is_none() && trees.iter().all(|tree| peak_of(tree).is_some()) {
+    let stated = trees.clone();
+    let mut extremes = vec![];
+    if goal == Goal::Minimize && over.is_none() && trees.iter().all(|tree| bounded(tree).is_some()) {
         over = Some(Over::Peak);
-        trees = trees.iter().filter_map(peak_of).cloned().collect();
+        for tree in &mut trees {
+            // Of a number, the error follows below.
+            let Some(extreme) = known.extreme(tree, key)? else { continue };
+            *tree = extreme.history.clone();
+            extremes.push(extreme);
+        }
     }
     let unit =
         conversion(&section, known, &trees)?.map_or_else(|| stored_unit(&section, known.outputs), |u| Ok(Some(u)))?;
@@ -221,12 +247,19 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         (Some(_), _) if values.iter().any(|value| !value.is_transient) => {
             Err(section.error_at("over", "`over` applies to histories, and the objective is a number"))
         }
-        (Some(Over::Peak), Some(bound)) if goal == Goal::Minimize => peak(&section, known, values, dimension, bound),
+        (Some(Over::Peak), Some(bound)) if goal == Goal::Minimize => {
+            let of = |k: usize| extremes.get(k);
+            let histories = values.into_iter().enumerate().map(|(k, value)| (value, of(k))).collect();
+            peak(&section, known, histories, dimension, bound)
+        }
         (Some(Over::Peak), _) => Err(section.error_at("maximize", "a peak can only be minimized")),
         (_, Some(_)) => Err(section.error_at("bound", "`bound` belongs to over = \"peak\"")),
         (over, None) => {
             if let (Some(Over::Integral | Over::Mean), Some(tree)) = (over, trees.first()) {
                 known.remark_integral(&section, &tree.span, "over");
+            }
+            if let ([tree], None) = (&stated[..], over) {
+                known.remark_kinks(&section, tree, &value, goal);
             }
             let dimension = dimension.filter(|_| !matches!(over, Some(Over::Sum | Over::Integral)));
             let quantity = number(&section, known, value, over)?;
@@ -237,10 +270,12 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
     }
 }
 
-/// The history of `peak(history)`.
-fn peak_of(tree: &ExpressionTree) -> Option<&ExpressionTree> {
+/// The reduction and the history of `peak(history)` or `max(history)`, over an interval or not, which a variable bounds.
+fn bounded(tree: &ExpressionTree) -> Option<(Reduction, &ExpressionTree)> {
     match &tree.node {
-        Node::Reduce(Reduction::Peak, arguments) if arguments.len() == 1 => arguments.first(),
+        Node::Reduce(reduction @ (Reduction::Peak | Reduction::Max), arguments) => {
+            Some((*reduction, arguments.first()?))
+        }
         _ => None,
     }
 }
@@ -248,7 +283,7 @@ fn peak_of(tree: &ExpressionTree) -> Option<&ExpressionTree> {
 fn peak(
     section: &Section<'_>,
     known: &QuantityContext<'_>,
-    values: Vec<CompiledQuantity>,
+    values: Vec<(CompiledQuantity, Option<&Extreme>)>,
     dimension: Option<KnownDimension>,
     BoundVariable { variable: mut bound, unit: stored, has_start }: BoundVariable,
 ) -> Read<ObjectiveSpec> {
@@ -264,11 +299,16 @@ fn peak(
         bound.unit = known.labels.read(&inner, dimension, None)?;
     }
     if bound.unit.is_empty() {
-        bound.unit = if unit.is_empty() { known.unit_of(&values[0]).to_owned() } else { unit };
+        bound.unit = if unit.is_empty() { known.unit_of(&values[0].0).to_owned() } else { unit };
     }
     let name = if section.has("name") { Some(section.text("name")?) } else { None };
-    let quantities = values.into_iter().map(CompiledQuantity::quantity).collect();
-    Ok(ObjectiveSpec::Peak(PeakSpec { name, bound, has_start, quantities, scale }))
+    let history = |(value, extreme): (CompiledQuantity, Option<&Extreme>)| BoundedHistory {
+        quantity: value.quantity(),
+        is_maximum: extreme.is_some_and(|extreme| extreme.reduction == Reduction::Max),
+        window: extreme.and_then(|extreme| extreme.interval),
+    };
+    let histories = values.into_iter().map(history).collect();
+    Ok(ObjectiveSpec::Peak(PeakSpec { name, bound, has_start, histories, scale }))
 }
 
 fn number(
@@ -296,23 +336,43 @@ fn weights(section: &Section<'_>, over: Over, grid: &TimeGrid) -> Read<Vec<f64>>
     Ok(weights.into_iter().map(|w| w / whole).collect())
 }
 
+impl BoundedHistory {
+    /// f ≤ β, and f ≥ −β for a peak, for the variable β that is not yet a part of them.
+    fn sides(&self, name: &str, scale: f64) -> Vec<Constraint> {
+        let sides = match self.is_maximum {
+            true => vec![Constraint::at_most(name, 0.0, self.quantity.clone())],
+            // The fingerprint contains minus the lower limit: −0 gives the 0 of an upper limit of −f.
+            false => Constraint::between(name, [-0.0, 0.0], self.quantity.clone()).into(),
+        };
+        let held = |side: Constraint| match self.window {
+            Some([from, to]) => side.during(from, to),
+            None => side,
+        };
+        sides.into_iter().map(|side| held(side.scaled_by(scale))).collect()
+    }
+}
+
+impl PeakSpec {
+    fn build(&self, parts: &mut ProblemBuilder) {
+        let scale = self.scale.unwrap_or(1.0);
+        let Some((first, others)) = self.histories.split_first() else { return };
+        let variable = parts.minimize_bound(self.bound.clone(), first.sides(&self.bound.name, scale));
+        for (k, history) in others.iter().enumerate() {
+            let sides = history.sides(&format!("{} {}", self.bound.name, k + 2), scale);
+            for side in sides {
+                parts.subject_to(side.bounded_by(variable));
+            }
+        }
+    }
+}
+
 impl ObjectiveSpec {
     /// Adds the objective to a problem.
     pub fn build(&self, parts: &mut ProblemBuilder) {
         match self {
             Self::Number { name, unit, quantity, goal: Goal::Maximize } => parts.maximize(name, unit, quantity.clone()),
             Self::Number { name, unit, quantity, .. } => parts.minimize(name, unit, quantity.clone()),
-            Self::Peak(peak) => {
-                let scale = peak.scale.unwrap_or(1.0);
-                let mut quantities = peak.quantities.iter();
-                let Some(first) = quantities.next() else { return };
-                let variable = parts.minimize_peak(peak.bound.clone(), first.clone(), scale);
-                for (k, quantity) in quantities.enumerate() {
-                    let name = format!("{} {}", peak.bound.name, k + 2);
-                    let pair = Constraint::between(&name, [-0.0, 0.0], quantity.clone());
-                    parts.subject_to_both(pair.map(|side| side.bounded_by(variable).scaled_by(scale)));
-                }
-            }
+            Self::Peak(peak) => peak.build(parts),
         }
     }
 
@@ -347,20 +407,14 @@ impl ObjectiveSpec {
         let start = start_of(&problem);
         let responses = problem.analyze(&start)?;
         let evaluation = problem.evaluate(&start, &responses)?;
-        // ĝ = 1 + (±f − β)/σ.
-        let largest = |j: usize| {
-            let g = evaluation.constraints[j].iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            start[peak.variable] + problem.constraints[j].scale * (g - 1.0)
-        };
-        let sides: Vec<usize> =
-            (0..problem.constraints.len()).filter(|&j| problem.constraints[j].bound == Some(peak.variable)).collect();
-        let size = sides.iter().map(|&j| largest(j)).fold(0.0, f64::max);
+        let size = problem.peak_objective(&start, &evaluation).unwrap_or(0.0);
+        let sides: Vec<usize> = (0..problem.constraints.len()).filter(|&j| problem.bounds_peak(j)).collect();
         let variable = &mut problem.variables[peak.variable];
         if !spec.has_start {
             variable.start = size.clamp(variable.lower, variable.upper);
         }
-        if spec.scale.is_none() && size > 0.0 {
-            sides.into_iter().for_each(|j| problem.constraints[j].scale = size);
+        if spec.scale.is_none() && size != 0.0 {
+            sides.into_iter().for_each(|j| problem.constraints[j].scale = size.abs());
         }
         let design = start_of(&problem);
         problem.analysis = Box::new(RememberedStart { analysis: problem.analysis, design, responses });

@@ -301,7 +301,15 @@ impl Parts {
             let joints = self.order.iter().flat_map(|name| self.joint_coordinates(name).map(|(_, names)| names));
             let joints = joints.map(|[position, ..]| position);
             let known: Vec<String> = sliders.chain(joints).chain(axes).chain(["ground.x".to_owned()]).collect();
-            Diagnostic::unknown(word.span.clone(), "coordinate", &word.text, known.iter().map(String::as_str))
+            let unknown =
+                Diagnostic::unknown(word.span.clone(), "coordinate", &word.text, known.iter().map(String::as_str));
+            match word.text.rsplit_once('.').and_then(|(point, _)| Some((point, self.named.get(point)?))) {
+                Some((point, NamedPart::Point(_))) => unknown.help(format!(
+                    "`{point}` is a point, and bodies have coordinates; forces with the keys `at`, or `a` and `b`, act at points, such as `force`, `spring`{}",
+                    if self.is_spatial { "" } else { " and `wall`" }
+                )),
+                _ => unknown,
+            }
         })
     }
 

@@ -9,7 +9,7 @@ use crate::model_file::expression::{
     Scope,
 };
 use crate::model_file::unit::Unit;
-use crate::problem::{DesignVariable, Function, Functional, Point, Quantity, TimeGrid};
+use crate::problem::{DesignVariable, Function, Functional, Goal, Point, Quantity, TimeGrid};
 use autodiff::Scalar;
 use std::sync::Arc;
 
@@ -74,6 +74,14 @@ pub struct QuantityContext<'a> {
 pub struct OutputFormula {
     expression: CompiledExpression,
     series: Vec<Series>,
+}
+
+/// The largest magnitude, largest or smallest value of a history.
+pub struct Extreme {
+    pub reduction: Reduction,
+    pub history: ExpressionTree,
+    /// First and last time; the whole history without.
+    pub interval: Option<[f64; 2]>,
 }
 
 /// A compiled formula with the outputs that it uses, in the order of its inputs.
@@ -202,6 +210,26 @@ impl QuantityContext<'_> {
         }
     }
 
+    /// Notes that an objective may have its best value at a kink, at which a run may stall.
+    pub fn remark_kinks(&self, section: &Section<'_>, tree: &ExpressionTree, value: &CompiledQuantity, goal: Goal) {
+        let mut of_histories = value.reduced.iter().flat_map(|reduced| &reduced.histories).map(|one| one.reduction);
+        let Some(reduction) = of_histories.find(|one| one.is_extreme() || *one == Reduction::Range) else { return };
+        // A smallest value that is minimized has its kinks elsewhere, and so has a largest one that is maximized.
+        if matches!(tree.node, Node::Reduce(..)) && (reduction == Reduction::Min) == (goal == Goal::Minimize) {
+            return;
+        }
+        let message = format!(
+            "`{}` has a kink where another time point takes over, and the best value often is at one: a run may stall before it",
+            reduction.name()
+        );
+        let help = if reduction == Reduction::Range {
+            "half of `range(x)` is the peak about a design variable: minimize = \"peak(x - middle)\" with [design.middle]"
+        } else {
+            "minimize a design variable that a constraint makes larger, or smaller, than the history"
+        };
+        section.source().log.remark(Diagnostic::new(tree.span.clone(), message).help(help));
+    }
+
     /// Adds a note about what the derivative of the integral of a history neglects if the history jumps at an event.
     pub fn remark_integral(&self, section: &Section<'_>, at: &std::ops::Range<usize>, name: &str) {
         if self.has_events {
@@ -291,6 +319,19 @@ impl QuantityContext<'_> {
         let function = OutputFormula { expression: CompiledExpression::constant(0.0), series: vec![] };
         let reduced = Some(ReducedFormula { histories, formula, points: grid.len() });
         Ok(CompiledQuantity { function, uses, is_transient: false, is_output: false, reduced, change })
+    }
+
+    /// The history and the interval of `peak(x)`, `max(x)` or `min(x)`, of which a limit is a limit of all values; `None` for other trees.
+    pub fn extreme(&self, tree: &ExpressionTree, key: &str) -> Read<Option<Extreme>> {
+        let (Node::Reduce(reduction, arguments), Some(grid)) = (&tree.node, self.grid) else { return Ok(None) };
+        let Some((history, numbers)) = arguments.split_first() else { return Ok(None) };
+        if !reduction.is_extreme() || !self.compile(history, key)?.is_transient {
+            return Ok(None);
+        }
+        let axis = self.names.axis().units();
+        let ends: Vec<f64> = numbers.iter().map(|end| self.names.evaluate(end, key, &axis)).collect::<Read<_>>()?;
+        points_of(grid, &ends, tree)?;
+        Ok(Some(Extreme { reduction: *reduction, history: history.clone(), interval: ends.try_into().ok() }))
     }
 
     /// The unit in which the values of a quantity are stored, if it is an output that is shown in a unit; otherwise they are in SI.

@@ -116,11 +116,19 @@ impl ProblemBuilder {
     /// and f ≥ −β at every time point. Both constraints are normalized by `scale`, in the unit of f:
     /// ĝ = 1 + (±f − β)/scale. The paper's is 1. Returns the index of β.
     pub fn minimize_peak(&mut self, bound: DesignVariable, quantity: Quantity, scale: f64) -> usize {
+        // The fingerprint contains minus the lower limit: −0 gives the 0 of an upper limit of −f.
+        let pair = Constraint::between(&bound.name, [-0.0, 0.0], quantity);
+        self.minimize_bound(bound, pair.map(|side| side.scaled_by(scale)).into())
+    }
+
+    /// Minimizes a new variable β that bounds one quantity: from both sides, as in [`minimize_peak`](Self::minimize_peak), or by f ≤ β alone,
+    /// for the maximum of f. The `sides` have the limit zero. Returns the index of β.
+    pub fn minimize_bound(&mut self, bound: DesignVariable, sides: Vec<Constraint>) -> usize {
         let (name, unit) = (bound.name.clone(), bound.unit.clone());
         let variable = self.variable(bound);
-        // The fingerprint contains minus the lower limit: −0 gives the 0 of an upper limit of −f.
-        let pair = Constraint::between(&name, [-0.0, 0.0], quantity);
-        let constraints = self.subject_to_both(pair.map(|side| side.bounded_by(variable).scaled_by(scale)));
+        let first = self.constraints.len();
+        self.constraints.extend(sides.into_iter().map(|side| side.bounded_by(variable)));
+        let constraints = [first, self.constraints.len() - 1];
         let goal = Goal::MinimizePeak(PeakBound { variable, constraints });
         self.objective = Some(Objective::new(&name, &unit, Quantity::variable(variable), goal));
         variable

@@ -10,7 +10,7 @@ pub enum Goal {
     Minimize,
     /// Maximizes the quantity. The driver minimizes its negative, which is the value in evaluations and histories.
     Maximize,
-    /// Minimizes the peak of |f| over a grid, by a bound variable (equations 37–39).
+    /// Minimizes the peak of |f|, or the maximum of f, over a grid, by a bound variable (equations 37–39).
     MinimizePeak(PeakBound),
 }
 
@@ -19,7 +19,7 @@ pub enum Goal {
 pub struct PeakBound {
     /// Index of the bound variable β, which is the objective.
     pub variable: usize,
-    /// Indices of the constraints f ≤ β and f ≥ −β.
+    /// Indices of the constraints f ≤ β and f ≥ −β; of a maximum, twice that of f ≤ β.
     pub constraints: [usize; 2],
 }
 

@@ -59,12 +59,12 @@ impl CycleContext<'_> {
             );
             return Ok(Some(Next::End(Status::Stalled, reason, vec![])));
         }
+        let share = (self.violation - least).max(0.0) / self.violation;
+        let at_most = if share > 0.0 { format!(" by more than {share:.1e} of it") } else { String::new() };
         let reason = format!(
-            "the violation is stationary here: {}, and to first order no change of the \
-             variables within {within} times their lengths reduces the largest violation by more than {:.1e} of it; other regions \
-             were not searched",
-            self.largest_violation_in_words(),
-            (self.violation - least).max(0.0) / self.violation
+            "the violation is stationary here: {}, and to first order no change of the variables, up to {within} times as large as in this \
+             run, reduces the largest violation{at_most}; other regions were not searched",
+            self.largest_violation_in_words()
         );
         Ok(Some(Next::End(Status::Infeasible, reason, vec![])))
     }
