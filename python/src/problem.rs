@@ -8,7 +8,7 @@ use linkwright::model_file::{self, Model};
 use linkwright::problem::{Analysis, AnalyzedDesign, Evaluation, Goal, ResponseAt, Responses};
 use linkwright::report::outcome;
 use linkwright::responses::Differences;
-use linkwright::sao::{Method, PostOptimal, Status, preset};
+use linkwright::sao::{Method, PostOptimal, RunState, Status, preset};
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
 use numpy::ndarray::Array2;
@@ -282,6 +282,11 @@ impl Problem {
             state = self.located(py, || method.step(problem, state))?;
             py.check_signals()?;
         }
+    }
+
+    /// The state of a run of this problem from JSON.
+    fn state(&self, py: Python<'_>, text: &str) -> PyResult<State> {
+        work(py, || RunState::from_json(text, &self.problem)).map(State)
     }
 
     /// Runs a method to its end: status, objective as it is stated, violation in percent, accepted cycles, analyses, sensitivity analyses,
