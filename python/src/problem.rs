@@ -15,7 +15,6 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::fs::read_to_string;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -409,10 +408,9 @@ fn differences<A: Analysis>(analysis: A, name: &str, step: Option<f64>) -> Resul
 
 /// The text of a model file with the files that it names.
 #[pyfunction]
-pub fn model_text(py: Python<'_>, path: &str) -> PyResult<String> {
-    let text = read_to_string(path)?;
+pub fn model_text(py: Python<'_>, path: &str, text: &str) -> PyResult<String> {
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
-    model_file::with_files(path, &text, folder).map_err(|report| raise_report(py, &report))
+    model_file::with_files(path, text, folder).map_err(|report| raise_report(py, &report))
 }
 
 fn read_functions(functions: &Bound<'_, PyDict>) -> PyResult<Functions> {

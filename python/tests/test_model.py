@@ -1,6 +1,7 @@
 """Models: files, dictionaries, analyses, derivatives, checks, runs, reports, pickles."""
 
 import json
+import os
 import pickle
 import subprocess
 import sys
@@ -387,6 +388,16 @@ def test_ctrl_c_ends_the_analysis_of_many_designs():
     done = subprocess.run([sys.executable, "-c", code, str(MODELS / "impact-absorber.toml")], capture_output=True, text=True, timeout=200)
     assert done.stdout.strip() == "interrupted", done.stderr
     assert time.monotonic() - begun < 30
+
+
+def test_files_that_cannot_be_read_are_named(tmp_path):
+    for read in (linkwright.Model.from_file, linkwright.Study.from_file):
+        with pytest.raises(FileNotFoundError, match="absent.toml"):
+            read(tmp_path / "absent.toml")
+        (tmp_path / "image.toml").write_bytes(b"\x89PNG\xff\xfe")
+        with pytest.raises(linkwright.DefinitionError, match="image.toml is not a text"):
+            read(tmp_path / "image.toml")
+    assert linkwright.Model.from_file(os.fsencode(MODELS / "impact-absorber.toml")).title
 
 
 def test_arguments_are_checked():

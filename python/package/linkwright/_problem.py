@@ -194,7 +194,10 @@ class BaseProblem(Labels):
         -------
         Check
         """
-        found, table, failed = self._core.check(self.design(b), whole(points, "points", 1, POINTS), self._response_indices(responses))
+        indices = self._response_indices(responses)
+        if not indices:
+            raise DefinitionError("there is no response to check")
+        found, table, failed = self._core.check(self.design(b), whole(points, "points", 1, POINTS), indices)
         rows = []
         for response, time, variable, values, difference, error, status, explanation in table:
             row = {"response": response, "time": time, "variable": variable, **dict(zip(found, values))}
@@ -214,7 +217,7 @@ class BaseProblem(Labels):
         Comparison
         """
         rows: list[dict[str, Any]] = []
-        for name in methods() if names is None else [names] if isinstance(names, str) else names:
+        for name in methods() if names is None else [names] if isinstance(names, str) else _iterable(names, "names"):
             if not isinstance(name, str):
                 raise DefinitionError(f"`names` has the names of methods, got {name!r}")
             status, objective, violation, cycles, analyses, derivatives, kkt, design = self._core.compare(name)
@@ -314,7 +317,7 @@ class BaseProblem(Labels):
         if isinstance(names, str):
             names = [names]
         indices = []
-        for name in names:
+        for name in _iterable(names, "responses"):
             if name not in self.response_names:
                 raise DefinitionError(f"there is no response `{name}`; there are {', '.join(self.response_names)}")
             indices.append(self.response_names.index(name))
@@ -373,8 +376,8 @@ class Model(BaseProblem):
             Let the model start the program that it names, in the folder of the file. Look at both before: a program can do whatever
             its user can.
         """
-        name = os.fspath(path)
-        return cls(_core.model_text(name), name, programs=(os.path.dirname(name) or ".") if allow_programs else None)
+        name = os.fsdecode(path)
+        return cls(_core.model_text(name, text_of(name)), name, programs=(os.path.dirname(name) or ".") if allow_programs else None)
 
     @classmethod
     def from_string(cls, text: str, name: str = "model", *, allow_programs: bool = False) -> Model:
@@ -509,7 +512,11 @@ class Problem(BaseProblem):
         if isinstance(responses, str):
             responses = [responses]
         if not isinstance(responses, Mapping):
-            responses = {key: {} for key in responses}
+            names = list(_iterable(responses, "responses"))
+            twice = [name for k, name in enumerate(names) if name in names[:k]]
+            if twice:
+                raise DefinitionError(f"there are two responses `{twice[0]}`; give each a name of its own")
+            responses = {key: {} for key in names}
         points = len(table["time"]["at"]) if "time" in table else 0
         if len(responses) > RESPONSES:
             what = f"{len(responses)} responses are too many; at most {RESPONSES} are read"
@@ -590,6 +597,21 @@ def _by_name(b: Any) -> Mapping[Any, Any] | None:
     if callable(getattr(b, "items", None)) and index is not None and any(isinstance(name, str) for name in index):
         return dict(b.items())
     return None
+
+
+def text_of(path: str) -> str:
+    """The text of a file."""
+    try:
+        with open(path, encoding="utf-8", newline="") as file:
+            return file.read()
+    except UnicodeDecodeError as error:
+        raise DefinitionError(f"{path} is not a text in UTF-8: {error}; give a model file or a study file") from None
+
+
+def _iterable(value: Any, what: str) -> Iterable[Any]:
+    if not isinstance(value, Iterable):
+        raise DefinitionError(f"`{what}` has names, got {value!r}")
+    return value
 
 
 def says_stop(answer: Any) -> bool:
