@@ -5,13 +5,15 @@
 //! | `work` | the interface between Python and Rust: interpreter lock, panics, forked processes, exceptions of callbacks |
 //! | `function` | an analysis that calls Python functions |
 //! | `problem` | model files and problems: analyses, derivatives, checks, runs |
-//! | `state` | the state of a run: history, results, report, figures |
+//! | `state` | the state of a run: history and results |
+//! | `report` | the report of a run: a page, and its figures |
 //! | `study` | studies: runs, rows, conclusions, and the file of rows |
 //!
 //! The Python part in `python/package` checks arguments and gives results their labels.
 
 mod function;
 mod problem;
+mod report;
 mod state;
 mod study;
 mod work;
@@ -40,6 +42,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<study::RowFile>()?;
     module.add_function(wrap_pyfunction!(methods, module)?)?;
     module.add_function(wrap_pyfunction!(problem::model_text, module)?)?;
+    module.add_function(wrap_pyfunction!(report::report, module)?)?;
+    module.add_function(wrap_pyfunction!(report::figures, module)?)?;
     module.add_function(wrap_pyfunction!(study::study_model, module)?)?;
     module.add_function(wrap_pyfunction!(end_programs, module)?)?;
     module.add_function(wrap_pyfunction!(work::after_fork, module)?)?;

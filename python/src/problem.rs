@@ -8,14 +8,13 @@ use linkwright::model_file::{self, Model};
 use linkwright::problem::{Analysis, AnalyzedDesign, Evaluation, Goal, ResponseAt, Responses};
 use linkwright::report::outcome;
 use linkwright::responses::Differences;
-use linkwright::sao::{Method, PostOptimal, Status, preset};
+use linkwright::sao::{Method, PostOptimal, RunState, Status, preset};
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::fs::read_to_string;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -284,6 +283,11 @@ impl Problem {
         }
     }
 
+    /// The state of a run of this problem from JSON.
+    fn state(&self, py: Python<'_>, text: &str) -> PyResult<State> {
+        work(py, || RunState::from_json(text, &self.problem)).map(State)
+    }
+
     /// Runs a method to its end: status, objective as it is stated, violation in percent, accepted cycles, analyses, sensitivity analyses,
     /// residual of the optimality conditions; or the reason why it did not run.
     #[expect(clippy::type_complexity, reason = "one tuple for one row of a table")]
@@ -404,10 +408,9 @@ fn differences<A: Analysis>(analysis: A, name: &str, step: Option<f64>) -> Resul
 
 /// The text of a model file with the files that it names.
 #[pyfunction]
-pub fn model_text(py: Python<'_>, path: &str) -> PyResult<String> {
-    let text = read_to_string(path)?;
+pub fn model_text(py: Python<'_>, path: &str, text: &str) -> PyResult<String> {
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
-    model_file::with_files(path, &text, folder).map_err(|report| raise_report(py, &report))
+    model_file::with_files(path, text, folder).map_err(|report| raise_report(py, &report))
 }
 
 fn read_functions(functions: &Bound<'_, PyDict>) -> PyResult<Functions> {

@@ -1,18 +1,12 @@
-//! The state of a run: history, results, report, figures.
+//! The state of a run: history and results.
 
-use super::problem::Problem;
-use super::work::{raise, work, work_until};
-use linkwright::report::animation::{Animation, Scene};
-use linkwright::report::figure::{QuantityLabel, literal};
-use linkwright::report::page::{Page, PageSection};
-use linkwright::report::run::{OptimizationReport, Slice};
+use super::work::work;
+use linkwright::sao;
 use linkwright::sao::{Cycle, Status};
-use linkwright::{Result, sao};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::sync::atomic::Ordering;
 
 /// State of a run.
 #[pyclass(module = "linkwright._core", frozen)]
@@ -115,77 +109,11 @@ impl State {
     fn to_json(&self, py: Python<'_>) -> PyResult<String> {
         work(py, || Ok(self.0.to_json()))
     }
-
-    /// The state from JSON.
-    #[staticmethod]
-    fn from_json(py: Python<'_>, text: &str, problem: &Problem) -> PyResult<Self> {
-        work(py, || sao::RunState::from_json(text, &problem.problem)).map(Self)
-    }
-
-    /// The report as a page; `slice` is the number of points along each side of the slice of the design space.
-    fn report(&self, py: Python<'_>, problem: &Problem, slice: usize) -> PyResult<String> {
-        self.page(py, problem, slice, |page| {
-            let foot = format!("Written by linkwright {} from Python.", env!("CARGO_PKG_VERSION"));
-            page.foot(foot).html()
-        })
-    }
-
-    /// Figures of the report: names and SVG.
-    fn figures(&self, py: Python<'_>, problem: &Problem) -> PyResult<Vec<(String, String)>> {
-        self.page(py, problem, 0, |page| {
-            page.figures().map(|(name, figure)| Ok((name.to_owned(), figure.svg()?))).collect()
-        })
-    }
 }
 
 impl State {
     fn rows(&self, last: bool) -> &[Cycle] {
         let history = &self.0.history[..];
         if last { &history[history.len().saturating_sub(1)..] } else { history }
-    }
-
-    /// Makes the page of the report and converts it.
-    fn page<T: Send>(
-        &self,
-        py: Python<'_>,
-        problem: &Problem,
-        slice: usize,
-        convert: impl FnOnce(Page) -> Result<T> + Send,
-    ) -> PyResult<T> {
-        if self.0.fingerprint != problem.problem.fingerprint() {
-            let error =
-                linkwright::Error::definition("report", "the run belongs to another problem", "give its problem");
-            return Err(raise(py, &error));
-        }
-        let draw = |slice: Option<Slice>| {
-            let run = OptimizationReport::new(problem.model.title(), &problem.problem, &self.0)?;
-            convert(run.page(slice.as_ref(), self.mechanism(problem).into_iter().collect())?)
-        };
-        // Designs of a slice are analysed in several threads, which Python functions are not.
-        if problem.is_function || slice < 2 {
-            return problem.work(py, || draw(None));
-        }
-        work_until(py, |is_stopped| {
-            let is_stopped = || is_stopped.load(Ordering::Relaxed);
-            draw(Slice::sample_until(&problem.problem, &self.0, slice, &is_stopped).ok().flatten())
-        })
-    }
-
-    /// The mechanism in motion at the first and the last design; `None` if there is none, or if it cannot be drawn.
-    fn mechanism(&self, problem: &Problem) -> Option<PageSection> {
-        let (times, grid) = (problem.model.drawing_times()?, problem.model.grid()?);
-        let mut designs = vec![("first design", &self.0.history.first()?.design)];
-        if *designs[0].1 != self.0.design {
-            designs.push(("last design", &self.0.design));
-        }
-        let drawn = problem.model.drawings(&designs.iter().map(|(_, b)| &b[..]).collect::<Vec<_>>(), &times).ok()??;
-        let titles = designs.iter().map(|(title, _)| (*title).to_owned());
-        let scenes = titles.zip(drawn).map(|(title, frames)| Scene { title, frames, traces: vec![] }).collect();
-        let axes = [QuantityLabel::new("*x*", "m"), QuantityLabel::new("*y*", "m")];
-        let times = times.iter().map(|&t| grid.shown(t)).collect();
-        let time = QuantityLabel::literal(&grid.name, &grid.unit);
-        let description = literal(&format!("The mechanism over the {}.", grid.name));
-        let motion = Animation::new(description, axes, times, scenes).ok()?.lasting(5.0).ok()?.over(time).compared();
-        Some(PageSection::new("mechanism", "Mechanism").html(motion.fragment()))
     }
 }

@@ -1,6 +1,7 @@
 """Models: files, dictionaries, analyses, derivatives, checks, runs, reports, pickles."""
 
 import json
+import os
 import pickle
 import subprocess
 import sys
@@ -389,6 +390,16 @@ def test_ctrl_c_ends_the_analysis_of_many_designs():
     assert time.monotonic() - begun < 30
 
 
+def test_files_that_cannot_be_read_are_named(tmp_path):
+    for read in (linkwright.Model.from_file, linkwright.Study.from_file):
+        with pytest.raises(FileNotFoundError, match="absent.toml"):
+            read(tmp_path / "absent.toml")
+        (tmp_path / "image.toml").write_bytes(b"\x89PNG\xff\xfe")
+        with pytest.raises(linkwright.DefinitionError, match="image.toml is not a text"):
+            read(tmp_path / "image.toml")
+    assert linkwright.Model.from_file(os.fsencode(MODELS / "impact-absorber.toml")).title
+
+
 def test_arguments_are_checked():
     model = linkwright.Model.from_dict(SQUARES_PROBLEM | {"constraint": [{"name": "g", "value": "r", "at_least": 1.0}]})
     other = linkwright.Model.from_dict(SQUARES_PROBLEM | {"constraint": [{"name": "g", "value": "r", "at_least": 2.0}]})
@@ -399,7 +410,9 @@ def test_arguments_are_checked():
         (lambda: model.compare([1]), "names of methods"),
         (lambda: model.check(points=None), "`points` is a whole number"),
         (lambda: model.check(points=2.5), "`points` is a whole number"),
+        (lambda: model.check(points=10**30), "`points` is a whole number from 1 to 1000"),
         (lambda: result.report(slice=-1), "`slice` is a whole number"),
+        (lambda: result.report(slice=10**5), "`slice` is a whole number from 0 to 101"),
         (lambda: model.optimize(resume=result, start=[1.0, 1.0]), "give `resume` or `start`"),
         (lambda: model.optimize(resume=3), "`resume` is a result"),
         (lambda: other.optimize(resume=result), "constraint `g` has the limit 2 instead of 1"),

@@ -304,7 +304,13 @@ def test_second_derivatives_need_first_ones():
         (lambda make: make(lambda b: b[0], time=3), "time: expected the time points as a vector"),
         (lambda make: make(lambda b: b[0], step="1e-3"), "`step` is a number"),
         (lambda make: make(lambda b: b[0] ** 2, map=lambda f, d: None).analyze_many([[1.0]]), "`map` returned NoneType"),
+        (lambda make: make(lambda b: b[0] ** 2, map=lambda f, d: ["x" for _ in d]).sensitivities(), "`map` returned str for design 0"),
+        (lambda make: make(lambda b: b[0] ** 2, map=lambda f, d: [f(b)[0] for b in d]).analyze_many([[1.0]]), "`map` returned float64"),
         (lambda make: make(lambda b: b[0] ** 2).optimize(callback=3), "`callback` is not a function: 3"),
+        (lambda make: linkwright.Problem({"a": 1.0}, ["r", "r"], lambda b: (1.0, 2.0), objective="r"), "two responses `r`"),
+        (lambda make: make(lambda b: b[0] ** 2).check(responses=[]), "no response to check"),
+        (lambda make: make(lambda b: b[0] ** 2).sensitivities(responses=3), "`responses` has names, got 3"),
+        (lambda make: make(lambda b: b[0] ** 2).compare(3), "`names` has names, got 3"),
     ],
 )
 def test_wrong_arguments_are_definition_errors(call, message):

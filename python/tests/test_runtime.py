@@ -259,3 +259,21 @@ print(result.design.tobytes().hex(), model.analyze_many([result.design] * 5).obj
 def test_models_pickle_small():
     model = linkwright.Model.from_file(MODELS / "four-bar.toml")
     assert len(pickle.dumps(model)) < 20_000
+
+
+def test_an_interrupt_ends_the_slice_of_a_report():
+    """Analyses of the slice are done by other threads; Ctrl-C reaches the first one only."""
+    program = (
+        "import linkwright, time\n"
+        f"model = linkwright.Model.from_file({str(MODELS / 'slider-crank-flexible.toml')!r})\n"
+        "result = model.optimize({'preset': 'slp', 'max_cycles': 1})\n"
+        "print('ready', flush=True)\n"
+        "begun = time.perf_counter()\n"
+        "try:\n"
+        "    result.report(slice=101)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('interrupted', time.perf_counter() - begun)\n"
+    )
+    done = run(program, after=lambda process: (time.sleep(0.5), process.send_signal(signal.SIGINT)))
+    assert "interrupted" in done.stdout, done.stderr
+    assert float(done.stdout.split()[-1]) < 15.0

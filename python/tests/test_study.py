@@ -247,3 +247,15 @@ def test_a_dask_cluster_of_worker_processes(expected):
         assert result.text() == expected
         client.wait_for_workers(2, timeout=60)
         assert set(client.run(os.getpid).values()) != before
+
+
+def test_a_result_has_a_page_and_a_notebook_form(tmp_path):
+    model = linkwright.Model.from_dict({"design": {"x": {"start": 1.0}}, "output": [{"name": "f", "value": "x^2"}]})
+    study = linkwright.Study({"kind": "sample", "count": 8, "vary": {"x": {"from": 0, "to": 1}}}, model)
+    result = study.run()
+    page = result.report(tmp_path / "page.html")
+    assert "<html" in page and (tmp_path / "page.html").read_text(encoding="utf-8") == page
+    assert all(sentence[:20] in page for sentence in result.conclusions)
+    assert "<svg" in result._repr_html_()
+    part = study.run(progress=lambda done, total: True)
+    assert part.missing and "missing" in part._repr_html_()

@@ -403,6 +403,46 @@ fn a_closed_run_stays_closed() {
     }
 }
 
+/// A trial step that is stopped leaves the run as it was, at once; so does the analysis of a start, which leaves no run. Both can be done again.
+#[test]
+fn a_trial_step_is_stopped() {
+    let place = TempFolder::new("open-stop");
+    place.example("pendulum-chain");
+    let text =
+        place.read("pendulum-chain.toml").replace("to = 0.5", "to = 50.0").replace("points = 51", "points = 5001");
+    std::fs::write(place.0.join("long.toml"), text).unwrap();
+    let server = Server::start(&place.0, "long.toml");
+    let act = |action: &str| assert_eq!(server.post("run", &json!({ "action": action })).0, 200);
+    let design = start_design(&server.get("model"));
+    let start = || assert_eq!(server.post("run", &json!({ "action": "start", "design": design })).0, 200);
+    let begun = Instant::now();
+    start();
+    let run = rests(&server, "Paused", |tries| tries == 0);
+    let analysis = begun.elapsed();
+    // A step takes more than the time of an analysis, for the derivatives and for the proposal.
+    for action in ["step", "run"] {
+        act(action);
+        std::thread::sleep(analysis / 10);
+        let stopped = Instant::now();
+        act("stop");
+        let after = rests(&server, "Paused", |tries| tries == 0);
+        assert!(stopped.elapsed() < analysis, "{:?} of {analysis:?}", stopped.elapsed());
+        assert_eq!((&after["cycles"], &after["fault"]), (&run["cycles"], &Value::Null));
+    }
+    act("step");
+    rests(&server, "Paused", |tries| tries == 1);
+    act("close");
+    let folders = || std::fs::read_dir(place.0.join("out")).unwrap().count();
+    let before = folders();
+    start();
+    std::thread::sleep(analysis / 10);
+    act("stop");
+    wait(&server, "run", "no run", |value| value["run"] == Value::Null);
+    assert_eq!(folders(), before);
+    start();
+    rests(&server, "Paused", |tries| tries == 0);
+}
+
 #[test]
 fn the_server_keeps_the_budget_of_memory() {
     let place = TempFolder::new("open-budget");

@@ -61,6 +61,44 @@ fn a_dragged_point_stays_at_the_pointer() {
     assert_eq!(numbers(&mut page, top), [before]);
 }
 
+/// A finger drags a point; the page scrolled in its place. Beside the points it scrolls the page.
+#[test]
+fn a_finger_drags_a_point_and_scrolls_beside_it() {
+    let Some((_place, _server, mut page)) = opened("open-finger", "shaper", [390, 844]) else { return };
+    page.call("Emulation.setTouchEmulationEnabled", json!({ "enabled": true }));
+    page.value("(() => { window.dropped = 0; document.querySelector('#stage svg').addEventListener('pointercancel', () => { window.dropped += 1; }); return 0; })()");
+    let joint = "(() => { const b = [...document.querySelectorAll('#stage .linkage .joints circle')].pop().getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()";
+    let drag = |page: &mut Page, from: [f64; 2]| -> [f64; 2] {
+        for step in 0..=8 {
+            let kind = if step == 0 { "touchStart" } else { "touchMove" };
+            let at = json!([{ "x": from[0] + 2.0 * f64::from(step), "y": from[1] - 5.0 * f64::from(step) }]);
+            page.call("Input.dispatchTouchEvent", json!({ "type": kind, "touchPoints": at }));
+            std::thread::sleep(std::time::Duration::from_millis(50));
+        }
+        page.call("Input.dispatchTouchEvent", json!({ "type": "touchEnd", "touchPoints": [] }));
+        numbers(page, "[scrollY, window.dropped]")
+    };
+    let [x, y] = numbers(&mut page, joint);
+    assert_eq!(drag(&mut page, [x, y]), [0.0, 0.0]);
+    let [left, bottom] = numbers(
+        &mut page,
+        "(() => { const b = document.querySelector('#stage svg').getBoundingClientRect(); return [b.left + 12, b.bottom - 12]; })()",
+    );
+    let [scrolled, dropped] = drag(&mut page, [left, bottom]);
+    assert!(scrolled > 5.0 && dropped == 1.0, "{scrolled} {dropped}");
+}
+
+/// No page is wider than the screen of a phone, also with long names of the axis: the readout of the time made it wider.
+#[test]
+fn the_page_fits_on_a_phone() {
+    for example in ["slider-crank-assembled", "rssr", "four-bar"] {
+        let Some((_place, _server, mut page)) = opened("open-narrow", example, [360, 740]) else { return };
+        let last = "(() => { const s = document.querySelector('#stage .controls input'); s.value = s.max; s.dispatchEvent(new Event('input')); return 0; })()";
+        page.value(last);
+        assert_eq!(page.value("document.documentElement.scrollWidth"), 360, "{example}");
+    }
+}
+
 /// A limit that is drawn ends with Enter and is dropped by Escape, also while the focus is on its button.
 #[test]
 fn enter_ends_a_drawn_limit_and_escape_drops_it() {

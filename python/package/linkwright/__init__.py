@@ -11,9 +11,10 @@ import os as _os
 from . import _core
 from ._core import __version__
 from ._errors import AnalysisError, DefinitionError, Error, ModelError
+from ._labels import Variable
 from ._minimize import OptimizeResult, minimize, scipy_method
 from ._problem import BaseProblem, Model, Problem, methods
-from ._results import Analyses, Analysis, Check, Comparison, Cycle, Figure, Page, Result, Sensitivities, Variable
+from ._results import Analyses, Analysis, Check, Comparison, Cycle, Figure, Page, Result, Sensitivities
 from ._study import Study, StudyError, StudyResult
 
 # A program that computes when the interpreter ends would continue.

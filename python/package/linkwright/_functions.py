@@ -64,8 +64,16 @@ class Functions:
         found = list(found)
         if len(found) != len(designs):
             raise DefinitionError(f"`map` returned {len(found)} results for {len(designs)} designs")
+        return [self._mapped(item, k) for k, item in enumerate(found)]
+
+    def _mapped(self, item: Any, k: int) -> Any:
+        """The result of `map` for a design: that of the function, checked, or an `AnalysisError`."""
+        if isinstance(item, AnalysisError):
+            return item
+        if not isinstance(item, np.ndarray) or item.dtype != np.float64 or item.ndim != 1:
+            raise DefinitionError(f"`map` returned {type(item).__name__} for design {k}; return the results of the function as they are")
         # Arrays from another process may be views into a message, without alignment.
-        return [np.require(item, requirements=["C", "A"]) if isinstance(item, np.ndarray) else item for item in found]
+        return np.require(item, requirements=["C", "A"])
 
     def _derivatives(self, b: Array) -> Array:
         b = b[: self.n]

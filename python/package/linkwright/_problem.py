@@ -9,22 +9,10 @@ from typing import Any
 import numpy as np
 
 from . import _core, _toml
-from ._core import Problem as CoreProblem
 from ._errors import AnalysisError, DefinitionError
 from ._functions import Functions
-from ._results import (
-    Analyses,
-    Analysis,
-    Array,
-    Check,
-    Comparison,
-    Cycle,
-    Result,
-    Sensitivities,
-    Variable,
-    cycle,
-    whole,
-)
+from ._labels import Array, Labels
+from ._results import Analyses, Analysis, Check, Comparison, Cycle, Result, Sensitivities, cycle, whole
 
 Design = Any
 """A design: an array of shape (n,), a mapping of names to values or a Series with names as index (the others have their start values), or None for the start."""
@@ -33,6 +21,8 @@ Method = Any
 """A method: its name, or a dictionary with the keys of ``[method]`` in a model file."""
 
 
+# Largest number of time points of a response in a check.
+POINTS = 1000
 # Largest number of responses of a problem: as many as a model file may have parts of one kind.
 RESPONSES = 10_000
 
@@ -42,46 +32,8 @@ def methods() -> dict[str, str]:
     return dict(_core.methods())
 
 
-class BaseProblem:
+class BaseProblem(Labels):
     """Common base class of models and problems."""
-
-    _core: CoreProblem
-
-    def _attach(self, core: CoreProblem) -> None:
-        self._core = core
-        self.title, self.objective_name, self.objective_unit, self._sign = core.head
-        self.variables = tuple(Variable(*row) for row in core.variables)
-        self.variable_names = tuple(variable.name for variable in self.variables)
-        # Names, and whether there are values over time; read once, because every analysis needs them.
-        self._responses = tuple((row[0], row[2]) for row in core.responses)
-        self._constraints = tuple((row[0], row[4]) for row in core.constraints)
-        self.response_names = tuple(name for name, _ in self._responses)
-        self.constraint_names = tuple(name for name, _ in self._constraints)
-        grid = core.time
-        self.axis: str = "time" if grid is None else grid[0]
-        self.time: Array | None = None if grid is None else grid[2]
-        if self.time is not None:
-            self.time.flags.writeable = False
-
-    @property
-    def start(self) -> Array:
-        """The start design, shape (n,)."""
-        return np.array([variable.start for variable in self.variables])
-
-    @property
-    def lower(self) -> Array:
-        """The lower bounds, shape (n,)."""
-        return np.array([variable.lower for variable in self.variables])
-
-    @property
-    def upper(self) -> Array:
-        """The upper bounds, shape (n,)."""
-        return np.array([variable.upper for variable in self.variables])
-
-    @property
-    def fingerprint(self) -> int:
-        """A number that identifies the problem: a hash of its names, limits and time points."""
-        return self._core.fingerprint
 
     def design(self, b: Design = None) -> Array:
         """Return a design as an array of shape (n,).
@@ -234,7 +186,7 @@ class BaseProblem:
         b : array_like of shape (n,), mapping or None
             The design, see :meth:`design`.
         points : int
-            Time points of each response.
+            Time points of each response, at most 1000.
         responses : iterable of str, optional
             Names of the responses; all by default.
 
@@ -242,7 +194,10 @@ class BaseProblem:
         -------
         Check
         """
-        found, table, failed = self._core.check(self.design(b), whole(points, "points", 1), self._response_indices(responses))
+        indices = self._response_indices(responses)
+        if not indices:
+            raise DefinitionError("there is no response to check")
+        found, table, failed = self._core.check(self.design(b), whole(points, "points", 1, POINTS), indices)
         rows = []
         for response, time, variable, values, difference, error, status, explanation in table:
             row = {"response": response, "time": time, "variable": variable, **dict(zip(found, values))}
@@ -262,7 +217,7 @@ class BaseProblem:
         Comparison
         """
         rows: list[dict[str, Any]] = []
-        for name in methods() if names is None else [names] if isinstance(names, str) else names:
+        for name in methods() if names is None else [names] if isinstance(names, str) else _iterable(names, "names"):
             if not isinstance(name, str):
                 raise DefinitionError(f"`names` has the names of methods, got {name!r}")
             status, objective, violation, cycles, analyses, derivatives, kkt, design = self._core.compare(name)
@@ -362,21 +317,11 @@ class BaseProblem:
         if isinstance(names, str):
             names = [names]
         indices = []
-        for name in names:
+        for name in _iterable(names, "responses"):
             if name not in self.response_names:
                 raise DefinitionError(f"there is no response `{name}`; there are {', '.join(self.response_names)}")
             indices.append(self.response_names.index(name))
         return indices
-
-    def _objective(self, value: Any) -> Any:
-        """The objective in its unit, from the minimized value; NaN without an objective."""
-        return self._sign * value if self.objective_name else np.nan * value
-
-    def _labelled_responses(self, arrays: Sequence[Array]) -> dict[str, Any]:
-        return _labelled(self._responses, arrays)
-
-    def _labelled_constraints(self, arrays: Sequence[Array]) -> dict[str, Any]:
-        return _labelled(self._constraints, arrays)
 
     def __repr__(self) -> str:
         points = 0 if self.time is None else len(self.time)
@@ -431,8 +376,8 @@ class Model(BaseProblem):
             Let the model start the program that it names, in the folder of the file. Inspect the file and the program first: a program
             has all rights of its user.
         """
-        name = os.fspath(path)
-        return cls(_core.model_text(name), name, programs=(os.path.dirname(name) or ".") if allow_programs else None)
+        name = os.fsdecode(path)
+        return cls(_core.model_text(name, text_of(name)), name, programs=(os.path.dirname(name) or ".") if allow_programs else None)
 
     @classmethod
     def from_string(cls, text: str, name: str = "model", *, allow_programs: bool = False) -> Model:
@@ -567,7 +512,11 @@ class Problem(BaseProblem):
         if isinstance(responses, str):
             responses = [responses]
         if not isinstance(responses, Mapping):
-            responses = {key: {} for key in responses}
+            names = list(_iterable(responses, "responses"))
+            twice = [name for k, name in enumerate(names) if name in names[:k]]
+            if twice:
+                raise DefinitionError(f"there are two responses `{twice[0]}`; give each a name of its own")
+            responses = {key: {} for key in names}
         points = len(table["time"]["at"]) if "time" in table else 0
         if len(responses) > RESPONSES:
             what = f"{len(responses)} responses are too many; at most {RESPONSES} are read"
@@ -650,14 +599,24 @@ def _by_name(b: Any) -> Mapping[Any, Any] | None:
     return None
 
 
+def text_of(path: str) -> str:
+    """The text of a file."""
+    try:
+        with open(path, encoding="utf-8", newline="") as file:
+            return file.read()
+    except UnicodeDecodeError as error:
+        raise DefinitionError(f"{path} is not a text in UTF-8: {error}; give a model file or a study file") from None
+
+
+def _iterable(value: Any, what: str) -> Iterable[Any]:
+    if not isinstance(value, Iterable):
+        raise DefinitionError(f"`{what}` has names, got {value!r}")
+    return value
+
+
 def says_stop(answer: Any) -> bool:
     """True if a callback returns True, as a Python or NumPy Boolean."""
     return isinstance(answer, (bool, np.bool_)) and bool(answer)
-
-
-def _labelled(rows: Sequence[tuple[str, bool]], arrays: Sequence[Array]) -> dict[str, Any]:
-    """The arrays by name; a float for what has no values over time."""
-    return {name: v if is_history else float(v[0]) for (name, is_history), v in zip(rows, arrays)}
 
 
 def _bounded(variable: Mapping[str, Any]) -> dict[str, Any]:

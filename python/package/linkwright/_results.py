@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from . import _core
 from ._errors import DefinitionError
-
-if TYPE_CHECKING:
-    from ._problem import BaseProblem
-
-Array = np.ndarray
+from ._labels import Array, Labels
 
 # Largest number of rows of the short form of a result.
 SHOWN = 12
+# Most points along a side of the slice of the design space, as in the command.
+SLICE = 101
 
 
 def _pandas() -> Any:
@@ -38,10 +36,10 @@ def _xarray() -> Any:
     return xarray
 
 
-def whole(value: Any, name: str, least: int) -> int:
-    """An integer argument of at least `least`."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise DefinitionError(f"`{name}` is a whole number from {least}, got {value!r}")
+def whole(value: Any, name: str, least: int, most: int) -> int:
+    """An integer argument from `least` to `most`."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
+        raise DefinitionError(f"`{name}` is a whole number from {least} to {most}, got {value!r}")
     return int(value)
 
 
@@ -80,24 +78,6 @@ def _free_names(names: Iterable[str], taken: Iterable[str]) -> dict[str, str]:
     """Columns of design variables: their names, after `design.` where another column has that name."""
     taken = set(taken)
     return {name: f"design.{name}" if name in taken else name for name in names}
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A design variable.
-
-    Attributes
-    ----------
-    name, unit : str
-    start, lower, upper : float
-        Start value and bounds in the unit; -inf and inf for none.
-    """
-
-    name: str
-    unit: str
-    start: float
-    lower: float
-    upper: float
 
 
 @dataclass(frozen=True, repr=False)
@@ -412,7 +392,7 @@ class Cycle:
 class Result:
     """The result of an optimization. It can be pickled, and continued by ``problem.optimize(resume=result)``."""
 
-    def __init__(self, problem: BaseProblem, state: _core.State, *, stopped: bool = False) -> None:
+    def __init__(self, problem: Labels, state: _core.State, *, stopped: bool = False) -> None:
         self.problem = problem
         self._state = state
         self._stopped = stopped
@@ -422,7 +402,7 @@ class Result:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.problem, self._stopped = state["problem"], state["stopped"]
-        self._state = _core.State.from_json(state["json"], self.problem._core)
+        self._state = self.problem._core.state(state["json"])
 
     @property
     def status(self) -> str:
@@ -520,7 +500,7 @@ class Result:
     @property
     def figures(self) -> dict[str, Figure]:
         """The figures of the report by name."""
-        return {name: Figure(name, svg) for name, svg in self._state.figures(self.problem._core)}
+        return {name: Figure(name, svg) for name, svg in _core.figures(self._state, self.problem._core)}
 
     def report(self, path: str | os.PathLike[str] | None = None, *, slice: int = 0) -> Page:
         """Return the report as one HTML page without external files.
@@ -530,10 +510,10 @@ class Result:
         path : path, optional
             File to which the page is written.
         slice : int, optional
-            Number of points along each side of the slice of the design space; each point is an analysis. 0, the default, omits the slice.
-            A problem of Python functions has no slice.
+            Number of points along each side of the slice of the design space, at most 101; each point is an analysis. 0, the default, omits
+            the slice. A problem of Python functions has no slice.
         """
-        page = Page(self._state.report(self.problem._core, whole(slice, "slice", 0)))
+        page = Page(_core.report(self._state, self.problem._core, whole(slice, "slice", 0, SLICE)))
         if path is not None:
             with open(path, "w", encoding="utf-8") as file:
                 file.write(page)
@@ -588,14 +568,7 @@ def _named(table: Mapping[str, Any], kind: str, name: str) -> Any:
         raise DefinitionError(f"there is no {kind} `{name}`; there are {', '.join(table)}") from None
 
 
-def iterate(result: Result) -> Iterator[Cycle]:
-    """All trial steps of a run."""
-    columns, designs = result._state.history(), result._state.designs()
-    for i in range(len(designs)):
-        yield cycle(result.problem, {name: values[i] for name, values in columns.items()}, designs[i], result._state)
-
-
-def cycle(problem: BaseProblem, row: dict[str, Any], design: Array, state: _core.State) -> Cycle:
+def cycle(problem: Labels, row: dict[str, Any], design: Array, state: _core.State) -> Cycle:
     """A trial step from a row of the history."""
     _, analyses, derivatives, _ = state.counters
     row["objective"] *= problem._sign

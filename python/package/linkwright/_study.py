@@ -18,7 +18,7 @@ from typing import Any
 
 from . import _core, _toml
 from ._errors import DefinitionError, Error
-from ._problem import Model, says_stop
+from ._problem import Model, says_stop, text_of
 from ._results import Figure, Page
 
 # Number of lost workers after which a run that was alone on its worker counts as the cause.
@@ -132,9 +132,10 @@ class Study:
         allow_programs : bool
             The model may start the program that it names, see :meth:`linkwright.Model.from_file`.
         """
-        text = Path(path).read_text(encoding="utf-8")
-        name = _core.study_model(os.fspath(path), text)
-        return cls(text, Model.from_file(Path(path).parent / name, allow_programs=allow_programs), os.fspath(path))
+        place = os.fsdecode(path)
+        text = text_of(place)
+        name = _core.study_model(place, text)
+        return cls(text, Model.from_file(Path(place).parent / name, allow_programs=allow_programs), place)
 
     def __reduce__(self) -> Any:
         return _restored, self._texts

@@ -6,10 +6,12 @@
 //! | `guard` | which requests are answered: token, host, origin, headers of all answers |
 //! | `session` | the model file, its unsaved edits, and what pages are told about them |
 //! | `optimization` | a run that is watched and steered, in its folder |
+//! | `steps` | the steps of a run, which a worker does |
 //! | `cycles` | trial steps of a run as pages show them |
 //! | `stored` | stored runs and studies: cycles, rows, differences, notes |
 //! | `queue` | requests for analyses: the newest of each page counts, a running one can be stopped |
-//! | `worker` | the process that analyses, so that an analysis can be stopped at any moment |
+//! | `process` | worker processes: how they are started, asked and stopped |
+//! | `worker` | what a worker does: analyses and steps of runs, which can be stopped at any moment |
 //! | `analysis` | the record of an analysed design with its motion and derivatives |
 //! | `page/` | the page itself: HTML, style and scripts, without a build step and without a network |
 
@@ -17,9 +19,11 @@ mod analysis;
 mod cycles;
 mod guard;
 mod optimization;
+mod process;
 mod queue;
 mod server;
 mod session;
+mod steps;
 mod stored;
 mod worker;
 

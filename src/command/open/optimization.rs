@@ -2,17 +2,21 @@
 //!
 //! The run is stored as `linkwright optimize` stores it, after each trial step, so that `resume`, `report` and `runs` can use it. A
 //! trial step that is taken back, and a decision by hand, are recorded like edits of the model. The folder is claimed while the run goes
-//! on; while it is paused, other processes can continue it, and the run is then read again before the next action.
+//! on; while it is paused, other processes can continue it, and the run is then read again before the next action. A step that is stopped
+//! leaves the run as it was before.
 
 use super::super::budget::Budget;
-use super::super::model::{located, with_program};
+use super::super::model::located;
 use super::super::optimize;
 use super::super::run_directory::{RunDirectory, SettingChange};
 use super::cycles::{cycles, own};
 use super::guard::message;
+use super::process::{WorkerCommand, lock};
+use super::steps::{Steps, Stop};
 use super::stored;
+use super::worker::{ModelLine, WorkerRequest};
 use anyhow::{Context, bail, ensure};
-use linkwright::model_file::{Model, read, read_of_run, with_setting};
+use linkwright::model_file::{Model, read, with_setting};
 use linkwright::problem::Problem;
 use linkwright::sao::{RunState, Status, presets};
 use linkwright::storage::Directory;
@@ -20,11 +24,13 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use tokio::sync::watch;
 
 /// Largest number of trial steps that can be taken back.
 const MEMORY: usize = 200;
+/// The fault of an action other than a trial step that was stopped.
+const STOPPED: &str = "it was stopped; the run is in its folder as it was before";
 
 /// A request of a page about a run.
 #[derive(Debug, Deserialize)]
@@ -43,6 +49,8 @@ pub enum RunRequest {
     },
     Run,
     Pause,
+    /// Stops the trial step that is under way, or another action; the run rests as it was before.
+    Stop,
     /// One trial step.
     Step,
     /// Takes the last trial step back.
@@ -79,9 +87,22 @@ fn is_of_limit(key: &str) -> bool {
 /// A run of a session: none, or a thread with the run.
 pub struct Optimization {
     published: Arc<Mutex<Published>>,
-    thread: Mutex<Option<Sender<RunRequest>>>,
+    thread: Mutex<Option<RunThread>>,
     news: watch::Sender<u64>,
     budget: Budget,
+    command: WorkerCommand,
+}
+
+/// The thread of a run: what it is asked, and how its present step is stopped. It ends when this is dropped.
+struct RunThread {
+    requests: Sender<RunRequest>,
+    stop: Stop,
+}
+
+impl Drop for RunThread {
+    fn drop(&mut self) {
+        self.stop.stop();
+    }
 }
 
 /// Data of a run that are visible outside its thread.
@@ -95,14 +116,10 @@ struct Published {
     text: String,
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
-}
-
 impl Optimization {
     /// No run; `news` counts what pages have to read.
-    pub fn new(news: watch::Sender<u64>, budget: Budget) -> Self {
-        Self { published: Arc::default(), thread: Mutex::default(), news, budget }
+    pub fn new(news: watch::Sender<u64>, budget: Budget, command: WorkerCommand) -> Self {
+        Self { published: Arc::default(), thread: Mutex::default(), news, budget, command }
     }
 
     /// The run as pages show it.
@@ -131,11 +148,12 @@ impl Optimization {
         let is_new = matches!(action, RunRequest::Start { .. } | RunRequest::Resume { .. });
         if is_new {
             let own = self.next_run();
-            let (sender, receiver) = channel();
+            let (requests, receiver) = channel();
+            let stop = Stop::default();
+            let steps = Steps::new(self.command.clone(), stop.clone());
             let (published, news, budget) = (self.published.clone(), self.news.clone(), self.budget);
             let (file, text) = (file.to_owned(), text.to_owned());
-            // The former run ends when its sender is dropped.
-            *thread = Some(sender);
+            *thread = Some(RunThread { requests, stop });
             std::thread::spawn(move || {
                 let publish = |record: Value, text: &str| {
                     let mut published = lock(&published);
@@ -147,8 +165,9 @@ impl Optimization {
                     news.send_modify(|number| *number += 1);
                 };
                 publish(json!({ "status": "Starting" }), "");
-                match SteeredRun::begin(action, &file, &text, budget) {
-                    Ok(run) => run.serve(&receiver, &publish),
+                match SteeredRun::begin(action, &file, &text, budget, steps) {
+                    Ok(Some(run)) => run.serve(&receiver, &publish),
+                    Ok(None) => publish(Value::Null, ""),
                     Err(error) => publish(json!({ "status": "Failed", "fault": message(&error) }), ""),
                 }
             });
@@ -156,24 +175,30 @@ impl Optimization {
             *thread = None;
             self.next_run();
             self.news.send_modify(|number| *number += 1);
-        } else if let Some(sender) = &*thread {
-            drop(sender.send(action));
+        } else if let Some(thread) = &*thread {
+            let is_stop = matches!(action, RunRequest::Stop);
+            // The thread goes on when the step has ended, and must not begin another one.
+            drop(thread.requests.send(action));
+            if is_stop {
+                thread.stop.stop();
+            }
         }
     }
 }
 
 /// The model of a run with this text. Its program is in the folder of the model file with which the run began.
-fn model_of(folder: &RunDirectory, text: &str) -> anyhow::Result<Model> {
-    let file = &folder.record().file;
-    Ok(with_program(read_of_run("model.toml", text)?.copied_from(file), Path::new(file)))
+fn line_of(folder: &RunDirectory, text: &str) -> ModelLine {
+    ModelLine { name: "model.toml".to_owned(), file: folder.record().file.clone(), text: text.to_owned() }
 }
 
 /// A run with its folder.
 struct SteeredRun {
     folder: RunDirectory,
+    steps: Steps,
+    /// The model as the worker reads it.
+    line: ModelLine,
     model: Model,
     problem: Problem,
-    text: String,
     state: RunState,
     /// States before the last trial steps, the newest last.
     earlier: Vec<RunState>,
@@ -184,16 +209,31 @@ struct SteeredRun {
 }
 
 impl SteeredRun {
-    /// A new run from a design, or a stored one.
-    fn begin(action: RunRequest, file: &Path, text: &str, budget: Budget) -> anyhow::Result<Self> {
+    /// A new run from a design, or a stored one; `None` if it was stopped.
+    fn begin(
+        action: RunRequest,
+        file: &Path,
+        text: &str,
+        budget: Budget,
+        steps: Steps,
+    ) -> anyhow::Result<Option<Self>> {
         match action {
-            RunRequest::Start { design, method } => Self::start(design, method.as_deref(), file, text, budget),
-            RunRequest::Resume { folder } => Self::resume(&folder, budget),
+            RunRequest::Start { design, method } => Self::start(design, method.as_deref(), file, text, budget, steps),
+            RunRequest::Resume { folder } => {
+                Self::reopened(Directory::open(&stored::known(&folder)?.path)?, None, budget, steps)
+            }
             _ => bail!("there is no run"),
         }
     }
 
-    fn start(design: Vec<f64>, method: Option<&str>, file: &Path, text: &str, budget: Budget) -> anyhow::Result<Self> {
+    fn start(
+        design: Vec<f64>,
+        method: Option<&str>,
+        file: &Path,
+        text: &str,
+        budget: Budget,
+        mut steps: Steps,
+    ) -> anyhow::Result<Option<Self>> {
         let name = file.display().to_string();
         let mut text = text.to_owned();
         if let Some(method) = method {
@@ -206,42 +246,57 @@ impl SteeredRun {
             let key = format!("design.{}.start", variable.name);
             text = with_setting(&name, &text, &key, &model.written(&key, *value))?;
         }
-        let model = with_program(read(&name, &text)?, file);
+        let line = ModelLine { name: name.clone(), file: name, text };
+        let model = line.model()?;
         let problem = located(&model, model.problem())?;
         budget.check(&problem, model.method())?;
-        let mut folder = optimize::next_folder(&model, &text, file)?;
-        let mut state = located(&model, model.method().start(&problem))?;
+        let Some(mut state) = steps.done(&line, &problem, &WorkerRequest::Start)? else { return Ok(None) };
+        let mut folder = optimize::next_folder(&model, &line.text, file)?;
         folder.save(&model, &problem, &mut state)?;
-        Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None, budget })
+        Ok(Some(Self::new(folder, steps, line, (model, problem), state, budget)))
     }
 
-    /// Continues the run in a folder of the default folder of results.
-    fn resume(name: &str, budget: Budget) -> anyhow::Result<Self> {
-        Self::reopened(Directory::open(&stored::known(name)?.path)?, None, budget)
-    }
-
-    /// The run of a folder, with an edited model if there is one.
-    fn reopened(directory: Directory, edited: Option<&str>, budget: Budget) -> anyhow::Result<Self> {
-        let (mut folder, mut model, mut text) = RunDirectory::claim(directory)?;
+    /// The run of a folder, with an edited model if there is one; `None` if it was stopped.
+    fn reopened(
+        directory: Directory,
+        edited: Option<&str>,
+        budget: Budget,
+        mut steps: Steps,
+    ) -> anyhow::Result<Option<Self>> {
+        let (mut folder, _, text) = RunDirectory::claim(directory)?;
         if let Some(edited) = edited {
             folder.edit(edited)?;
-            model = model_of(&folder, edited)?;
-            text = edited.to_owned();
         }
+        let line = line_of(&folder, edited.unwrap_or(&text));
+        let model = line.model()?;
         let problem = located(&model, model.problem())?;
         budget.check(&problem, model.method())?;
-        let is_edited = folder.record().model != text;
-        let state = folder.resume(&model, &problem, &text, false)?;
-        let mut state = match state {
-            Some(state) => state,
-            None => located(&model, model.method().start(&problem))?,
+        let is_edited = folder.record().model != line.text;
+        let state = match folder.resume(&model, &problem, &line.text, false)? {
+            Some(state) => Some(state),
+            None => steps.done(&line, &problem, &WorkerRequest::Start)?,
         };
         // A run that has ended stays so, unless its settings have changed.
-        if is_edited || state.status == Status::Running {
-            state = model.method().restart(&problem, state)?;
-        }
+        let state = match state {
+            Some(state) if is_edited || state.status == Status::Running => {
+                steps.done(&line, &problem, &WorkerRequest::Restart { state: state.to_json() })?
+            }
+            state => state,
+        };
+        let Some(mut state) = state else { return Ok(None) };
         folder.save(&model, &problem, &mut state)?;
-        Ok(Self { folder, model, problem, text, state, earlier: vec![], is_running: false, fault: None, budget })
+        Ok(Some(Self::new(folder, steps, line, (model, problem), state, budget)))
+    }
+
+    fn new(
+        folder: RunDirectory,
+        steps: Steps,
+        line: ModelLine,
+        (model, problem): (Model, Problem),
+        state: RunState,
+        budget: Budget,
+    ) -> Self {
+        Self { folder, steps, line, model, problem, state, earlier: vec![], is_running: false, fault: None, budget }
     }
 
     /// Executes requests until the page closes the run or begins another one.
@@ -250,7 +305,7 @@ impl SteeredRun {
             if !self.is_running {
                 self.folder.release();
             }
-            publish(self.record(), &self.text);
+            publish(self.record(), &self.line.text);
             let action = match actions.try_recv() {
                 Ok(action) => action,
                 Err(TryRecvError::Disconnected) => return,
@@ -260,13 +315,12 @@ impl SteeredRun {
                     Err(_) => return,
                 },
             };
-            let (is_step, was_running) = (matches!(action, RunRequest::Step), self.is_running);
             self.fault = None;
             // A step may take minutes: pages show that it is under way, and send no further request for a step.
-            if !was_running && !matches!(action, RunRequest::Run | RunRequest::Pause) {
+            if !self.is_running && !matches!(action, RunRequest::Run | RunRequest::Pause | RunRequest::Stop) {
                 let mut record = self.record();
                 record["status"] = "Working".into();
-                publish(record, &self.text);
+                publish(record, &self.line.text);
             }
             let done = match (self.claimed(), action) {
                 (Err(error), _) => Err(error),
@@ -283,11 +337,7 @@ impl SteeredRun {
                 },
                 (Ok(()), other) => self.act(other),
             };
-            self.is_running = match &done {
-                Ok(()) if is_step => was_running && self.state.status == Status::Running,
-                Ok(()) => self.is_running,
-                Err(_) => false,
-            };
+            self.is_running &= done.is_ok() && self.state.status == Status::Running;
             self.fault = done.err().map(|error| message(&error));
         }
     }
@@ -296,7 +346,7 @@ impl SteeredRun {
     fn claimed(&mut self) -> anyhow::Result<()> {
         if !self.folder.reclaim()? {
             let directory = self.folder.folder().directory().clone();
-            *self = Self::reopened(directory, None, self.budget)?;
+            *self = Self::reopened(directory, None, self.budget, self.steps.anew())?.context(STOPPED)?;
         }
         Ok(())
     }
@@ -304,7 +354,7 @@ impl SteeredRun {
     fn act(&mut self, action: RunRequest) -> anyhow::Result<()> {
         match action {
             RunRequest::Run => self.is_running = self.state.status == Status::Running,
-            RunRequest::Pause => self.is_running = false,
+            RunRequest::Pause | RunRequest::Stop => self.is_running = false,
             RunRequest::Step => self.step()?,
             RunRequest::Back => self.back()?,
             RunRequest::Accept => self.accept()?,
@@ -314,18 +364,24 @@ impl SteeredRun {
         Ok(())
     }
 
-    /// One trial step, which is stored.
+    /// The state after a request to the worker; `None` if it was stopped.
+    fn done(&mut self, request: &WorkerRequest) -> anyhow::Result<Option<RunState>> {
+        self.steps.done(&self.line, &self.problem, request)
+    }
+
+    /// One trial step, which is stored. If it is stopped, the run rests before it.
     fn step(&mut self) -> anyhow::Result<()> {
         ensure!(
             self.state.status == Status::Running,
             "the run has ended; change a setting or take a step back to continue"
         );
-        let mut before = self.state.clone();
-        self.state = self.model.method().step(&self.problem, before.clone())?;
+        let Some(after) = self.done(&WorkerRequest::Step { state: self.state.to_json() })? else {
+            self.is_running = false;
+            return Ok(());
+        };
+        let before = std::mem::replace(&mut self.state, after);
         // The end of a run may be found without another trial step.
         if self.state.history.len() > before.history.len() {
-            // The trace of an analysis is large, and the derivatives have the same bits without it.
-            before.responses.trace = None;
             self.earlier.push(before);
         }
         if self.earlier.len() > MEMORY {
@@ -353,7 +409,7 @@ impl SteeredRun {
     fn replace(&mut self, mut base: RunState, mut state: RunState, decision: &str) -> anyhow::Result<()> {
         self.problem.check_design(&state.design).context("the bounds exclude the earlier design")?;
         (base.fingerprint, state.fingerprint) = (self.problem.fingerprint(), self.problem.fingerprint());
-        let state = self.model.method().restart(&self.problem, state)?;
+        let state = self.done(&WorkerRequest::Restart { state: state.to_json() })?.context(STOPPED)?;
         let number = self.state.history.len() - 1;
         let change =
             SettingChange { key: decision.to_owned(), before: Some(format!("trial step {number}")), after: None };
@@ -369,7 +425,7 @@ impl SteeredRun {
     }
 
     fn accept(&mut self) -> anyhow::Result<()> {
-        let state = self.model.method().accept_by_hand(&self.problem, self.state.clone())?;
+        let state = self.done(&WorkerRequest::Accept { state: self.state.to_json() })?.context(STOPPED)?;
         let mut base = self.state.clone();
         base.history.pop();
         self.replace(base, state, "proposal accepted by hand")
@@ -388,8 +444,8 @@ impl SteeredRun {
                 is_own,
                 "during a run, only bounds, limits and the method can be changed; edit `{key}` in the file and begin a run at this design"
             );
-            let text = with_setting("model.toml", &self.text, key, value)?;
-            let model = model_of(&self.folder, &text)?;
+            let text = with_setting("model.toml", &self.line.text, key, value)?;
+            let model = line_of(&self.folder, &text).model()?;
             let problem = located(&model, model.problem())?;
             problem.check_design(&self.state.design).context("the bounds exclude the present design")?;
             model.method().check(&problem)?;
@@ -402,7 +458,7 @@ impl SteeredRun {
         };
         let directory = self.folder.folder().directory().clone();
         self.folder.release();
-        let mut again = Self::reopened(directory, Some(&text), self.budget)?;
+        let mut again = Self::reopened(directory, Some(&text), self.budget, self.steps.anew())?.context(STOPPED)?;
         again.earlier = std::mem::take(&mut self.earlier);
         again.is_running = self.is_running && again.state.status == Status::Running;
         Ok(Ok(again))
@@ -411,11 +467,13 @@ impl SteeredRun {
     /// A run of the problem with another limit, from the present design in a folder of its own: the values of the steps before belong to the
     /// former problem. Its note says which run it continues, and with what.
     fn continued(&mut self, key: &str, value: &str) -> anyhow::Result<Self> {
-        let text = with_setting("model.toml", &self.text, key, value)?;
+        let text = with_setting("model.toml", &self.line.text, key, value)?;
         let changes: Vec<String> = self.folder.changes(&text)?.iter().map(ToString::to_string).collect();
         ensure!(!changes.is_empty(), "`{key}` has this value already");
         let file = Path::new(&self.folder.record().file);
-        let mut run = Self::start(own(&self.problem, &self.state.design), None, file, &text, self.budget)?;
+        let design = own(&self.problem, &self.state.design);
+        let run = Self::start(design, None, file, &text, self.budget, self.steps.anew())?;
+        let mut run = run.context(STOPPED)?;
         run.is_running = self.is_running && run.state.status == Status::Running;
         let (before, tries) = (self.folder.folder().directory().path(), self.state.history.len() - 1);
         let note = format!("continues {} after {tries} trial steps, with {}", before.display(), changes.join("; "));
@@ -426,7 +484,7 @@ impl SteeredRun {
     /// The run as pages show it.
     fn record(&mut self) -> Value {
         let folder = self.folder.folder().directory().path().display().to_string();
-        let Self { problem, state, text, .. } = &*self;
+        let Self { problem, state, line, .. } = &*self;
         let own = |values: &[f64]| own(problem, values);
         let name = |row: linkwright::problem::RowId| problem.row_in_words(row);
         let last = state.history.last();
@@ -453,7 +511,7 @@ impl SteeredRun {
                 "upper": own(&problem.variables.iter().map(|v| v.upper).collect::<Vec<_>>()),
             },
             "factors": own(&state.factors),
-            "method": linkwright::model_file::settings("", text).ok().and_then(|all| all.get("method.preset").map(|name| name.trim_matches('"').to_owned())),
+            "method": linkwright::model_file::settings("", &line.text).ok().and_then(|all| all.get("method.preset").map(|name| name.trim_matches('"').to_owned())),
             "methods": presets().iter().map(|preset| preset.name).collect::<Vec<_>>(),
             "analyses": state.counters.analyses, "sensitivity_analyses": state.counters.sensitivity_analyses,
             "edits": self.folder.record().edits,

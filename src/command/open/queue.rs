@@ -1,8 +1,7 @@
 //! Requests for analyses. The newest request of a page replaces its older ones, and stops a running one that takes long.
 
-use std::io::{BufRead, BufReader, Write};
-use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use super::process::{Process, WorkerCommand, lock};
+use super::worker::{ModelLine, WorkerRequest};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
@@ -33,8 +32,8 @@ pub struct Queue {
 
 #[derive(Default)]
 struct Waiting {
-    /// The first line for a worker: the model. `None` while there is none.
-    model: Option<String>,
+    /// `None` while there is none.
+    model: Option<ModelLine>,
     /// Number of the model.
     number: u64,
     jobs: Vec<Job>,
@@ -44,35 +43,30 @@ struct Waiting {
 
 struct Job {
     page: String,
-    request: String,
+    request: WorkerRequest,
     reply: oneshot::Sender<Reply>,
 }
 
 struct RunningJob {
     page: String,
     since: Instant,
-    worker: Arc<Mutex<Child>>,
+    process: Process,
     is_stopped: bool,
 }
 
 impl RunningJob {
     fn cancel(&mut self) {
         self.is_stopped = true;
-        drop(lock(&self.worker).kill());
+        self.process.kill();
     }
 }
 
-/// The content of a lock. No panic leaves it inconsistent.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
-}
-
 impl Queue {
-    /// An empty queue. `program` with `arguments` starts a worker.
-    pub fn start(program: PathBuf, arguments: Vec<String>) -> Self {
+    /// An empty queue. `command` starts a worker.
+    pub fn start(command: WorkerCommand) -> Self {
         let shared = Arc::new((Mutex::new(Waiting::default()), Condvar::new()));
         let of_thread = shared.clone();
-        std::thread::spawn(move || serve(&of_thread, &program, &arguments));
+        std::thread::spawn(move || serve(&of_thread, &command));
         Self { shared }
     }
 
@@ -81,7 +75,7 @@ impl Queue {
     }
 
     /// Replaces the model; requests for the former one are outdated.
-    pub fn set_model(&self, model: Option<String>) {
+    pub fn set_model(&self, model: Option<ModelLine>) {
         let mut waiting = self.waiting();
         waiting.model = model;
         waiting.number += 1;
@@ -92,7 +86,7 @@ impl Queue {
     }
 
     /// Answers a request of a page, unless a newer one of that page comes before.
-    pub async fn ask(&self, page: &str, request: String) -> Reply {
+    pub async fn ask(&self, page: &str, request: WorkerRequest) -> Reply {
         let (reply, mut answer) = oneshot::channel();
         {
             let mut waiting = self.waiting();
@@ -144,46 +138,10 @@ impl Drop for Queue {
     }
 }
 
-/// A worker with its model.
-struct Worker {
-    process: Arc<Mutex<Child>>,
-    input: ChildStdin,
-    output: BufReader<ChildStdout>,
-    model: u64,
-}
-
-impl Worker {
-    fn start(program: &Path, arguments: &[String], model: &str, number: u64) -> std::io::Result<Self> {
-        let mut command = Command::new(program);
-        command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut process = command.spawn()?;
-        let closed = || std::io::Error::other("its standard input or output is closed");
-        let mut input = process.stdin.take().ok_or_else(closed)?;
-        let output = BufReader::new(process.stdout.take().ok_or_else(closed)?);
-        writeln!(input, "{model}")?;
-        Ok(Self { process: Arc::new(Mutex::new(process)), input, output, model: number })
-    }
-
-    /// The answer to a request; `None` if the worker has ended.
-    fn answer(&mut self, request: &str) -> Option<String> {
-        writeln!(self.input, "{request}").and_then(|()| self.input.flush()).ok()?;
-        let mut line = String::new();
-        self.output.read_line(&mut line).ok()?;
-        line.ends_with('\n').then_some(line)
-    }
-}
-
-impl Drop for Worker {
-    fn drop(&mut self) {
-        let mut process = lock(&self.process);
-        drop(process.kill());
-        drop(process.wait());
-    }
-}
-
 /// Sends requests to the worker, one at a time in their order, until the queue is dropped.
-fn serve((waiting, news): &(Mutex<Waiting>, Condvar), program: &Path, arguments: &[String]) {
-    let mut worker: Option<Worker> = None;
+fn serve((waiting, news): &(Mutex<Waiting>, Condvar), command: &WorkerCommand) {
+    // With the number of its model.
+    let mut worker = None;
     loop {
         let (job, model, number) = {
             let guard = lock(waiting);
@@ -198,9 +156,9 @@ fn serve((waiting, news): &(Mutex<Waiting>, Condvar), program: &Path, arguments:
             drop(job.reply.send(Reply::Failed("the model file has errors".to_owned())));
             continue;
         };
-        let mut ready = match worker.take().filter(|worker| worker.model == number) {
-            Some(worker) => worker,
-            None => match Worker::start(program, arguments, &model, number) {
+        let mut ready = match worker.take().filter(|(_, of)| *of == number) {
+            Some((worker, _)) => worker,
+            None => match command.start(&model) {
                 Ok(worker) => worker,
                 Err(error) => {
                     drop(job.reply.send(Reply::Failed(format!("the analysis cannot be started: {error}"))));
@@ -208,17 +166,13 @@ fn serve((waiting, news): &(Mutex<Waiting>, Condvar), program: &Path, arguments:
                 }
             },
         };
-        lock(waiting).running = Some(RunningJob {
-            page: job.page,
-            since: Instant::now(),
-            worker: ready.process.clone(),
-            is_stopped: false,
-        });
+        lock(waiting).running =
+            Some(RunningJob { page: job.page, since: Instant::now(), process: ready.process(), is_stopped: false });
         let answer = ready.answer(&job.request);
         let is_stopped = lock(waiting).running.take().is_some_and(|running| running.is_stopped);
         drop(job.reply.send(match answer {
             Some(line) => {
-                worker = (!is_stopped).then_some(ready);
+                worker = (!is_stopped).then_some((ready, number));
                 Reply::Line(line)
             }
             None if is_stopped => Reply::Outdated,

@@ -4,6 +4,7 @@ use super::guard::{self, AccessControl};
 use super::queue::Reply;
 use super::session::{self, Saved, Session};
 use super::stored;
+use super::worker::WorkerRequest;
 use anyhow::Context;
 use axum::Router;
 use axum::body::{Body, to_bytes};
@@ -299,8 +300,8 @@ async fn post(shared: &Arc<Shared>, route: &str, body: &str) -> Result<Response,
             if wanted.page.len() > PAGE_NAME {
                 return Err(StatusCode::BAD_REQUEST);
             }
-            let design = json!({ "design": wanted.design, "derivatives": wanted.derivatives }).to_string();
-            match session.analyze(wanted.revision, &wanted.page, design).await {
+            let AnalysisRequest { page, revision, design, derivatives } = wanted;
+            match session.analyze(revision, &page, WorkerRequest::Analyze { design, derivatives }).await {
                 Reply::Line(line) => json_text(line),
                 Reply::Outdated => StatusCode::CONFLICT.into_response(),
                 Reply::Busy => StatusCode::TOO_MANY_REQUESTS.into_response(),

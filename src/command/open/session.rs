@@ -4,13 +4,14 @@
 //! until it is saved. The model in force is the last one without errors.
 
 use super::super::budget::Budget;
-use super::super::model::{programs_are_allowed, reject_study, with_program};
+use super::super::model::{reject_study, with_program};
 use super::super::run_directory::fingerprint;
 use super::guard::message;
 use super::optimization::{Optimization, RunRequest};
+use super::process::WorkerCommand;
 use super::queue::{Queue, Reply};
 use super::stored;
-use super::worker::ModelLine;
+use super::worker::{ModelLine, WorkerRequest};
 use anyhow::{Context, bail};
 use linkwright::model_file::{self, DiagnosticReport, Model, Severity, read, with_files};
 use linkwright::problem::{Constraint, DesignVariable, Goal, Problem, TimeGrid};
@@ -114,12 +115,7 @@ impl Session {
         };
         let name = name.to_str().with_context(|| format!("the name of {} is not UTF-8; rename it", file.display()))?;
         let directory = Directory::open(parent).with_context(cannot)?;
-        let mut arguments = vec!["open".to_owned(), "--worker".to_owned(), name.to_owned()];
-        arguments.extend(["--memory".to_owned(), budget.bytes().to_string()]);
-        if programs_are_allowed() {
-            arguments.push("--allow-programs".to_owned());
-        }
-        let program = std::env::current_exe().context("cannot find the program linkwright itself")?;
+        let command = WorkerCommand::new(name, budget)?;
         let project = Project {
             disk: String::new(),
             stamp: None,
@@ -139,9 +135,9 @@ impl Session {
             name: name.to_owned(),
             directory,
             project: Mutex::new(project),
-            queue: Queue::start(program, arguments),
-            optimization: Optimization::new(news.clone(), budget),
-            rival: Optimization::new(news.clone(), budget),
+            queue: Queue::start(command.clone()),
+            optimization: Optimization::new(news.clone(), budget, command.clone()),
+            rival: Optimization::new(news.clone(), budget, command),
             news,
             path,
         };
@@ -225,7 +221,7 @@ impl Session {
                 project.model = description(&model);
                 (project.text, project.fingerprint) = (text.clone(), fingerprint(&model));
                 project.errors = None;
-                self.queue.set_model(serde_json::to_string(&ModelLine { file, text }).ok());
+                self.queue.set_model(Some(ModelLine { name: file.clone(), file, text }));
             }
             Err(report) => project.errors = Some(*report),
         }
@@ -362,11 +358,11 @@ impl Session {
     }
 
     /// Analyses a design of a revision of the model, for a page.
-    pub async fn analyze(&self, revision: u64, page: &str, design: String) -> Reply {
+    pub async fn analyze(&self, revision: u64, page: &str, request: WorkerRequest) -> Reply {
         if self.project().revision != revision {
             return Reply::Outdated;
         }
-        self.queue.ask(page, design).await
+        self.queue.ask(page, request).await
     }
 
     /// Stops the analyses of a page.

@@ -98,6 +98,8 @@ export function draggable(mechanism, at, propose, tell) {
     const numbers = base.motion.frames[mechanism.frame];
     hold({ i, frame: mechanism.frame, pressed: [event.clientX, event.clientY], target: [numbers[i], numbers[i + 1]], design: [...design], pointer: null, corrections: 0 });
   });
+  // A finger on a point drags it; elsewhere it scrolls the page.
+  svg.addEventListener("touchstart", (event) => { if (held && event.touches.length === 1) event.preventDefault(); }, { passive: false });
   svg.addEventListener("pointermove", (event) => {
     if (!held) { svg.style.cursor = nearest(event) === null ? "" : "grab"; return; }
     Object.assign(held, { pointer: [event.clientX, event.clientY], corrections: 0 });

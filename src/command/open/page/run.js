@@ -12,16 +12,16 @@ import { StudyPicture } from "./study.js";
 const readable = (text) => text?.replace(/\d\.\de-?\d+/g, (number) => short(Number(number)));
 
 // Actions that a race passes to both runs.
-const OF_BOTH = ["run", "pause", "step"];
+const OF_BOTH = ["run", "pause", "stop", "step"];
 // Statuses of a run that is running, or of which one action is being executed.
-const BUSY = ["Running", "Working"];
+const BUSY = ["Running", "Working", "Starting"];
 
 export class Run {
   // `design()` is that of the sliders, `show(design)` puts one on them, `pin(design, name)` pins one, `box(region)` draws the move
   // limits, `bounds(found)` takes the bounds of the run.
   constructor(place, { design, show, pin, box, bounds }) {
     Object.assign(this, { place, design, show, box, bounds, record: null, shown: null, asked: false });
-    this.buttons = Object.fromEntries(["start", "run", "pause", "step", "back", "accept", "refuse", "close"].map((action) => {
+    this.buttons = Object.fromEntries(["start", "run", "pause", "stop", "step", "back", "accept", "refuse", "close"].map((action) => {
       const button = place.querySelector(`[data-action=${action}]`);
       button.addEventListener("click", () => this.act(action === "start" ? { action, design: design() } : { action }));
       return [action, button];
@@ -61,7 +61,7 @@ export class Run {
     this.buttons.start.textContent = asked ? "Stop it and begin here" : "Begin here";
   }
 
-  // A trial step is not interrupted: until it is done, the page says that it was asked to pause.
+  // A pause does not interrupt a trial step: until it is done, the page says that it was asked to pause.
   pausing() {
     const pill = this.place.querySelector("#run-status");
     if (this.place.dataset.status === "Running") pill.textContent = "Pausing after this trial step";
@@ -117,6 +117,7 @@ export class Run {
     const either = (wanted) => status === wanted || rival?.status === wanted;
     this.buttons.run.disabled = this.buttons.step.disabled = !either("Paused");
     this.buttons.pause.disabled = !either("Running");
+    this.buttons.stop.disabled = !BUSY.some(either);
     const is_busy = BUSY.includes(status);
     if (!is_busy) this.ask(false);
     this.buttons.back.disabled = !run?.can_go_back || is_busy;
