@@ -97,12 +97,13 @@ pub fn ridders(here: f64, steps: &[StepValues]) -> Option<DifferenceEstimate> {
 ///
 /// ```
 /// use linkwright_autodiff::differences::{StepValues, one_sided};
-/// let steps: Vec<StepValues> = (0..10)
+/// let steps: Vec<StepValues> = (0..16)
 ///     .map(|k| 0.1 * 0.5f64.powi(k))
 ///     .map(|h| StepValues { h, ahead: 3.0 * h, behind: h.exp() - 1.0 })
 ///     .collect();
-/// let [behind, ahead] = one_sided(0.0, &steps).map(|slope| slope.unwrap().value);
-/// assert!((behind + 1.0).abs() < 1e-8 && (ahead - 3.0).abs() < 1e-8);
+/// let [behind, ahead] = one_sided(0.0, &steps).map(|slope| slope.unwrap());
+/// assert!((behind.value + 1.0).abs() <= behind.error && behind.error < 1e-9);
+/// assert!((ahead.value - 3.0).abs() <= ahead.error && ahead.error < 1e-9);
 /// ```
 pub fn one_sided(here: f64, steps: &[StepValues]) -> [Option<DifferenceEstimate>; 2] {
     let side = |sign: f64, of: fn(&StepValues) -> f64| {
