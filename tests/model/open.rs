@@ -408,8 +408,7 @@ fn a_closed_run_stays_closed() {
 fn a_trial_step_is_stopped() {
     let place = TempFolder::new("open-stop");
     place.example("pendulum-chain");
-    let text =
-        place.read("pendulum-chain.toml").replace("to = 0.5", "to = 50.0").replace("points = 51", "points = 5001");
+    let text = place.read("pendulum-chain.toml").replace("to = 0.5", "to = 4.0").replace("points = 51", "points = 401");
     std::fs::write(place.0.join("long.toml"), text).unwrap();
     let server = Server::start(&place.0, "long.toml");
     let act = |action: &str| assert_eq!(server.post("run", &json!({ "action": action })).0, 200);

@@ -566,12 +566,12 @@ def _restored(kind: type[Model], text: str, name: str, programs: str | None) -> 
     return kind(text, name, programs=programs)
 
 
-def _changes(before: BaseProblem, after: BaseProblem) -> list[str]:
+def _changes(before: Labels, after: Labels) -> list[str]:
     """What differs between two problems, as far as a run depends on it; empty for one problem."""
     if before.fingerprint == after.fingerprint:
         return []
 
-    def parts(problem: BaseProblem) -> dict[str, Any]:
+    def parts(problem: Labels) -> dict[str, Any]:
         found: dict[str, Any] = {"the objective": (problem.objective_name, problem._sign)}
         found["the design variables"] = problem.variable_names
         found["the responses"] = tuple(tuple(row) for row in problem._core.responses)

@@ -200,6 +200,8 @@ struct SteeredRun {
     model: Model,
     problem: Problem,
     state: RunState,
+    /// True if this is the newest state of the worker.
+    is_newest: bool,
     /// States before the last trial steps, the newest last.
     earlier: Vec<RunState>,
     is_running: bool,
@@ -250,10 +252,22 @@ impl SteeredRun {
         let model = line.model()?;
         let problem = located(&model, model.problem())?;
         budget.check(&problem, model.method())?;
-        let Some(mut state) = steps.done(&line, &problem, &WorkerRequest::Start)? else { return Ok(None) };
+        let Some(mut state) = steps.done(&line, &WorkerRequest::Start)? else { return Ok(None) };
         let mut folder = optimize::next_folder(&model, &line.text, file)?;
         folder.save(&model, &problem, &mut state)?;
-        Ok(Some(Self::new(folder, steps, line, (model, problem), state, budget)))
+        Ok(Some(Self {
+            folder,
+            steps,
+            line,
+            model,
+            problem,
+            state,
+            is_newest: true,
+            earlier: vec![],
+            is_running: false,
+            fault: None,
+            budget,
+        }))
     }
 
     /// The run of a folder, with an edited model if there is one; `None` if it was stopped.
@@ -274,29 +288,30 @@ impl SteeredRun {
         let is_edited = folder.record().model != line.text;
         let state = match folder.resume(&model, &problem, &line.text, false)? {
             Some(state) => Some(state),
-            None => steps.done(&line, &problem, &WorkerRequest::Start)?,
+            None => steps.done(&line, &WorkerRequest::Start)?,
         };
         // A run that has ended stays so, unless its settings have changed.
         let state = match state {
             Some(state) if is_edited || state.status == Status::Running => {
-                steps.done(&line, &problem, &WorkerRequest::Restart { state: state.to_json() })?
+                steps.done(&line, &WorkerRequest::Restart { state: Some(Box::new(state)) })?
             }
             state => state,
         };
         let Some(mut state) = state else { return Ok(None) };
         folder.save(&model, &problem, &mut state)?;
-        Ok(Some(Self::new(folder, steps, line, (model, problem), state, budget)))
-    }
-
-    fn new(
-        folder: RunDirectory,
-        steps: Steps,
-        line: ModelLine,
-        (model, problem): (Model, Problem),
-        state: RunState,
-        budget: Budget,
-    ) -> Self {
-        Self { folder, steps, line, model, problem, state, earlier: vec![], is_running: false, fault: None, budget }
+        Ok(Some(Self {
+            folder,
+            steps,
+            line,
+            model,
+            problem,
+            state,
+            is_newest: false,
+            earlier: vec![],
+            is_running: false,
+            fault: None,
+            budget,
+        }))
     }
 
     /// Executes requests until the page closes the run or begins another one.
@@ -366,7 +381,13 @@ impl SteeredRun {
 
     /// The state after a request to the worker; `None` if it was stopped.
     fn done(&mut self, request: &WorkerRequest) -> anyhow::Result<Option<RunState>> {
-        self.steps.done(&self.line, &self.problem, request)
+        self.is_newest = false;
+        self.steps.done(&self.line, request)
+    }
+
+    /// The state of the run for the worker; `None` if it has it.
+    fn for_worker(&self) -> Option<Box<RunState>> {
+        (!self.is_newest).then(|| Box::new(self.state.clone()))
     }
 
     /// One trial step, which is stored. If it is stopped, the run rests before it.
@@ -375,11 +396,12 @@ impl SteeredRun {
             self.state.status == Status::Running,
             "the run has ended; change a setting or take a step back to continue"
         );
-        let Some(after) = self.done(&WorkerRequest::Step { state: self.state.to_json() })? else {
+        let Some(after) = self.done(&WorkerRequest::Step { state: self.for_worker() })? else {
             self.is_running = false;
             return Ok(());
         };
         let before = std::mem::replace(&mut self.state, after);
+        self.is_newest = true;
         // The end of a run may be found without another trial step.
         if self.state.history.len() > before.history.len() {
             self.earlier.push(before);
@@ -409,12 +431,12 @@ impl SteeredRun {
     fn replace(&mut self, mut base: RunState, mut state: RunState, decision: &str) -> anyhow::Result<()> {
         self.problem.check_design(&state.design).context("the bounds exclude the earlier design")?;
         (base.fingerprint, state.fingerprint) = (self.problem.fingerprint(), self.problem.fingerprint());
-        let state = self.done(&WorkerRequest::Restart { state: state.to_json() })?.context(STOPPED)?;
+        let state = self.done(&WorkerRequest::Restart { state: Some(Box::new(state)) })?.context(STOPPED)?;
         let number = self.state.history.len() - 1;
         let change =
             SettingChange { key: decision.to_owned(), before: Some(format!("trial step {number}")), after: None };
         self.folder.rewind(&mut base, change)?;
-        self.state = state;
+        (self.state, self.is_newest) = (state, true);
         self.store()
     }
 
@@ -425,7 +447,7 @@ impl SteeredRun {
     }
 
     fn accept(&mut self) -> anyhow::Result<()> {
-        let state = self.done(&WorkerRequest::Accept { state: self.state.to_json() })?.context(STOPPED)?;
+        let state = self.done(&WorkerRequest::Accept { state: self.for_worker() })?.context(STOPPED)?;
         let mut base = self.state.clone();
         base.history.pop();
         self.replace(base, state, "proposal accepted by hand")

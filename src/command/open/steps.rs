@@ -3,7 +3,6 @@
 use super::process::{Process, Worker, WorkerCommand, lock};
 use super::worker::{ModelLine, RunAnswer, WorkerRequest};
 use anyhow::{Context, bail};
-use linkwright::problem::Problem;
 use linkwright::sao::RunState;
 use std::sync::{Arc, Mutex};
 
@@ -47,13 +46,8 @@ impl Steps {
         Self::new(self.command.clone(), self.stop.clone())
     }
 
-    /// The state after a request about a run of `problem`, which is that of `model`; `None` if it was stopped.
-    pub fn done(
-        &mut self,
-        model: &ModelLine,
-        problem: &Problem,
-        request: &WorkerRequest,
-    ) -> anyhow::Result<Option<RunState>> {
+    /// The state after a request about a run of a model; `None` if it was stopped.
+    pub fn done(&mut self, model: &ModelLine, request: &WorkerRequest) -> anyhow::Result<Option<RunState>> {
         let (model, mut worker) = match self.worker.take() {
             Some((of, worker)) if of == *model => (of, worker),
             _ => (model.clone(), self.command.start(model).context("the process of the run cannot be started")?),
@@ -71,7 +65,7 @@ impl Steps {
         };
         self.worker = Some((model, worker));
         match serde_json::from_str(&line)? {
-            RunAnswer::State(text) => Ok(Some(RunState::from_json(&text, problem)?)),
+            RunAnswer::State(state) => Ok(Some(*state)),
             RunAnswer::Error(why) => bail!(why),
         }
     }

@@ -36,7 +36,7 @@ impl ModelLine {
     }
 }
 
-/// A request. States of runs are JSON; the answer to a request for a run is such a state.
+/// A request. The answer to a request for a run is its new state; without a state, the newest one is continued.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WorkerRequest {
@@ -45,11 +45,11 @@ pub enum WorkerRequest {
     /// The start of a run.
     Start,
     /// The next trial step.
-    Step { state: String },
+    Step { state: Option<Box<RunState>> },
     /// The same state, if it can be continued, with the status that it has now.
-    Restart { state: String },
+    Restart { state: Option<Box<RunState>> },
     /// The proposal that was rejected last becomes the design.
-    Accept { state: String },
+    Accept { state: Option<Box<RunState>> },
 }
 
 /// The answer to a request for a run.
@@ -57,9 +57,18 @@ pub enum WorkerRequest {
 #[serde(rename_all = "kebab-case")]
 pub enum RunAnswer {
     /// The new state.
-    State(String),
+    State(Box<RunState>),
     /// The reason why there is none.
     Error(String),
+}
+
+impl RunAnswer {
+    fn state(self) -> Option<Box<RunState>> {
+        match self {
+            Self::State(state) => Some(state),
+            Self::Error(_) => None,
+        }
+    }
 }
 
 /// Answers until standard input ends.
@@ -93,10 +102,11 @@ pub fn run(budget: Budget) -> anyhow::Result<()> {
                     Some(steps) => steps,
                     None => steps.insert(Steps::new(first.model()?)?),
                 };
-                serde_json::to_string(&match steps.done(&request) {
-                    Ok(state) => RunAnswer::State(state),
-                    Err(error) => RunAnswer::Error(message(&error)),
-                })?
+                let answer =
+                    steps.done(request).map_or_else(|error| RunAnswer::Error(message(&error)), RunAnswer::State);
+                let text = serde_json::to_string(&answer)?;
+                steps.newest = answer.state();
+                text
             }
         };
         writeln!(output, "{answer}")?;
@@ -109,33 +119,27 @@ pub fn run(budget: Budget) -> anyhow::Result<()> {
 struct Steps {
     model: Model,
     problem: Problem,
-    /// The newest state, with what its analysis keeps for the derivatives, and as JSON.
-    last: Option<(RunState, String)>,
+    /// The state of the last answer, with what its analysis keeps for the derivatives.
+    newest: Option<Box<RunState>>,
 }
 
 impl Steps {
     fn new(model: Model) -> anyhow::Result<Self> {
         let problem = located(&model, model.problem())?;
-        Ok(Self { model, problem, last: None })
+        Ok(Self { model, problem, newest: None })
     }
 
-    /// The state after a request, as JSON.
-    fn done(&mut self, request: &WorkerRequest) -> anyhow::Result<String> {
-        let known = self.last.take();
+    /// The state after a request.
+    fn done(&mut self, request: WorkerRequest) -> anyhow::Result<Box<RunState>> {
+        let newest = self.newest.take();
+        let of = |given: Option<Box<RunState>>| given.or(newest).map(|state| *state).context("there is no state");
         let (method, problem) = (self.model.method(), &self.problem);
-        let state_of = |text: &str| match known {
-            Some((state, of)) if of == text => Ok(state),
-            _ => RunState::from_json(text, problem),
-        };
         let state = match request {
             WorkerRequest::Start | WorkerRequest::Analyze { .. } => method.start(problem),
-            WorkerRequest::Step { state } => state_of(state).and_then(|state| method.step(problem, state)),
-            WorkerRequest::Restart { state } => state_of(state).and_then(|state| method.restart(problem, state)),
-            WorkerRequest::Accept { state } => state_of(state).and_then(|state| method.accept_by_hand(problem, state)),
+            WorkerRequest::Step { state } => method.step(problem, of(state)?),
+            WorkerRequest::Restart { state } => method.restart(problem, of(state)?),
+            WorkerRequest::Accept { state } => method.accept_by_hand(problem, of(state)?),
         };
-        let state = located(&self.model, state)?;
-        let text = state.to_json();
-        self.last = Some((state, text.clone()));
-        Ok(text)
+        located(&self.model, state).map(Box::new)
     }
 }
