@@ -9,8 +9,8 @@ use super::output::{ClosedOutput, Digits, argument, complain, results};
 use super::output_folder;
 use super::progress::{Progress, RunningTime, Show, working};
 use super::report::write_report;
-use super::run_directory::{MODEL, Occupied, Reserved, RunDirectory, RunRecord, fingerprint};
-use anyhow::{Context, anyhow};
+use super::run_directory::{MODEL, Reserved, RunDirectory, RunRecord, fingerprint};
+use anyhow::anyhow;
 use clap::Args;
 use linkwright::model_file::{Model, read};
 use linkwright::problem::Problem;
@@ -101,7 +101,7 @@ impl Optimize {
         let (warm, problem) = self.warm_start(&model, problem)?;
         let folder = match &self.out {
             Some(out) => RunDirectory::reserve(output_folder::create(out)?, self.force)?,
-            None => numbered(&name(&model_file(&self.file))?, self.force, &self.shown)?,
+            None => numbered(&output_folder::name_of(&model_file(&self.file))?, self.force, &self.shown)?,
         };
         let (code, out) = begin(folder, (&model, &text, &self.file), &problem, &warm, &self.shown)?;
         let next = if self.report {
@@ -205,44 +205,23 @@ fn first_state(
     state.map(Some).map_err(|error| anyhow!("{error:#}; the earlier run in {} is kept", reserved.path().display()))
 }
 
-/// The name of the folder of a model file.
-fn name(file: &Path) -> anyhow::Result<String> {
-    let name = file.file_stem().and_then(|name| name.to_str()).filter(|name| !name.starts_with('.'));
-    let name = name.with_context(|| {
-        format!("the name of {} cannot be that of a folder; give a folder with --out", file.display())
-    })?;
-    Ok(name.to_owned())
-}
-
-/// Largest number at the end of the name of a folder.
-const NUMBERED: usize = 9999;
-
 /// The folder NAME in the folder of results, or the first of NAME-2, NAME-3, … without a run. With `force` it is NAME.
 fn numbered(name: &str, force: bool, shown: &ProgressForm) -> anyhow::Result<Reserved> {
-    let mut last = None;
-    for number in 1..=NUMBERED {
-        let numbered = if number == 1 { name.to_owned() } else { format!("{name}-{number}") };
-        let directory = output_folder::in_results(&results(), &numbered)?;
-        let place = directory.path().display().to_string();
-        match RunDirectory::reserve(directory, force) {
-            Err(error) if error.is::<Occupied>() && !force => last = Some(error),
-            Ok(folder) if number > 1 => {
-                shown.show().note(&format!(
-                    "This run goes to {place}; `optimize FILE --force` replaces the one in {}",
-                    results().join(name).display()
-                ))?;
-                return Ok(folder);
-            }
-            other => return other,
-        }
+    let (folder, place) = output_folder::numbered(name, force, |directory| RunDirectory::reserve(directory, force))?;
+    if let Some(place) = place {
+        shown.show().note(&format!(
+            "This run goes to {}; `optimize FILE --force` replaces the one in {}",
+            place.display(),
+            results().join(name).display()
+        ))?;
     }
-    Err(last.unwrap_or_else(|| anyhow!("there are too many runs of {name}; give a folder with --out")))
+    Ok(folder)
 }
 
 /// The folder of a new run of a model file: the first of NAME, NAME-2, … in the default folder of results without a run.
 #[cfg(feature = "app")]
 pub fn next_folder(model: &Model, text: &str, file: &Path) -> anyhow::Result<RunDirectory> {
-    numbered(&name(file)?, false, &ProgressForm::QUIET)?.begin(model, text, file)
+    numbered(&output_folder::name_of(file)?, false, &ProgressForm::QUIET)?.begin(model, text, file)
 }
 
 impl Resume {
@@ -278,7 +257,7 @@ impl Resume {
         let problem = located(&model, model.problem())?;
         self.budget.check(&problem, model.method())?;
         let file = self.file.as_ref().map_or_else(|| path.clone(), |file| model_file(file));
-        let folder = numbered(&name(&file)?, false, &self.shown)?;
+        let folder = numbered(&output_folder::name_of(&file)?, false, &self.shown)?;
         begin(folder, (&model, &text, &file), &problem, &None, &self.shown).map(|(code, _)| code)
     }
 

@@ -9,6 +9,7 @@ use linkwright::report::figure::Figure;
 use linkwright::storage::{Directory, EntryKind, Lock};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
+use std::fmt;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -24,6 +25,18 @@ pub const STUDY: &str = "study.json";
 const KEPT: [&str; 5] = ["history.jsonl", "state.json", "state-previous.json", "answers.jsonl", "rows.jsonl"];
 /// Largest size of the list in bytes.
 const LIMIT: u64 = 16 << 20;
+
+/// A folder that has a run in it, or in which a process runs.
+#[derive(Clone, Debug)]
+pub struct Occupied(pub String);
+
+impl fmt::Display for Occupied {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Occupied {}
 
 /// A folder, and the names of the files that linkwright wrote into it.
 pub struct OutputFolder {
@@ -233,6 +246,37 @@ pub fn opened(path: &Path) -> anyhow::Result<Directory> {
 pub fn in_results(results: &Path, name: &str) -> anyhow::Result<Directory> {
     let place = results.join(name);
     create(results)?.subfolder(name).with_context(|| format!("cannot make the folder {}", place.display()))
+}
+
+/// The name of the folder of the results of a model or study file.
+pub fn name_of(file: &Path) -> anyhow::Result<String> {
+    let name = file.file_stem().and_then(|name| name.to_str()).filter(|name| !name.starts_with('.'));
+    let name = name.with_context(|| {
+        format!("the name of {} cannot be that of a folder; give a folder with --out", file.display())
+    })?;
+    Ok(name.to_owned())
+}
+
+/// Largest number at the end of the name of a folder.
+const NUMBERED: usize = 9999;
+
+/// Opens NAME in the folder of results, or the first of NAME-2, NAME-3, … that is not [`Occupied`]; with `force`, only NAME. A path is
+/// returned for a folder with a number.
+pub fn numbered<T>(
+    name: &str,
+    force: bool,
+    open: impl Fn(Directory) -> anyhow::Result<T>,
+) -> anyhow::Result<(T, Option<PathBuf>)> {
+    let mut number = 1;
+    loop {
+        let numbered = if number == 1 { name.to_owned() } else { format!("{name}-{number}") };
+        let directory = in_results(&results(), &numbered)?;
+        let path = directory.path().to_owned();
+        match open(directory) {
+            Err(error) if error.is::<Occupied>() && !force && number < NUMBERED => number += 1,
+            opened => return Ok((opened?, (number > 1).then_some(path))),
+        }
+    }
 }
 
 /// True if an entry of a folder is a regular file or a folder.

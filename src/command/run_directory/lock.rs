@@ -1,25 +1,13 @@
 //! The claim of a run directory: one process at a time runs in it.
 
+use super::super::output_folder::Occupied;
 use anyhow::Context;
 use linkwright::storage::{Directory, Lock};
-use std::fmt;
 use std::fs::File;
 use std::time::Duration;
 
 /// Locked while a process runs in the folder; empty.
 pub const LOCK: &str = "run.lock";
-
-/// A folder that has a run in it, or in which a process runs.
-#[derive(Clone, Debug)]
-pub struct Occupied(pub String);
-
-impl fmt::Display for Occupied {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Occupied {}
 
 /// The lock of a folder. The system releases it when the process ends, even by a kill.
 pub struct FolderLock {

@@ -15,7 +15,7 @@ mod lock;
 mod records;
 mod state_file;
 
-pub use lock::{FolderLock, LOCK, Occupied};
+pub use lock::{FolderLock, LOCK};
 pub use records::{
     ModelEdit, NamedValue, Nearest, RunRecord, SUMMARY, SettingChange, Summary, changes, fingerprint, shown_cycle,
 };
@@ -23,7 +23,7 @@ pub use records::{
 use super::budget::Sizes;
 use super::model::{located, parsed, with_program};
 use super::output::{argument, complain};
-use super::output_folder::{MANIFEST, OutputFolder, RUN, STUDY};
+use super::output_folder::{MANIFEST, Occupied, OutputFolder, RUN, STUDY};
 use super::tables;
 use anyhow::{Context, bail};
 use history::{HISTORY, HistoryFile, RunHistory, explained};

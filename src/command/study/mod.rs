@@ -8,10 +8,9 @@ pub use study_folder::{StudyProgress, StudyRecord};
 use super::budget::Budget;
 use super::interruption::{INTERRUPTED, at_interruption};
 use super::model::{ModelSettings, is_model, located, model_file, program_folder};
-use super::output::{ClosedOutput, Digits, argument, brief, complain, results, say};
-use super::output_folder::{create, in_results};
+use super::output::{ClosedOutput, Digits, argument, brief, complain, say};
+use super::output_folder::{create, name_of, numbered};
 use super::progress::Show;
-use super::run_directory::Occupied;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Subcommand};
 use linkwright::report::table::one_line;
@@ -126,7 +125,7 @@ impl Study {
         self.budget.check_rows(&study, part)?;
         let shown_file = file.display().to_string();
         let suffix = if part == Part::WHOLE { String::new() } else { format!("-part-{}-of-{}", part.number, part.of) };
-        let name = format!("{}{suffix}", stem(&file)?);
+        let name = format!("{}{suffix}", name_of(&file)?);
         let (folder, rows) = opened(self.out.as_deref(), &name, &study, part, &shown_file, self.force, &self.shown)?;
         self.shown.run(&study, folder, rows, part)
     }
@@ -176,18 +175,6 @@ pub fn stored_study(folder: &Directory) -> anyhow::Result<(studies::Study, Rows)
     Ok((study, rows))
 }
 
-/// The name of the folder of a study file.
-fn stem(file: &Path) -> anyhow::Result<String> {
-    let name = file.file_stem().and_then(|name| name.to_str()).filter(|name| !name.starts_with('.'));
-    let name = name.with_context(|| {
-        format!("the name of {} cannot be that of a folder; give a folder with --out", file.display())
-    });
-    name.map(str::to_owned)
-}
-
-/// Largest number at the end of the name of a folder.
-const NUMBERED: usize = 9999;
-
 /// The given folder, or the first of NAME, NAME-2, … that is empty or has this study.
 fn opened(
     out: Option<&Path>,
@@ -201,22 +188,11 @@ fn opened(
     if let Some(out) = out {
         return StudyFolder::open(create(out)?, study, part, file, force);
     }
-    let mut last = None;
-    for number in 1..=NUMBERED {
-        let numbered = if number == 1 { name.to_owned() } else { format!("{name}-{number}") };
-        let directory = in_results(&results(), &numbered)?;
-        match StudyFolder::open(directory, study, part, file, force) {
-            Err(error) if error.is::<Occupied>() && !force => last = Some(error),
-            Ok(opened) if number > 1 => {
-                shown
-                    .show()
-                    .note(&format!("This study goes to {}; --force replaces the one in {name}", opened.0.shown()))?;
-                return Ok(opened);
-            }
-            other => return other,
-        }
+    let (opened, place) = numbered(name, force, |directory| StudyFolder::open(directory, study, part, file, force))?;
+    if place.is_some() {
+        shown.show().note(&format!("This study goes to {}; --force replaces the one in {name}", opened.0.shown()))?;
     }
-    Err(last.unwrap_or_else(|| anyhow!("there are too many studies of {name}; give a folder with --out")))
+    Ok(opened)
 }
 
 impl Merge {
@@ -230,7 +206,7 @@ impl Merge {
             rows.join(read_rows(part, &study)?)
                 .with_context(|| format!("{} does not fit the parts before it", part.path().display()))?;
         }
-        let name = stem(Path::new(&record.file))?;
+        let name = name_of(Path::new(&record.file))?;
         let (mut folder, known) =
             opened(self.out.as_deref(), &name, &study, Part::WHOLE, &record.file, false, &self.shown)?;
         if !known.is_empty() {

@@ -4,8 +4,8 @@
 //! order, so that its bytes do not depend on the number of threads and on interruptions.
 
 use crate::command::output::now;
-use crate::command::output_folder::{MANIFEST, OutputFolder, STUDY};
-use crate::command::run_directory::{FolderLock, LOCK, Occupied, changes};
+use crate::command::output_folder::{MANIFEST, Occupied, OutputFolder, STUDY};
+use crate::command::run_directory::{FolderLock, LOCK, changes};
 use anyhow::{Context, bail};
 use linkwright::model_file::{toml_string, with_setting};
 use linkwright::report::table::Table;
