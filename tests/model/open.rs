@@ -428,7 +428,19 @@ fn a_trial_step_is_stopped() {
         assert!(stopped.elapsed() < analysis, "{:?} of {analysis:?}", stopped.elapsed());
         assert_eq!((&after["cycles"], &after["fault"]), (&run["cycles"], &Value::Null));
     }
+    // A worker that dies in the middle of a step is named, and the step can be done again.
     act("step");
+    std::thread::sleep(analysis / 10);
+    let tasks = std::fs::read_dir(format!("/proc/{}/task", server.process.id())).into_iter().flatten().flatten();
+    let workers: String = tasks.filter_map(|task| std::fs::read_to_string(task.path().join("children")).ok()).collect();
+    if !workers.is_empty() {
+        let status = Command::new("kill").arg("-KILL").args(workers.split_whitespace()).status();
+        assert!(status.unwrap().success());
+        let after = wait(&server, "run", "a fault", |value| value["run"]["fault"].is_string())["run"].clone();
+        assert!(after["fault"].as_str().unwrap().contains("ended unexpectedly"), "{}", after["fault"]);
+        assert_eq!(after["cycles"], run["cycles"]);
+        act("step");
+    }
     rests(&server, "Paused", |tries| tries == 1);
     act("close");
     let folders = || std::fs::read_dir(place.0.join("out")).unwrap().count();

@@ -12,7 +12,7 @@ use super::super::run_directory::{RunDirectory, SettingChange};
 use super::cycles::{cycles, own};
 use super::guard::message;
 use super::process::{WorkerCommand, lock};
-use super::steps::{Steps, Stop};
+use super::steps::{RunSteps, StopHandle};
 use super::stored;
 use super::worker::{ModelLine, WorkerRequest};
 use anyhow::{Context, bail, ensure};
@@ -96,7 +96,7 @@ pub struct Optimization {
 /// The thread of a run: what it is asked, and how its present step is stopped. It ends when this is dropped.
 struct RunThread {
     requests: Sender<RunRequest>,
-    stop: Stop,
+    stop: StopHandle,
 }
 
 impl Drop for RunThread {
@@ -149,8 +149,8 @@ impl Optimization {
         if is_new {
             let own = self.next_run();
             let (requests, receiver) = channel();
-            let stop = Stop::default();
-            let steps = Steps::new(self.command.clone(), stop.clone());
+            let stop = StopHandle::default();
+            let steps = RunSteps::new(self.command.clone(), stop.clone());
             let (published, news, budget) = (self.published.clone(), self.news.clone(), self.budget);
             let (file, text) = (file.to_owned(), text.to_owned());
             *thread = Some(RunThread { requests, stop });
@@ -194,7 +194,7 @@ fn line_of(folder: &RunDirectory, text: &str) -> ModelLine {
 /// A run with its folder.
 struct SteeredRun {
     folder: RunDirectory,
-    steps: Steps,
+    steps: RunSteps,
     /// The model as the worker reads it.
     line: ModelLine,
     model: Model,
@@ -217,7 +217,7 @@ impl SteeredRun {
         file: &Path,
         text: &str,
         budget: Budget,
-        steps: Steps,
+        steps: RunSteps,
     ) -> anyhow::Result<Option<Self>> {
         match action {
             RunRequest::Start { design, method } => Self::start(design, method.as_deref(), file, text, budget, steps),
@@ -234,7 +234,7 @@ impl SteeredRun {
         file: &Path,
         text: &str,
         budget: Budget,
-        mut steps: Steps,
+        mut steps: RunSteps,
     ) -> anyhow::Result<Option<Self>> {
         let name = file.display().to_string();
         let mut text = text.to_owned();
@@ -275,7 +275,7 @@ impl SteeredRun {
         directory: Directory,
         edited: Option<&str>,
         budget: Budget,
-        mut steps: Steps,
+        mut steps: RunSteps,
     ) -> anyhow::Result<Option<Self>> {
         let (mut folder, _, text) = RunDirectory::claim(directory)?;
         if let Some(edited) = edited {

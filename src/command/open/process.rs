@@ -42,15 +42,15 @@ impl WorkerCommand {
         let mut input = process.stdin.take().ok_or_else(closed)?;
         let output = BufReader::new(process.stdout.take().ok_or_else(closed)?);
         writeln!(input, "{}", serde_json::to_string(model)?)?;
-        Ok(Worker { process: Process(Arc::new(Mutex::new(process))), input, output })
+        Ok(Worker { process: WorkerProcess(Arc::new(Mutex::new(process))), input, output })
     }
 }
 
 /// The process of a worker, by which another thread stops it.
 #[derive(Clone)]
-pub struct Process(Arc<Mutex<Child>>);
+pub struct WorkerProcess(Arc<Mutex<Child>>);
 
-impl Process {
+impl WorkerProcess {
     /// Ends the process. Programs that it has started end with it.
     pub fn kill(&self) {
         drop(lock(&self.0).kill());
@@ -59,14 +59,14 @@ impl Process {
 
 /// A worker with its model.
 pub struct Worker {
-    process: Process,
+    process: WorkerProcess,
     input: ChildStdin,
     output: BufReader<ChildStdout>,
 }
 
 impl Worker {
     /// Its process.
-    pub fn process(&self) -> Process {
+    pub fn process(&self) -> WorkerProcess {
         self.process.clone()
     }
 

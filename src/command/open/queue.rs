@@ -1,6 +1,6 @@
 //! Requests for analyses. The newest request of a page replaces its older ones, and stops a running one that takes long.
 
-use super::process::{Process, WorkerCommand, lock};
+use super::process::{WorkerCommand, WorkerProcess, lock};
 use super::worker::{ModelLine, WorkerRequest};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
@@ -50,7 +50,7 @@ struct Job {
 struct RunningJob {
     page: String,
     since: Instant,
-    process: Process,
+    process: WorkerProcess,
     is_stopped: bool,
 }
 

@@ -1,30 +1,30 @@
 //! The steps of a run, which a worker does, so that one that takes long can be stopped.
 
-use super::process::{Process, Worker, WorkerCommand, lock};
+use super::process::{Worker, WorkerCommand, WorkerProcess, lock};
 use super::worker::{ModelLine, RunAnswer, WorkerRequest};
 use anyhow::{Context, bail};
 use linkwright::sao::RunState;
 use std::sync::{Arc, Mutex};
 
 /// The worker of a run.
-pub struct Steps {
+pub struct RunSteps {
     command: WorkerCommand,
     /// With its model. `None` before the first step, and after a stopped one.
     worker: Option<(ModelLine, Worker)>,
-    stop: Stop,
+    stop: StopHandle,
 }
 
 /// Stops the step that is under way, from another thread.
 #[derive(Clone, Default)]
-pub struct Stop(Arc<Mutex<Underway>>);
+pub struct StopHandle(Arc<Mutex<Underway>>);
 
 #[derive(Default)]
 struct Underway {
-    process: Option<Process>,
+    process: Option<WorkerProcess>,
     is_stopped: bool,
 }
 
-impl Stop {
+impl StopHandle {
     /// Stops the step that is under way, if there is one.
     pub fn stop(&self) {
         let mut underway = lock(&self.0);
@@ -35,9 +35,9 @@ impl Stop {
     }
 }
 
-impl Steps {
+impl RunSteps {
     /// Steps by workers that `command` starts, until `stop` stops one.
-    pub fn new(command: WorkerCommand, stop: Stop) -> Self {
+    pub fn new(command: WorkerCommand, stop: StopHandle) -> Self {
         Self { command, worker: None, stop }
     }
 

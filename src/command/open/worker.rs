@@ -100,7 +100,7 @@ pub fn run(budget: Budget) -> anyhow::Result<()> {
             request => {
                 let steps = match &mut steps {
                     Some(steps) => steps,
-                    None => steps.insert(Steps::new(first.model()?)?),
+                    None => steps.insert(OptimizedModel::new(first.model()?)?),
                 };
                 let answer =
                     steps.done(request).map_or_else(|error| RunAnswer::Error(message(&error)), RunAnswer::State);
@@ -116,14 +116,14 @@ pub fn run(budget: Budget) -> anyhow::Result<()> {
 }
 
 /// A model of which runs are done.
-struct Steps {
+struct OptimizedModel {
     model: Model,
     problem: Problem,
     /// The state of the last answer, with what its analysis keeps for the derivatives.
     newest: Option<Box<RunState>>,
 }
 
-impl Steps {
+impl OptimizedModel {
     fn new(model: Model) -> anyhow::Result<Self> {
         let problem = located(&model, model.problem())?;
         Ok(Self { model, problem, newest: None })
