@@ -27,11 +27,9 @@ const MOST: f64 = 0.99;
 /// Shortest time between two events of a part, in nominal steps: less than the shortest flight, whose length is an estimate.
 const SHORTEST_TIME: f64 = 0.1 * SHORTEST_FLIGHT;
 
-/// Length of a step between events, in nominal steps, that counts as very short, and the number of them in a row after which the motion
-/// ends with an error. A
-/// ball with the restitution 0.999 comes to rest in 7000 impacts between such steps.
-const SHORT: f64 = 1e-3;
-const MOST_SHORT_STEPS: usize = 10_000;
+/// Number of events within the time of a nominal step after which the motion ends with an error. A ball with the restitution 0.999 comes to rest
+/// in 7000 impacts within this time.
+const MOST_EVENTS: usize = 10_000;
 
 /// Fraction of the gap at which a contact counts as closed: the step to close the rest has the size of rounding errors.
 const CLOSED_GAP: f64 = 1e-6;
@@ -141,8 +139,8 @@ pub(crate) struct EventLocator {
     /// Outputs that keep their value from an event on.
     pub held: Option<HeldOutputs<f64>>,
     step: StepSize,
-    /// Number of the last steps that were very short and ended at events.
-    short_steps: usize,
+    /// Number of events within the time of a nominal step, and the time in s of the steps since the first of them.
+    recent: (usize, f64),
 }
 
 impl EventLocator {
@@ -174,7 +172,7 @@ impl EventLocator {
             is_bounce: false,
             held,
             step,
-            short_steps: 0,
+            recent: (0, 0.0),
         })
     }
 
@@ -191,9 +189,11 @@ impl EventLocator {
     ) -> Result<Option<State<f64>>> {
         self.opened = self.closed.take();
         self.simultaneous.clear();
+        let (events, time) = self.recent;
+        self.recent = if time + h > self.step.nominal() { (0, 0.0) } else { (events, time + h) };
         let Some(contact) = self.opened else { return Ok(None) };
-        self.short_steps = if h <= SHORT * self.step.nominal() { self.short_steps + 1 } else { 0 };
-        if self.short_steps > MOST_SHORT_STEPS {
+        self.recent.0 += 1;
+        if self.recent.0 > MOST_EVENTS {
             return Err(immediate(mechanism, end, contact));
         }
         self.simultaneous = self.at_event(system, mechanism, contact, (end, h))?;
