@@ -14,10 +14,6 @@ use crate::system::state::{State, gather};
 /// Relative change of an output by a self-stress, above which the output is indeterminate.
 const CHANGED: f64 = 1e-8;
 
-/// Nominal step in s where no motion is simulated: friction at rest slides if drives accelerate it to more than 1e-9 m/s or rad/s within
-/// a millionth of this step.
-const NOMINAL_STEP: f64 = 1e-3;
-
 /// Names of the outputs that change with self-stresses (multipliers n with Φ_qᵀ n = 0), in an assembled state.
 ///
 /// Their values are one of many possible ones, in absolute coordinates those of the reactions of least norm; they have no derivatives.
@@ -81,7 +77,7 @@ pub fn warn_of_indeterminate_outputs(mechanism: &Mechanism<f64>, assembly: Assem
     let (mut system, mut state) = (System::new(mechanism)?, State::built(mechanism, t));
     assemble(&mut system, mechanism, &mut state, assembly)?;
     make_velocities_consistent(&mut system, mechanism, &mut state)?;
-    if settle_start(&mut system, mechanism, &mut state, NOMINAL_STEP)? {
+    if settle_start(&mut system, mechanism, &mut state)? {
         assemble_closed(&mut system, mechanism, &mut state, assembly)?;
     }
     let warning = |name: String| {

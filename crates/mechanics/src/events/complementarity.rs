@@ -5,6 +5,9 @@ use nalgebra::{DMatrix, DVector};
 /// Acceleration, as a fraction of the largest one, and deviation of a force from its limit, as a fraction of the limit, that count as rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// Acceleration of a part whose motion the held parts determine, as a fraction of the largest one, above which a drive accelerates it.
+pub(crate) const DRIVEN: f64 = 1e-7;
+
 /// Fraction of the compliance of a part that remains if the held parts do not move; below it, the part depends on them.
 const DEPENDENT: f64 = 1e-10;
 
@@ -26,12 +29,13 @@ pub(crate) enum PartState {
 /// lower one.
 ///
 /// * `free`: accelerations c of the parts without forces, in m/s² or rad/s²;
-/// * `compliance`: A, symmetric and positive semidefinite, in the same units per N or N·m; c is in its range;
+/// * `compliance`: A, symmetric and positive semidefinite, in the same units per N or N·m;
 /// * `limits`: l ≤ 0 ≤ u in N or N·m.
 ///
 /// These are the conditions for the minimum of ½ fᵀ A f − cᵀ f within the limits, which is convex: y is unique. An active-set method holds one
-/// part after the other, each time the first one that accelerates, and releases parts that reach a limit. Each part is scaled to a
-/// compliance of one. Returns `None` if the method does not terminate, because of rounding errors.
+/// part after the other, each time the first one that accelerates, and releases parts that reach a limit. A part that accelerates although the
+/// held ones determine its motion, as between a body at rest and a drive, is loaded against them until one of them reaches its limit. Each part
+/// is scaled to a compliance of one. Returns `None` if none of them has a limit, or if the method does not terminate because of rounding errors.
 ///
 /// # Sources
 ///
@@ -50,18 +54,50 @@ pub(crate) fn solve(free: &[f64], compliance: &DMatrix<f64>, limits: &[[f64; 2]]
             continue;
         }
         let acceleration = &c - &a * &force;
-        let can_move = |k: usize| {
+        let can_move = |k: usize, smallest: f64| {
             let [lower, upper] = limits[k];
             (acceleration[k] > smallest && force[k] < upper) || (acceleration[k] < -smallest && force[k] > lower)
         };
-        let next = (0..n).find(|&k| !held.contains(&k) && can_move(k) && is_independent(&a, &held, k));
-        let Some(next) = next else {
+        let others: Vec<usize> = (0..n).filter(|k| !held.contains(k)).collect();
+        if let Some(&next) = others.iter().find(|&&k| can_move(k, smallest) && is_independent(&a, &held, k)) {
+            held.push(next);
+        } else if let Some(&next) = others.iter().find(|&&k| can_move(k, DRIVEN * c.amax())) {
+            load_against(&a, &limits, (next, acceleration[next].signum()), (&mut force, &mut held))?;
+        } else {
             let negligible = ROUNDING * force.amax();
             return Some((0..n).map(|k| state_of(force[k], limits[k], (held.contains(&k), negligible))).collect());
-        };
-        held.push(next);
+        }
     }
     None
+}
+
+/// Increases the force of part `k` in a `direction`, and lets the `held` parts carry it, until one of all these reaches its limit. Returns `None` if
+/// there is no limit.
+fn load_against(
+    a: &DMatrix<f64>,
+    limits: &[[f64; 2]],
+    (k, direction): (usize, f64),
+    (force, held): (&mut DVector<f64>, &mut Vec<usize>),
+) -> Option<()> {
+    let among = DMatrix::from_fn(held.len(), held.len(), |i, j| a[(held[i], held[j])]);
+    let column = DVector::from_fn(held.len(), |i, _| a[(held[i], k)]);
+    let carried = if held.is_empty() { column } else { among.cholesky()?.solve(&column) };
+    let parts: Vec<(usize, f64)> =
+        held.iter().zip(carried.iter()).map(|(&j, share)| (j, -direction * share)).chain([(k, direction)]).collect();
+    let room = |&(j, rate): &(usize, f64)| match rate {
+        rate if rate > 0.0 => (limits[j][1] - force[j]) / rate,
+        rate if rate < 0.0 => (limits[j][0] - force[j]) / rate,
+        _ => f64::INFINITY,
+    };
+    let (length, (first, rate)) =
+        parts.iter().map(|part| (room(part), *part)).min_by(|one, other| one.0.total_cmp(&other.0))?;
+    if !length.is_finite() {
+        return None;
+    }
+    parts.iter().for_each(|(j, rate)| force[*j] += length * rate);
+    force[first] = limits[first][usize::from(rate > 0.0)];
+    held.retain(|j| *j != first);
+    Some(())
 }
 
 /// Changes the forces of the `held` parts so that they do not accelerate, as far as the limits allow. Returns true if a force reaches its limit
@@ -179,6 +215,23 @@ mod tests {
         let contact = DMatrix::from_element(1, 1, 2.0);
         assert_eq!(check(&[-1.0], &contact, &[[0.0, f64::INFINITY]]), [PartState::AtLimit(-1.0)]);
         assert_eq!(check(&[1.0], &contact, &[[0.0, f64::INFINITY]]), [PartState::Held]);
+    }
+
+    /// A body between the ground and a belt that accelerates: it stays on one of them, or slides on both.
+    #[test]
+    fn a_body_between_parts_that_move_apart_slides_on_one_of_them() {
+        let compliance = DMatrix::from_element(2, 2, 1.0);
+        for (load, expected) in [
+            (-0.2, [PartState::Held, PartState::AtLimit(1.0)]),
+            (4.2, [PartState::AtLimit(1.0), PartState::AtLimit(1.0)]),
+            (5.3, [PartState::AtLimit(1.0), PartState::AtLimit(1.0)]),
+            (-3.5, [PartState::AtLimit(-1.0), PartState::Held]),
+        ] {
+            assert_eq!(check(&[load, load + 1.5], &compliance, &[[-1.8, 1.8], [-2.2, 2.2]]), expected, "{load}");
+        }
+        let contacts = [[0.0, f64::INFINITY]; 2];
+        let pressed = DMatrix::from_row_slice(2, 2, &[1.0, -1.0, -1.0, 1.0]);
+        assert_eq!(solve(&[0.0, 1.0], &pressed, &contacts), None);
     }
 
     /// Problems of three to eight parts on fewer coordinates, with all kinds of limits: every solution satisfies the conditions.

@@ -1,8 +1,9 @@
 //! Modes of rigid contacts and dry friction by complementarity, for states in which the release of one part after the other finds none.
 
-use crate::events::complementarity::{PartState, solve};
+use crate::Result;
+use crate::events::complementarity::{DRIVEN, PartState, solve};
 use crate::events::settling::{EXCESS, hold, is_friction, sliding_gradients};
-use crate::events::unilateral::{STATIC_LIMIT, sliding};
+use crate::events::unilateral::{STATIC_LIMIT, sign, sliding};
 use crate::initial_conditions::AccelerationSolver;
 use crate::mechanism::{Mechanism, Unilateral};
 use crate::system::System;
@@ -64,15 +65,10 @@ fn by_complementarity(
     state: &State<f64>,
     parts: RestingParts<'_>,
 ) -> Option<State<f64>> {
-    let mut free = state.clone();
-    for law in parts.all.iter().filter_map(|&k| mechanism.events[k].unilateral) {
-        law.open(&mut free.modes);
-        law.rest(&mut free.modes, None);
-    }
+    let free = without_forces(system, mechanism, state, parts.all).ok()?;
     let (rank, gradients) = sliding_gradients(system, mechanism, &free);
     let is_free = |k: &&usize| !is_friction(mechanism, **k) || !rank.depends(gradients[**k].clone());
     let among: Vec<usize> = parts.all.iter().filter(is_free).copied().collect();
-    AccelerationSolver::default().solve(system, mechanism, &mut free).ok()?;
     let accelerations: Vec<f64> = among.iter().map(|&k| acceleration(mechanism, k, &free)).collect();
     let compliance = compliance(system, mechanism, &free, &among);
     let limit = |k: usize, is_held: bool| match mechanism.events[k].unilateral {
@@ -106,6 +102,37 @@ fn by_complementarity(
     }
 }
 
+/// The `state` in which the `parts` have no forces, with its accelerations and multipliers.
+pub(super) fn without_forces(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    parts: &[usize],
+) -> Result<State<f64>> {
+    let mut free = state.clone();
+    for law in parts.iter().filter_map(|&k| mechanism.events[k].unilateral) {
+        law.open(&mut free.modes);
+        law.rest(&mut free.modes, None);
+    }
+    AccelerationSolver::default().solve(system, mechanism, &mut free)?;
+    Ok(free)
+}
+
+/// Lets friction that rests slide where drives accelerate it, in that direction. Returns these parts. Accelerations have the rounding errors of
+/// numbers of a `size` (m/s² or rad/s²).
+pub(super) fn slide_where_driven(mechanism: &Mechanism<f64>, size: f64, state: &mut State<f64>) -> Vec<(usize, f64)> {
+    let is_driven = |k: &usize| {
+        let event = &mechanism.events[*k];
+        event.is_resting(&state.modes) && sliding(event, &state.a).abs() > DRIVEN * size
+    };
+    let driven = (0..mechanism.events.len()).filter(is_driven);
+    let driven: Vec<_> = driven.map(|k| (k, sign(sliding(&mechanism.events[k], &state.a)))).collect();
+    for &(k, direction) in &driven {
+        mechanism.events[k].unilateral.iter().for_each(|law| law.slide(&mut state.modes, Some(direction)));
+    }
+    driven
+}
+
 /// Tries all states of the parts, of which there are at most [`MOST_STATES`].
 fn one_by_one(
     system: &mut System,
@@ -130,6 +157,7 @@ fn one_by_one(
     if states > MOST_STATES {
         return ModeSearch::Unknown;
     }
+    let Ok(free) = without_forces(system, mechanism, state, parts.all) else { return ModeSearch::Unknown };
     for number in 0..states {
         let mut rest = number;
         let choices: Vec<(usize, Option<f64>)> = (parts.all.iter().zip(&options))
@@ -139,7 +167,7 @@ fn one_by_one(
                 (k, choice)
             })
             .collect();
-        if let Some(found) = with_modes(system, mechanism, state, (&choices, 0.0)) {
+        if let Some(found) = with_modes(system, mechanism, state, (&choices, largest(&free))) {
             return ModeSearch::Found(Box::new(found));
         }
     }
@@ -165,15 +193,19 @@ fn with_modes(
     let at_rest: Vec<usize> = choices.iter().map(|&(k, _)| k).filter(|&k| is_friction(mechanism, k)).collect();
     hold(system, mechanism, &mut found, (&at_rest, &released));
     AccelerationSolver::default().solve(system, mechanism, &mut found).ok()?;
+    let size = size.max(largest(&found));
+    let driven = slide_where_driven(mechanism, size, &mut found);
+    if !driven.is_empty() {
+        AccelerationSolver::default().solve(system, mechanism, &mut found).ok()?;
+    }
     let force = found.l.iter().fold(0.0f64, |a, l| a.max(l.abs()));
     let is_within = |&(k, _): &(usize, Option<f64>)| {
         let (event, modes) = (&mechanism.events[k], &found.modes);
         let law = event.unilateral.filter(|law| law.is_held(modes));
         law.is_none_or(|law| law.excess(event, &found, force) <= EXCESS)
     };
-    let size = size.max(largest(&found));
-    let is_consistent =
-        choices.iter().all(is_within) && !released.iter().any(|&part| returns((mechanism, size), &found, part));
+    let is_returning = |&part: &(usize, f64)| returns((mechanism, size), &found, part);
+    let is_consistent = choices.iter().all(is_within) && !released.iter().chain(&driven).any(is_returning);
     is_consistent.then_some(found)
 }
 

@@ -10,7 +10,9 @@
 //! no impulse is tensile.
 
 use crate::constraint_rank::ConstraintRank;
-use crate::events::consistent_modes::{ModeSearch, RestingParts, find, largest, returns};
+use crate::events::consistent_modes::{
+    ModeSearch, RestingParts, find, largest, returns, slide_where_driven, without_forces,
+};
 use crate::events::impact::{apply_impact, apply_switch, gap_rounding, make_consistent, switch_offset};
 use crate::events::repeated_impacts::dying_out;
 use crate::events::unilateral::{AT_REST, TOUCHING, sign, sliding};
@@ -236,7 +238,7 @@ fn after_event(
         .collect();
     follow_velocities(mechanism, held, (&mut state, &errors), starts);
     released.extend(opened);
-    resolve_modes(system, mechanism, &mut state, (released, step))?;
+    resolve_modes(system, mechanism, &mut state, released)?;
     Ok((state, jump))
 }
 
@@ -332,11 +334,11 @@ fn resolve_modes(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
-    (broken, step): (Vec<(usize, f64)>, f64),
+    broken: Vec<(usize, f64)>,
 ) -> Result<()> {
     let mut walked = state.clone();
     let friction: Vec<(usize, f64)> = broken.iter().filter(|(k, _)| is_friction(mechanism, *k)).copied().collect();
-    let outcome = release_one_by_one(system, mechanism, &mut walked, (friction, step));
+    let outcome = release_one_by_one(system, mechanism, &mut walked, friction);
     let returning = match &outcome {
         Ok(released) => released.iter().find(|&&part| returns((mechanism, largest(&walked)), &walked, part)),
         Err(_) => None,
@@ -375,24 +377,27 @@ fn resolve_modes(
 }
 
 /// Releases parts that are held, the one that exceeds its limit most first, until no force exceeds its limit, and solves for accelerations and
-/// multipliers. Returns the parts that are released, without friction that rests.
+/// multipliers. Returns the parts that are released or that drives slide, without friction that rests.
 ///
 /// `released`: the events of friction that breaks away, with its directions; it is at rest.
 fn release_one_by_one(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
-    (mut released, step): (Vec<(usize, f64)>, f64),
+    mut released: Vec<(usize, f64)>,
 ) -> Result<Vec<(usize, f64)>> {
+    let is_at_rest = |k: &usize| mechanism.events[*k].is_held(&state.modes);
+    let parts: Vec<usize> = (0..mechanism.events.len()).filter(is_at_rest).collect();
+    let (mut sliding, mut free_size) = (Vec::new(), None);
     let at_rest = |k: &usize| is_friction(mechanism, *k) && mechanism.events[*k].is_held(&state.modes);
     let mut at_rest: Vec<usize> = (0..mechanism.events.len()).filter(at_rest).collect();
     loop {
         hold(system, mechanism, state, (&at_rest, &released));
         AccelerationSolver::default().solve(system, mechanism, state)?;
-        let largest = state.l.iter().fold(0.0f64, |a, l| a.max(l.abs()));
+        let force = state.l.iter().fold(0.0f64, |a, l| a.max(l.abs()));
         let held = mechanism.events.iter().enumerate().filter_map(|(k, event)| Some((k, event, event.unilateral?)));
         let held = held.filter(|(.., law)| law.is_held(&state.modes));
-        let excesses = held.map(|(k, event, law)| (k, law, law.excess(event, state, largest)));
+        let excesses = held.map(|(k, event, law)| (k, law, law.excess(event, state, force)));
         let worst = excesses.filter(|(.., excess)| *excess > EXCESS).max_by(|a, b| a.2.total_cmp(&b.2));
         if let Some((k, law, _)) = worst {
             law.open(&mut state.modes);
@@ -400,19 +405,23 @@ fn release_one_by_one(
             released.push((k, sign(force)));
             continue;
         }
-        // Resting friction slides if drives accelerate it at once.
-        let least = AT_REST / (SHORTEST_FLIGHT * step);
-        let moves = |k: &usize| {
-            mechanism.events[*k].is_resting(&state.modes) && sliding(&mechanism.events[*k], &state.a).abs() > least
-        };
-        let Some(k) = (0..mechanism.events.len()).find(moves) else { break };
-        let direction = sign(sliding(&mechanism.events[k], &state.a));
-        mechanism.events[k].unilateral.iter().for_each(|law| law.slide(&mut state.modes, Some(direction)));
-        at_rest.retain(|other| *other != k);
-        released.retain(|(other, _)| *other != k);
+        if !mechanism.events.iter().any(|event| event.is_resting(&state.modes)) {
+            break;
+        }
+        let free = || without_forces(system, mechanism, state, &parts).map_or(f64::INFINITY, |free| largest(&free));
+        let size = *free_size.get_or_insert_with(free);
+        let driven = slide_where_driven(mechanism, size.max(largest(state)), state);
+        if driven.is_empty() {
+            break;
+        }
+        let is_driven = |k: usize| driven.iter().any(|(other, _)| *other == k);
+        at_rest.retain(|k| !is_driven(*k));
+        released.retain(|(k, _)| !is_driven(*k));
+        sliding.extend(driven);
     }
-    released.retain(|part| !mechanism.events[part.0].is_resting(&state.modes));
-    Ok(released)
+    sliding.extend(released);
+    sliding.retain(|part| !mechanism.events[part.0].is_resting(&state.modes));
+    Ok(sliding)
 }
 
 /// Sets the modes of friction `at_rest` to sticking if its constraint is independent of those before it, and to resting otherwise.
@@ -512,12 +521,7 @@ fn release_together(
 /// # Errors
 ///
 /// As [`passage`].
-pub(crate) fn settle_start(
-    system: &mut System,
-    mechanism: &Mechanism<f64>,
-    state: &mut State<f64>,
-    step: f64,
-) -> Result<bool> {
+pub(crate) fn settle_start(system: &mut System, mechanism: &Mechanism<f64>, state: &mut State<f64>) -> Result<bool> {
     if mechanism.events.iter().all(|event| event.unilateral.is_none()) {
         return Ok(false);
     }
@@ -534,7 +538,7 @@ pub(crate) fn settle_start(
     if is_dependent {
         system.allow_redundancy(true);
     }
-    let outcome = resolve_modes(system, mechanism, &mut settled, (Vec::new(), step));
+    let outcome = resolve_modes(system, mechanism, &mut settled, Vec::new());
     if is_dependent {
         system.allow_redundancy(false); // `assemble_closed` allows it again if contacts stay closed
     }

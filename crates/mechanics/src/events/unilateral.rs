@@ -222,19 +222,13 @@ impl EventElement<f64> {
 }
 
 impl<S> Mechanism<S> {
-    /// Returns whether events of implicit steps have velocities that satisfy the constraints: with [coupled
-    /// friction](Self::has_coupled_friction), and where a condition uses forces or accelerations, whose rates would have an error of the
-    /// order of the step.
+    /// Returns whether events of implicit steps have velocities that satisfy the constraints, which those of the steps do up to an error only:
+    /// with dry friction, which something else that sticks may hold at rest, and where a condition uses forces or accelerations, whose
+    /// rates would have an error of the order of the step.
     pub(crate) fn has_consistent_velocities(&self) -> bool {
+        let is_friction = |event: &EventElement<S>| matches!(event.unilateral, Some(Unilateral::Friction { .. }));
         let uses_forces = |event: &EventElement<S>| event.when.as_ref().is_some_and(|when| when.uses_forces());
-        self.has_coupled_friction() || self.events.iter().any(uses_forces)
-    }
-
-    /// Returns whether joints couple dry friction to other coordinates: its velocities along implicit steps are then consistent up to
-    /// the error of the step only.
-    pub(crate) fn has_coupled_friction(&self) -> bool {
-        let laws = || self.events.iter().filter_map(|event| event.unilateral);
-        laws().any(|law| matches!(law, Unilateral::Friction { .. })) && self.multipliers > laws().count()
+        self.events.iter().any(|event| is_friction(event) || uses_forces(event))
     }
 }
 

@@ -17,9 +17,9 @@ pub(crate) struct ConsistentEnds {
     system: System,
     solver: AccelerationSolver,
     states: [State<f64>; 2],
-    /// True if joints couple dry friction to other coordinates.
+    /// True if there is dry friction, or a condition that uses forces.
     is_projected: bool,
-    /// True if there is such friction, or if a part is held in the current step, or a condition uses forces.
+    /// True if there is such a part, or if a contact is held in the current step.
     is_used: bool,
 }
 

@@ -28,11 +28,8 @@ const MOST: f64 = 0.99;
 /// Shortest time between two events of a part, in nominal steps: less than the shortest flight, whose length is an estimate.
 const SHORTEST_TIME: f64 = 0.1 * SHORTEST_FLIGHT;
 
-/// Length of a step between events, in nominal steps, below which it counts as very short.
-const SHORT: f64 = 1e-3;
-
-/// Largest number of consecutive very short steps between events. A ball with the restitution 0.999 comes to rest after 7000 impacts.
-const MOST_SHORT_STEPS: usize = 10_000;
+/// Largest number of events within the time of a nominal step. A ball with the restitution 0.999 comes to rest after 7000 impacts within this time.
+const MOST_EVENTS: usize = 10_000;
 
 /// Remaining gap, as a fraction of the gap at the beginning of the step, at which a contact counts as closed: rounding errors are as large.
 const CLOSED_GAP: f64 = 1e-6;
@@ -142,8 +139,8 @@ pub(crate) struct EventLocator {
     /// Outputs that keep their value from an event on.
     pub held: Option<HeldOutputs<f64>>,
     step: StepSize,
-    /// Number of the last steps that were very short and ended at events.
-    short_steps: usize,
+    /// Number of events within the time of a nominal step, and the time in s of the steps since the first of them.
+    recent: (usize, f64),
 }
 
 impl EventLocator {
@@ -177,7 +174,7 @@ impl EventLocator {
             is_bounce: false,
             held,
             step,
-            short_steps: 0,
+            recent: (0, 0.0),
         })
     }
 
@@ -194,9 +191,11 @@ impl EventLocator {
     ) -> Result<Option<State<f64>>> {
         self.opened = self.closed.take();
         self.simultaneous.clear();
+        let (events, time) = self.recent;
+        self.recent = if time + h > self.step.nominal() { (0, 0.0) } else { (events, time + h) };
         let Some(contact) = self.opened else { return Ok(None) };
-        self.short_steps = if h <= SHORT * self.step.nominal() { self.short_steps + 1 } else { 0 };
-        if self.short_steps > MOST_SHORT_STEPS {
+        self.recent.0 += 1;
+        if self.recent.0 > MOST_EVENTS {
             return Err(immediate(mechanism, end, contact));
         }
         self.simultaneous = self.at_event(system, mechanism, contact, (end, h))?;

@@ -85,7 +85,7 @@ impl<'m> TimeStepper<'m> {
             projection.position = equilibrium_reactions(&mut system, mechanism, &mut state, statics)?;
         }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
-        if settle_start(&mut system, mechanism, &mut state, settings.step.nominal())? {
+        if settle_start(&mut system, mechanism, &mut state)? {
             let InitialConfiguration::Built = settings.initial_configuration else {
                 return Err(closed_in_equilibrium(mechanism, &state));
             };

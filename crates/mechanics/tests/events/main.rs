@@ -1,5 +1,6 @@
 //! Motions with events: orders of convergence, and derivatives by every method.
 
+mod balls;
 mod coupled_friction;
 mod derivative_methods;
 mod explicit;

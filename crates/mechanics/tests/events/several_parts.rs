@@ -1,12 +1,18 @@
 //! Several contacts and friction forces whose states depend on each other: sliders, and boxes that land on two corners.
 
+use crate::derivative_methods::{check_adjoint_by, check_semi_analytical_by};
 use crate::models::outputs;
 use autodiff::Scalar;
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
+use linkwright_mechanics::elements::spatial::MassProperties3;
+use linkwright_mechanics::events::Action;
 use linkwright_mechanics::integrators::explicit::Explicit;
-use linkwright_mechanics::motion::Harmonic;
-use linkwright_mechanics::{Dynamics, GeneralizedAlpha, Mechanism, ParametricMechanism, Pose, Result};
+use linkwright_mechanics::integrators::generalized_alpha::Newton;
+use linkwright_mechanics::mechanism::{Formula, Pose3, Rotation};
+use linkwright_mechanics::motion::{Harmonic, Motion};
+use linkwright_mechanics::{Coordinate, Dynamics, GeneralizedAlpha, Mechanism, ParametricMechanism, Pose, Result};
 
 /// Values of all outputs at the last of the `times` (s), by all schemes with fixed and adaptive steps, of a motion that begins at the time
 /// `start` (s).
@@ -33,7 +39,8 @@ fn times(start: f64, end: f64, points: u32) -> Vec<f64> {
     (0..points).map(|k| start + (end - start) * f64::from(k) / f64::from(points - 1)).collect()
 }
 
-/// Sliders on springs with harmonic loads, dry friction and rigid stops. Sliders are numbered as in `masses`; `None` is the ground.
+/// Sliders on springs with harmonic loads, dry friction and rigid stops. Sliders are numbered as in `masses`; the belt has the next number, and
+/// `None` is the ground.
 #[derive(Default)]
 struct Sliders {
     /// Mass in kg, initial velocity in m/s and stiffness of the spring to the ground in N/m.
@@ -44,23 +51,74 @@ struct Sliders {
     frictions: Vec<(Option<usize>, usize, [f64; 2])>,
     /// Stops between two sliders: clearance in m and restitution.
     stops: Vec<(Option<usize>, usize, [f64; 2])>,
+    /// Springs between two sliders: stiffness in N/m and damping in N·s/m.
+    springs: Vec<(usize, usize, [f64; 2])>,
+    /// Motion p₀ t + p₁ sin(p₂ t) of the belt.
+    belt: [f64; 3],
+}
+
+/// p₀ t + p₁ sin(p₂ t).
+struct BeltMotion;
+
+impl Motion for BeltMotion {
+    fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
+        p[0] * t + p[1] * (p[2] * t).sin()
+    }
 }
 
 impl Sliders {
     /// The mechanism, whose loads have their phase at the time `start` (s); outputs are positions.
     fn mechanism(&self, start: f64) -> Mechanism<f64> {
         let mut m = Mechanism::new();
-        let ground = m.ground().x;
         let mut bodies = Vec::new();
-        for (k, &[mass, velocity, stiffness]) in self.masses.iter().enumerate() {
+        for (k, &[mass, velocity, _]) in self.masses.iter().enumerate() {
             let body = m.coordinate(format!("s{k}"), 0.0, 0.0);
             m.inertia(&format!("m{k}"), body, mass);
             m.set_velocity(body, velocity);
+            bodies.push(body);
+        }
+        self.add_forces(&mut m, bodies, start);
+        m
+    }
+
+    /// The same motion of bodies in space, each on a plane, along an oblique direction in it.
+    fn in_space(&self) -> Mechanism<f64> {
+        let mut m = Mechanism::with_gravity3([0.0; 3]);
+        let ground = m.ground3();
+        let along = Rotation::z_along([0.4, -0.7, 0.5]);
+        let normal = along.then(Rotation::about([0.0, 1.0, 0.0], std::f64::consts::FRAC_PI_2));
+        let direction = along.rotate([0.0, 0.0, 1.0]);
+        let mut bodies = Vec::new();
+        for (k, &[mass, velocity, _]) in self.masses.iter().enumerate() {
+            let place = [0.1 * k as f64, 0.2, -0.1];
+            let turned = Rotation::about([0.3, 1.0, -0.2], 0.5 + k as f64);
+            let properties = MassProperties3::principal(mass, [0.1, 0.12, 0.15]);
+            let body = m.body3(&format!("b{k}"), properties, Pose3::new(place, turned));
+            m.set_velocity3(body, direction.map(|x| x * velocity), [0.0; 3]);
+            let [[a, b], [from, to]] =
+                [normal, along].map(|axes| [ground, body].map(|body| m.marker_on(body, Pose3::new(place, axes))));
+            m.planar_joint(&format!("plane {k}"), a, b);
+            bodies.push(m.joint_displacement(&format!("s{k}"), from, to));
+        }
+        self.add_forces(&mut m, bodies, 0.0);
+        m
+    }
+
+    /// Adds the belt, forces, contacts and outputs.
+    fn add_forces(&self, m: &mut Mechanism<f64>, mut bodies: Vec<Coordinate>, start: f64) {
+        let ground = m.ground().x;
+        for (k, (&body, &[_, _, stiffness])) in bodies.iter().zip(&self.masses).enumerate() {
             m.coordinate_spring(&format!("k{k}"), ground, body, [stiffness, 0.0, 0.0, 0.0]);
             let sensor = m.coordinate_sensor(&format!("sensor {k}"), ground, body);
             let position = m.measure(sensor, "position").unwrap();
             m.output(format!("x{k}"), &[position]);
-            bodies.push(body);
+        }
+        let belt = m.coordinate("belt", 0.0, 0.0);
+        m.inertia("belt", belt, 1.0);
+        m.drive(belt, BeltMotion, &self.belt);
+        bodies.push(belt);
+        for (k, &(a, b, [stiffness, damping])) in self.springs.iter().enumerate() {
+            m.coordinate_spring(&format!("spring {k}"), bodies[a], bodies[b], [stiffness, damping, 0.0, 0.0]);
         }
         let of = |k: Option<usize>| k.map_or(ground, |k| bodies[k]);
         for &(k, [amplitude, frequency, phase]) in &self.loads {
@@ -73,12 +131,15 @@ impl Sliders {
         for (k, &(a, b, [clearance, restitution])) in self.stops.iter().enumerate() {
             m.rigid_stop(&format!("r{k}"), of(a), bodies[b], clearance, restitution);
         }
-        m
     }
 
     /// Compares the positions at 3 s with the `exact` ones by all schemes.
     fn check(&self, exact: &[f64], accuracy: f64) {
-        for (scheme, values) in by_all_schemes(&self.mechanism(0.0), 0.0, &times(0.0, 3.0, 151)) {
+        self.check_mechanism(&self.mechanism(0.0), exact, accuracy);
+    }
+
+    fn check_mechanism(&self, m: &Mechanism<f64>, exact: &[f64], accuracy: f64) {
+        for (scheme, values) in by_all_schemes(m, 0.0, &times(0.0, 3.0, 151)) {
             let error = values.iter().zip(exact).map(|(ours, exact)| (ours - exact).abs()).fold(0.0, f64::max);
             println!("{scheme}: {error:.1e}");
             assert!(error < accuracy, "{scheme}: {values:?} {exact:?}");
@@ -108,6 +169,7 @@ fn friction_that_was_released_turns_round() {
         loads: vec![(0, [6.55, 7.87, 1.1]), (1, [-2.09, 2.7, 0.0])],
         frictions: vec![(None, 1, [2.72, 1.0]), (Some(1), 0, [3.05, 1.3])],
         stops: vec![(None, 0, [-0.156, 0.0])],
+        ..Sliders::default()
     };
     sliders.check(&[-0.0328801, -0.1008271], 2e-4);
 }
@@ -120,6 +182,7 @@ fn friction_holds_sliders_at_a_stop() {
         loads: vec![(0, [-0.56, 3.66, 0.0]), (1, [-9.43, 6.85, 1.1])],
         frictions: vec![(Some(0), 1, [3.66, 1.0])],
         stops: vec![(Some(1), 0, [-0.026, 0.0]), (Some(1), 0, [-0.144, 0.3])],
+        ..Sliders::default()
     };
     sliders.check(&[0.261706, -0.1725507], 5e-4);
     let parallel = Sliders {
@@ -127,6 +190,7 @@ fn friction_holds_sliders_at_a_stop() {
         loads: vec![(0, [6.23, 4.54, 1.1]), (1, [-0.82, 4.17, 1.1])],
         frictions: vec![(Some(1), 0, [1.32, 1.0]), (Some(0), 1, [2.48, 1.0])],
         stops: vec![(Some(1), 0, [-0.037, 0.0]), (Some(0), 1, [-0.039, 0.0])],
+        ..Sliders::default()
     };
     parallel.check(&[0.4336937, 0.394645], 2e-4);
 }
@@ -139,8 +203,107 @@ fn friction_stops_between_rebounds_that_die_out() {
         loads: vec![(0, [0.63, 2.5, 1.1]), (1, [-7.47, 5.79, 0.0]), (2, [6.69, 1.59, 1.1])],
         frictions: vec![(None, 1, [4.01, 1.0]), (None, 1, [2.54, 1.3]), (Some(0), 2, [3.42, 1.0])],
         stops: vec![(Some(2), 1, [-0.041, 0.7]), (Some(0), 2, [-0.144, 0.7])],
+        ..Sliders::default()
     };
     sliders.check(&[0.0034134, -0.0028705, -0.0108033], 5e-5);
+}
+
+/// A slider between the ground and a belt: where the belt turns back, it is at rest on both, and stays on one of them.
+fn between_ground_and_belt() -> Sliders {
+    Sliders {
+        masses: vec![[0.615, 0.0, 54.292]],
+        loads: vec![(0, [-3.78, 3.286, 1.1])],
+        frictions: vec![(None, 0, [1.769, 1.0]), (Some(1), 0, [2.23, 1.0])],
+        springs: vec![(1, 0, [21.09, 0.0])],
+        belt: [0.5, 0.2, 3.305],
+        ..Sliders::default()
+    }
+}
+
+/// Two parts of friction hold a slider on a belt whose speed varies, and one brakes it on the ground.
+fn on_a_belt() -> Sliders {
+    Sliders {
+        masses: vec![[1.228, -0.331, 40.456]],
+        loads: vec![(0, [0.344, 5.356, 1.1])],
+        frictions: vec![(None, 0, [0.701, 1.0]), (Some(1), 0, [1.47, 1.0]), (Some(1), 0, [1.682, 1.0])],
+        belt: [-0.3, 0.05, 2.264],
+        ..Sliders::default()
+    }
+}
+
+#[test]
+fn friction_at_rest_on_a_belt_whose_speed_varies_stays_at_rest() {
+    on_a_belt().check(&[-0.0796829], 2e-5);
+    let load = [-1.263, 3.155, std::f64::consts::FRAC_PI_2];
+    let sliders = Sliders {
+        masses: vec![[0.816, 0.0, 20.01]],
+        loads: vec![(0, load)],
+        frictions: vec![(Some(1), 0, [1.016, 1.0]), (Some(1), 0, [3.96, 1.0])],
+        stops: vec![(None, 0, [-0.11, 0.0])],
+        belt: [0.5, 0.05, 5.739],
+        ..Sliders::default()
+    };
+    sliders.check(&[0.3207272], 2e-5);
+    let coupled = Sliders {
+        masses: vec![[1.619, 0.0, 37.866], [1.091, 0.0, 25.518]],
+        loads: vec![(0, [7.643, 7.015, 1.1]), (1, [2.815, 8.176, 0.0])],
+        frictions: vec![(Some(2), 0, [3.769, 1.0]), (Some(2), 0, [1.184, 1.0]), (Some(2), 0, [1.445, 1.0])],
+        springs: vec![(0, 1, [26.702, 0.3]), (2, 0, [48.443, 0.0])],
+        belt: [0.0, 0.2, 3.171],
+        ..Sliders::default()
+    };
+    coupled.check(&[0.07339, 0.0515], 5e-5);
+}
+
+#[test]
+fn a_slider_between_the_ground_and_a_belt_that_turns_back_stays_on_one_of_them() {
+    between_ground_and_belt().check(&[0.4075722], 2e-5);
+    let two = Sliders {
+        masses: vec![[0.9, 0.0, 20.0], [1.3, 0.0, 0.0]],
+        loads: vec![(0, [4.0, 5.0, 0.0])],
+        frictions: vec![
+            (Some(2), 0, [1.5, 1.0]),
+            (Some(0), 1, [1.0, 1.0]),
+            (None, 1, [0.8, 1.0]),
+            (Some(2), 1, [0.7, 1.0]),
+        ],
+        belt: [0.3, 0.15, 4.0],
+        ..Sliders::default()
+    };
+    two.check(&[0.21915, 0.1489], 2e-4);
+}
+
+#[test]
+fn bodies_on_planes_in_space_stick_and_slide_as_sliders() {
+    let sliders = on_a_belt();
+    sliders.check_mechanism(&sliders.in_space(), &[-0.0796829], 2e-5);
+    let sliders = between_ground_and_belt();
+    sliders.check_mechanism(&sliders.in_space(), &[0.4075722], 2e-5);
+}
+
+/// The time after this one in s.
+struct TimeAfter(f64);
+
+impl Formula for TimeAfter {
+    fn value<T: Scalar>(&self, t: T, _x: &[T]) -> T {
+        t - self.0
+    }
+}
+
+/// Twelve thousand events in three seconds of a motion of a thousand seconds, which an event ends before.
+#[test]
+fn many_events_in_a_short_part_of_a_long_motion_are_no_error() {
+    let mut m = Mechanism::<f64>::new();
+    let body = m.coordinate("body", 0.0, 0.0);
+    m.inertia("body", body, 1.0);
+    let (ground, rate) = (m.ground(), 2000.0 * std::f64::consts::PI);
+    m.load("shaker", ground.x, body, Harmonic, &[0.0, 3.0, rate, 0.0]);
+    m.dry_friction("friction", ground.x, body, [2.8, 1.0, 0.0]);
+    m.when("end", TimeAfter(3.0), &[], &[Action::Terminate]).unwrap();
+    outputs(&mut m, body).unwrap();
+    let history = simulate_explicitly(&m, &Explicit::eighth_order(1e-9), &[2.0, 1000.0]).unwrap();
+    println!("{} events, {:?}", history.impacts.len(), history.values);
+    assert!(history.impacts.len() > 10_000, "{}", history.impacts.len());
 }
 
 /// Sliders that begin at rest under constant loads: friction between the first two slides, that to the ground holds the second one.
@@ -175,6 +338,7 @@ fn friction_sticks_late_in_time() {
         loads: vec![(0, [8.0, 3.0, 0.0])],
         frictions: vec![(None, 0, [3.0, 1.2])],
         stops: vec![(None, 0, [-0.02, 0.5])],
+        ..Sliders::default()
     };
     for velocity in [1.0, 0.3] {
         let at =
@@ -242,4 +406,60 @@ fn derivatives_pass_the_impacts_of_a_box_on_two_corners() {
         println!("{slope} {differences}");
         assert!((slope - differences).abs() < 1e-5 * slope.abs().max(1.0), "{k}: {slope} {differences}");
     }
+}
+
+/// The slider between the ground and a belt that turns back, with the stiffness b₀, the friction b₁ on the ground and b₂ on the belt, and the
+/// amplitude b₃ of the belt's motion.
+struct BetweenGroundAndBelt;
+
+impl ParametricMechanism for BetweenGroundAndBelt {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let (of, zero) = (S::from, S::from(0.0));
+        let mut m = Mechanism::new();
+        let ground = m.ground();
+        let slider = m.coordinate("slider", zero, zero);
+        m.inertia("mass", slider, of(0.615));
+        let belt = m.coordinate("belt", zero, zero);
+        m.inertia("belt", belt, of(1.0));
+        m.drive(belt, BeltMotion, &[of(0.5), b[3], of(3.305)]);
+        m.coordinate_spring("spring", ground.x, slider, [b[0], zero, zero, zero]);
+        m.coordinate_spring("other spring", belt, slider, [of(21.09), zero, zero, zero]);
+        m.load("load", ground.x, slider, Harmonic, &[zero, of(-3.78), of(3.286), of(1.1)]);
+        m.dry_friction("ground friction", ground.x, slider, [b[1], of(1.0), zero]);
+        m.dry_friction("belt friction", belt, slider, [b[2], of(1.0), zero]);
+        outputs(&mut m, slider)?;
+        Ok(m)
+    }
+}
+
+/// Direct derivatives are differences of the motion by tight explicit steps; adjoint and semi-analytical ones are the direct ones.
+#[test]
+fn derivatives_between_the_ground_and_a_belt_are_differences() {
+    let (b, ends) = ([54.292, 1.769, 2.23, 0.2], [1.0, 2.0, 3.0]);
+    let settings = Explicit::eighth_order(1e-11).with_longest_step(0.05);
+    let direct = differentiate_explicitly(&BetweenGroundAndBelt, &b, &settings, &ends).unwrap();
+    let implicit = differentiate(&BetweenGroundAndBelt, &b, &Dynamics::fixed(5e-4), &ends).unwrap();
+    let at = |b: &[f64]| simulate_explicitly(&BetweenGroundAndBelt.build(b).unwrap(), &settings, &ends).unwrap().values;
+    for k in 0..b.len() {
+        let difference = |step: f64| {
+            let shifted = |by: f64| {
+                let mut b = b;
+                b[k] *= 1.0 + by;
+                at(&b)
+            };
+            let (above, below) = (shifted(step), shifted(-step));
+            move |point: usize| (above[0][point] - below[0][point]) / (2.0 * step * b[k])
+        };
+        let (coarse, fine) = (difference(2e-4), difference(1e-4));
+        for point in 0..ends.len() {
+            let exact = (4.0 * fine(point) - coarse(point)) / 3.0;
+            let (slope, other) = (direct.gradients[0][point][k], implicit.gradients[0][point][k]);
+            println!("{k} at {} s: {slope:.9} {other:.9} {exact:.9}", ends[point]);
+            assert!((slope - exact).abs() < 1e-6 * exact.abs().max(1e-2), "{k}: {slope} {exact}");
+            assert!((other - exact).abs() < 1e-3 * exact.abs().max(1e-2), "{k}: {other} {exact}");
+        }
+    }
+    let fixed = [Dynamics { newton: Newton { tolerance: 1e-12, iterations: 30 }, ..Dynamics::fixed(2e-3) }];
+    check_adjoint_by(&fixed, ("belt", 1e-9), &BetweenGroundAndBelt, &b, &ends);
+    check_semi_analytical_by(&fixed, ("belt", 1e-5), &BetweenGroundAndBelt, &b, &ends);
 }

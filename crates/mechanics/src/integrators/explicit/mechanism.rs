@@ -527,7 +527,7 @@ pub(crate) fn start<'m>(
     let mut state = State::built(mechanism, settings.start);
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
     projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
-    if settle_start(&mut system, mechanism, &mut state, nominal_step(settings, times).nominal())? {
+    if settle_start(&mut system, mechanism, &mut state)? {
         projection = assemble_closed(&mut system, mechanism, &mut state, settings.assembly)?;
     }
     state.l.fill(0.0);
