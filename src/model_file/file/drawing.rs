@@ -503,6 +503,11 @@ impl DrawnState<'_> {
                 }
             },
             Symbol::Damper => linkage.lines.push(symbols::damper(ends, 2.0 * size, 0.0)),
+            Symbol::Cylinder => {
+                linkage.lines.push(symbols::cylinder(ends, 1.6 * size));
+                let moving = [a, b].into_iter().zip(ends).filter(|(point, _)| !is_own(point));
+                linkage.joints.extend(moving.map(|(_, end)| end));
+            }
             Symbol::Rope => linkage.lines.push(ends.to_vec()),
             Symbol::Rack => {
                 let (direction, radius, wheel) = (number("direction"), number("radius"), self.pose(b.frame));

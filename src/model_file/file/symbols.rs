@@ -25,6 +25,17 @@ pub fn damper([from, to]: [PlanePoint; 2], width: f64, aside: f64) -> Vec<PlaneP
     placed(from, dy.atan2(dx), shape.chain(rod).chain(end))
 }
 
+/// A hydraulic cylinder from one point to another: a closed barrel over three fifths of the length, and a rod.
+pub fn cylinder([from, to]: [PlanePoint; 2], width: f64) -> Vec<PlanePoint> {
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let (length, half) = (dx.hypot(dy), 0.5 * width);
+    let barrel = 0.6 * length;
+    let around = [[0.0, 0.0], [0.0, half], [barrel, half], [barrel, -half], [0.0, -half], [0.0, 0.0]];
+    // The rod begins at the rim of the barrel, to which the line returns along the lower side.
+    let rod = [[0.0, -half], [barrel, -half], [barrel, 0.0], [length, 0.0]];
+    placed(from, dy.atan2(dx), around.into_iter().chain(rod))
+}
+
 /// A wheel with a spoke that shows its rotation.
 pub fn wheel(centre: PlanePoint, radius: f64, angle: f64) -> Vec<PlanePoint> {
     const SIDES: u32 = 24;

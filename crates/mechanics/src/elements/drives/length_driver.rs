@@ -32,7 +32,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     ],
     about: "the distance of two points as a function of time",
     law: "|r_b − r_a| = motion(t)",
-    symbol: Symbol::Spring,
+    symbol: Symbol::Cylinder,
 };
 
 impl<F: Motion> Element for LengthDriver<F> {

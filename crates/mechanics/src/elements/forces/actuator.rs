@@ -33,7 +33,7 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
     ],
     about: "an axial force between two points as a function of time",
     law: "tension = a function of time",
-    symbol: Symbol::Spring,
+    symbol: Symbol::Cylinder,
 };
 
 impl<F: Motion> Actuator<F> {

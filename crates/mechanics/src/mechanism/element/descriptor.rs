@@ -49,6 +49,8 @@ pub enum Symbol {
     Spring,
     /// Damper between two points.
     Damper,
+    /// Cylinder with a rod between two points: a drive or a force of given length or tension.
+    Cylinder,
     /// Rope between two points.
     Rope,
     /// Two wheels around the bodies of the first two coordinates, with the radii that are the first two parameters.
