@@ -2,8 +2,8 @@
 
 use linkwright::autodiff::Scalar;
 use linkwright::problem::{
-    Analysis, Analytic, ClosedForm, Constraint, DesignVariable, Function, Point, Problem, ProblemBuilder, Quantity,
-    ResponseAt, Responses, TimeGrid,
+    Analysis, Analytic, ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, ResponseAt,
+    Responses, TimeGrid,
 };
 use linkwright::responses::Differences;
 use linkwright::sao::{Method, RunState, Status, preset, presets};
@@ -375,35 +375,6 @@ fn a_run_that_a_kink_stops_says_so() {
         solve(&problem(&[(3.0, FREE.0, FREE.1), (-2.0, FREE.0, FREE.1)], &[], |parts| parts.build_analytic(Kinks)));
     assert_eq!(end.status, Status::Stalled, "F = {}: {}", end.evaluation.objective, end.reason);
     assert!(end.reason.contains("a response has a kink here"), "{}", end.reason);
-}
-
-/// Σ dₖ (xₖ − aₖ)² with coupled neighbours in 49 variables.
-struct ManyVariables;
-impl Function for ManyVariables {
-    fn at<S: Scalar>(&self, point: &Point<S>) -> S {
-        let x = point.design;
-        let term = |k: usize| {
-            let off = x[k] - (k as f64).sin();
-            let next = if k + 1 < x.len() { x[k + 1] } else { S::from(0.0) };
-            off * off * (1.0 + (k % 7) as f64) + off * next * 0.3
-        };
-        (0..x.len()).fold(S::from(0.0), |sum, k| sum + term(k))
-    }
-}
-
-/// All is known of functions that are given directly: a direction that no step had hides nothing.
-#[test]
-fn a_quadratic_in_many_variables_that_is_given_directly_converges_at_once() {
-    let mut parts = ProblemBuilder::new("quadratic");
-    (0..49).for_each(|k| {
-        parts.variable(DesignVariable::new(format!("x{k}"), "", 0.1).within(-5.0, 5.0));
-    });
-    parts.minimize("f", "", Quantity::plain(ManyVariables));
-    let sum = function!(|p| p.design.iter().fold(p.design[0] * 0.0, |sum, x| sum + *x * *x));
-    parts.subject_to(Constraint::at_most("size", 16.0, Quantity::plain(sum)));
-    let end = solve(&parts.build_analytic(Kinks).unwrap());
-    assert_eq!(end.status, Status::Converged, "{}", end.reason);
-    assert!(end.counters.analyses <= 12, "{} analyses", end.counters.analyses);
 }
 
 /// t² − x t − y on [0, 1].

@@ -108,11 +108,6 @@ impl<'a> TangentSpace<'a> {
         distance > NEAR_BOUND * length
     }
 
-    /// True if all functions in the Lagrangian are given directly: nothing about them is unknown.
-    fn is_explicit(&self) -> bool {
-        self.weights.iter().all(|w| *w == 0.0)
-    }
-
     /// A vector of the free variables.
     fn free(&self, component: impl Fn(usize) -> f64) -> DVector<f64> {
         DVector::from_fn(self.situation.n(), |j, _| if self.is_free(j) { component(j) } else { 0.0 })
@@ -195,7 +190,8 @@ impl<'a> TangentSpace<'a> {
     /// The known curvatures along orthonormal directions. `None` before a step that determines a curvature.
     fn curvatures(&self, known: &[DVector<f64>], pairs: &[SecantPair]) -> Option<DMatrix<f64>> {
         let n = self.situation.n();
-        let of_numbers = if self.is_explicit() { Some(DMatrix::zeros(n, n)) } else { sr1(pairs) };
+        let is_explicit = self.weights.iter().all(|w| *w == 0.0);
+        let of_numbers = if is_explicit { Some(DMatrix::zeros(n, n)) } else { sr1(pairs) };
         let hessian = of_numbers.filter(|_| !known.is_empty())? + &self.explicit;
         let sizes = hessian.abs();
         let between = |i: usize, k: usize| {
@@ -233,7 +229,8 @@ impl<'a> TangentSpace<'a> {
         }
         let (pairs, explorations) = (self.local_pairs(), self.situation.memory.explorations % ROUND);
         // The curvature of functions that are given directly is known.
-        let steps = if self.is_explicit() { tangent.to_vec() } else { self.steps(&self.binding, true) };
+        let is_explicit = self.weights.iter().all(|w| *w == 0.0);
+        let steps = if is_explicit { tangent.to_vec() } else { self.steps(&self.binding, true) };
         let unknown = basis(tangent.iter().map(|v| without(v, &steps)).filter(|v| v.norm() > INDEPENDENT));
         let is_partly_unknown = !unknown.is_empty() && steps.len() < tangent.len();
         let among_unknown = |direction: &DVector<f64>| without(&conjugate(direction, &pairs), &self.binding);
@@ -344,8 +341,8 @@ impl CycleContext<'_> {
     /// A variable on which no function has depended to first order may be at a maximum. A curvature that no step has determined is a
     /// guess: if a length was underestimated, it is far too large, and the step and the predicted decrease are far too small.
     ///
-    /// A slope in a direction without a step is ignored if the run `has_settled`, if all functions are given directly, and if there are
-    /// more variables than stored steps: there is always such a direction.
+    /// A slope in a direction without a step is ignored if the run `has_settled`: with more variables than stored steps, there is
+    /// always one.
     pub(super) fn unexplored(&self, negligible: f64, has_settled: bool) -> Option<Proposal> {
         if !self.is_flat_start() && (0..self.n()).any(|j| self.is_unknown(j)) {
             return Some(self.displacement(DISPLACEMENT, |j| self.is_unknown(j)));
@@ -354,8 +351,7 @@ impl CycleContext<'_> {
         let (lengths, widths) = (&self.units.lengths, &self.memory.widths);
         let descent = tangent.descent();
         let new = without(&descent, &tangent.steps(&tangent.normals, false));
-        let is_known = has_settled || tangent.is_explicit() || self.has_forgotten_directions();
-        if !is_known && self.memory.rejections == 0 && new.amax() > negligible {
+        if !has_settled && self.memory.rejections == 0 && new.amax() > negligible {
             let direction = without(&conjugate(&new, &tangent.pairs()), &tangent.normals);
             let to_limit = |j: usize| widths[j] / (lengths[j] * direction[j].abs());
             let size = (0..self.n()).map(to_limit).fold(f64::INFINITY, f64::min);
@@ -379,12 +375,6 @@ impl CycleContext<'_> {
         let box_size = (size.abs() * direction.amax()).max(1.0);
         let widths: Vec<f64> = lengths.iter().map(|l| l * box_size).collect();
         Some(self.along(&direction, size, &widths, purpose))
-    }
-
-    /// True if the stored steps are the last ones of a longer run, and fewer than the variables.
-    fn has_forgotten_directions(&self) -> bool {
-        let stored = self.settings.memory;
-        self.n() > stored && self.memory.points.len() > stored
     }
 
     /// A step of `size` times a direction in lengths, inside a box and the bounds; backwards if this is longer.
