@@ -2,9 +2,10 @@
 
 use linkwright::autodiff::Scalar;
 use linkwright::problem::{
-    Analysis, ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, ResponseAt, Responses,
-    TimeGrid,
+    Analysis, Analytic, ClosedForm, Constraint, DesignVariable, Problem, ProblemBuilder, Quantity, ResponseAt,
+    Responses, TimeGrid,
 };
+use linkwright::responses::Differences;
 use linkwright::sao::{Method, RunState, Status, preset, presets};
 use linkwright::{Result, function};
 use nalgebra::DMatrix;
@@ -333,5 +334,70 @@ fn a_start_that_nothing_improves_is_the_result() {
         parts.minimize("f", "", Quantity::plain(function!(|p| p.design[0] * 0.0 + 3.0)));
         let end = solve(&parts.build_analytic(CubedRow).unwrap());
         assert_eq!((end.status, &end.design[..]), (Status::Converged, &[2.0][..]), "{}", end.reason);
+    }
+}
+
+/// Brown's badly scaled function, with the minimum 0 at (1e6, 2e-6). From (1, 1) it falls from 1e12.
+struct BadlyScaled;
+impl ClosedForm for BadlyScaled {
+    fn response<S: Scalar>(&self, _: usize, b: &[S], _: S) -> S {
+        let [x, y, product] = [b[0] - 1e6, b[1] - 2e-6, b[0] * b[1] - 2.0];
+        x * x + y * y + product * product
+    }
+}
+
+/// A forward difference of (x − 10⁶)² with a step of one is zero half a step beside the minimum. The run ends there at 0.25, and its
+/// conditions hold to the error of the differences only, which is small compared with 10¹².
+#[test]
+fn forward_differences_far_from_exact_are_no_convergence() {
+    let variables = [(1.0, FREE.0, FREE.1); 2];
+    let forward = || Differences::forward(Analytic::new(BadlyScaled, &[None]), 1e-6);
+    let end = solve(&problem(&variables, &[], |parts| parts.build(forward()?)));
+    assert_eq!(end.status, Status::Stalled, "F = {:e}: {}", end.evaluation.objective, end.reason);
+    assert!(end.reason.contains("the optimality conditions hold to"), "{}", end.reason);
+    assert!(end.reason.contains("forward differences"), "{}", end.reason);
+    let exact = solve(&problem(&variables, &[], |parts| parts.build_analytic(BadlyScaled)));
+    assert_eq!(exact.status, Status::Converged, "{}", exact.reason);
+    assert!(exact.evaluation.objective < 1e-6, "{:e}", exact.evaluation.objective);
+}
+
+/// |x − 1| + 3 |y − ½|, whose kinks stop the run before its minimum.
+struct Kinks;
+impl ClosedForm for Kinks {
+    fn response<S: Scalar>(&self, _: usize, b: &[S], _: S) -> S {
+        (b[0] - 1.0).abs() + (b[1] - 0.5).abs() * 3.0
+    }
+}
+
+#[test]
+fn a_run_that_a_kink_stops_says_so() {
+    let end =
+        solve(&problem(&[(3.0, FREE.0, FREE.1), (-2.0, FREE.0, FREE.1)], &[], |parts| parts.build_analytic(Kinks)));
+    assert_eq!(end.status, Status::Stalled, "F = {}: {}", end.evaluation.objective, end.reason);
+    assert!(end.reason.contains("a response has a kink here"), "{}", end.reason);
+}
+
+/// t² − x t − y on [0, 1].
+struct Parabola;
+impl ClosedForm for Parabola {
+    fn response<S: Scalar>(&self, _: usize, b: &[S], t: S) -> S {
+        t * t - b[0] * t - b[1]
+    }
+}
+
+/// The scale of a peak is that at the start, which is a rounding error where it should be zero.
+#[test]
+fn a_peak_whose_scale_is_a_rounding_error_is_minimized() {
+    for scale in [1.0, 1e-17] {
+        let mut parts = ProblemBuilder::new("parabola");
+        for (name, start) in [("x", 2.0), ("y", 0.5)] {
+            parts.variable(DesignVariable::new(name, "", start));
+        }
+        let time = parts.grid(TimeGrid::uniform(0.0, 1.0, 101).unwrap());
+        let off = parts.transient("off", "", time);
+        parts.minimize_peak(DesignVariable::new("peak", "", 3.0), Quantity::response(time, off), scale);
+        let end = solve(&parts.build_analytic(Parabola).unwrap());
+        assert_eq!(end.status, Status::Converged, "{scale:e}: {}", end.reason);
+        assert!((end.evaluation.objective - 0.125).abs() < 1e-9, "{scale:e}: {}", end.evaluation.objective);
     }
 }

@@ -19,7 +19,7 @@ const RESIDUAL: [f64; 2] = [1e-4, 3e-4];
 /// the smaller one of its ranges over the last designs and since it settled.
 const WITHOUT_STEP: [f64; 2] = [1e-6, 1e-12];
 /// Largest residual where the step is zero and the subproblem predicts no better design, relative to the larger one of the ranges of the
-/// objective over the last designs. Random curve fits end at up to 2e-11 of it by rounding.
+/// objective over the last designs. Random curve fits end at up to 2e-11 of it by rounding. Forward differences have errors far above that.
 const AT_ZERO_STEP: f64 = 1e-10;
 /// Rounding error of the objective, relative to itself, to which its values can be compared.
 const COMPARABLE: f64 = 1e-13;
@@ -37,8 +37,9 @@ const LEAST: f64 = 1e-4;
 /// Violation of a row relative to its scale, relative to its terms Σ |∂ĝ/∂bⱼ| |bⱼ|, and relative to its change Σ |∂ĝ/∂bⱼ| ℓⱼ (rounding).
 /// A converged design meets one of these limits with its own slopes.
 const BY_OWN_SLOPES: [f64; 3] = [1e-6, 1e-9, 1e-12];
-/// Largest violation of a converged design relative to the scale of its row, whatever its slopes and terms are.
-const MOST: f64 = 1e-3;
+/// Largest violation of a converged design relative to the scale of its row, and the one relative to its terms that is a rounding error
+/// for any scale: the scale of a peak may be a rounding error itself, where the peak at the start should be zero.
+const MOST: [f64; 2] = [1e-3, 1e-13];
 /// Largest change of the objective by a row, with its slopes at the last designs, relative to U and to the change by the slopes of the
 /// objective. Rows whose slopes vanish or oppose each other have no bounded multipliers.
 const LARGEST_MULTIPLIER: f64 = 1e5;
@@ -88,6 +89,12 @@ impl Optimality {
         if size(&balanced) < size(&given) { balanced } else { given }
     }
 
+    /// The sums in words.
+    pub fn in_words(&self) -> String {
+        let [residual, complementarity] = [self.residual, self.complementarity].map(in_words);
+        format!("the optimality conditions hold to {residual} and the complementarity to {complementarity}")
+    }
+
     fn with(problem: &Problem, b: &[f64], here: &Linearized, multipliers: &[f64], lengths: &[f64]) -> Self {
         let slope = here.lagrangian_slope(multipliers);
         let one = |j: usize| {
@@ -131,6 +138,8 @@ pub(super) struct StopTest<'a> {
     pub rejected_change: f64,
     /// Change of the objective that does not matter.
     pub tolerance: f64,
+    /// True if the derivatives are forward differences: their errors are of the first order in their steps.
+    pub has_forward_differences: bool,
 }
 
 impl StopTest<'_> {
@@ -181,7 +190,7 @@ impl StopTest<'_> {
         let by_range = (WITHOUT_STEP[0] * range).max(WITHOUT_STEP[1] * self.longer_range().min(self.settled_range));
         let is_exact = !self.at_limit && self.predicted.abs() <= PREDICTED[0] * objective;
         let seen = self.longer_range().max(self.range(RECENT)).min(self.settled_range);
-        let by_prediction = if is_exact { AT_ZERO_STEP * seen } else { 0.0 };
+        let by_prediction = if is_exact && !self.has_forward_differences { AT_ZERO_STEP * seen } else { 0.0 };
         if self.is_last { by_range.max(by_values).max(by_prediction) } else { 0.0 }
     }
 
@@ -239,14 +248,15 @@ impl StopTest<'_> {
             && residual <= allowed(RESIDUAL[usize::from(self.is_last)], ROUNDING[1]).max(tolerance).max(self.at_last())
             && complementarity <= allowed(COMPLEMENTARITY, ROUNDING[1]).max(tolerance);
         (holds || is_zero || self.is_balanced_zero(objective)).then(|| {
-            let [residual, complementarity, predicted] = [residual, complementarity, self.predicted.abs()]
-                .map(|x| if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") });
-            format!(
-                "the optimality conditions hold to {residual} and the complementarity to {complementarity}; another step would change the \
-                 objective by {predicted}"
-            )
+            let predicted = in_words(self.predicted.abs());
+            format!("{}; another step would change the objective by {predicted}", self.optimality.in_words())
         })
     }
+}
+
+/// A sum in words.
+fn in_words(sum: f64) -> String {
+    if sum == 0.0 { "0".to_owned() } else { format!("{sum:.1e}") }
 }
 
 /// True if the last accepted designs have the same objective up to rounding, and the next step predicts no other one: of a run that has
@@ -277,7 +287,7 @@ pub(super) fn is_feasible_by_itself(
 ) -> bool {
     let sum = |sizes: &[f64]| slopes.iter().zip(sizes).map(|(g, size)| (g * size).abs()).sum::<f64>();
     let [of_scale, of_terms, rounding] = BY_OWN_SLOPES;
-    if violation > factor * MOST {
+    if violation > (factor * MOST[0]).max(MOST[1] * sum(design)) {
         return false;
     }
     violation <= factor * of_scale.max(of_terms * sum(design)) || violation <= rounding * sum(lengths)

@@ -256,7 +256,8 @@ impl CycleContext<'_> {
         let noise = self.noise(false);
         let stalled = noise.map(noise::in_words).or_else(|| {
             let reason = stalled(&step, &self.memory.widths, &self.units.lengths)?;
-            Some(self.noise(true).map_or(reason, noise::in_words))
+            let kink = || self.has_kink().then(|| noise::KINK.to_owned());
+            Some(self.noise(true).map(noise::in_words).or_else(kink).unwrap_or(reason))
         });
         let (objectives, at_limit) = (self.objectives(), proposal.at_limit.contains(&true));
         let predicted = self.state.evaluation.objective - proposal.predicted.objective;
@@ -279,6 +280,7 @@ impl CycleContext<'_> {
             settled_range: self.state.trace().settled.width(),
             rejected_change: self.rejected_change(),
             tolerance: self.memory.tolerance,
+            has_forward_differences: self.has_forward_differences(),
         };
         if self.is_flat_start() && !self.rises_evenly() {
             return Ok(Next::Analyse(Box::new(self.displacement(stationary::DISPLACEMENTS[0], |_| true))));
@@ -294,8 +296,9 @@ impl CycleContext<'_> {
         {
             return Ok(next);
         }
-        let reason = test.unbounded_multipliers().unwrap_or(reason);
-        let reason = if self.has_forward_differences() { format!("{reason}; {FORWARD}") } else { reason };
+        let reason =
+            test.unbounded_multipliers().unwrap_or_else(|| format!("{reason}; {}", test.optimality.in_words()));
+        let reason = if test.has_forward_differences { format!("{reason}; {FORWARD}") } else { reason };
         Ok(Next::End(Status::Stalled, reason, self.active_rows(&test.optimality)))
     }
 

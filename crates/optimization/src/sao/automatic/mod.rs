@@ -11,7 +11,7 @@
 //! | `proposal`, `subproblem` | the proposed design: the solution of the approximate problem |
 //! | `restoration`, `stationary` | incompatible rows; points that no step improves |
 //! | `exploration` | steps along unknown curvatures before the end |
-//! | `convergence`, `noise` | the stop test; noise of the analysis |
+//! | `convergence`, `noise` | the stop test; noise and kinks of the responses |
 //! | `selection`, `observation` | prediction errors and the choice by them |
 //! | `examination`, `acceptance` | the decision about a proposal; filter and box |
 //! | `cycle` | one cycle |

@@ -1,4 +1,4 @@
-//! Estimate of the noise of the analysis from trial steps.
+//! Noise and kinks of the responses, as trial steps show them.
 
 use super::candidates::AcceptedPoint;
 use super::numbers::{ApproximatedValue, find};
@@ -30,6 +30,17 @@ impl CycleContext<'_> {
     /// the step. An error that does not fall is noise, or a response that jumps: shorter steps cannot be judged. The steps are those
     /// that were rejected here; where the run `is_at_end`, also the accepted ones before.
     pub(super) fn noise(&self, is_at_end: bool) -> Option<f64> {
+        self.remaining_error(is_at_end, 0)
+    }
+
+    /// True if the errors along the steps that were rejected here fall with the step, not with its square.
+    pub(super) fn has_kink(&self) -> bool {
+        self.remaining_error(false, 1).is_some()
+    }
+
+    /// The error that remains along trial steps that become shorter, divided by the step to the power of `order`, relative to the largest
+    /// known value of the number; `None` if it falls.
+    fn remaining_error(&self, is_at_end: bool, order: i32) -> Option<f64> {
         let known: Vec<f64> = (0..self.current().numbers.len()).map(|k| self.largest_known(k)).collect();
         let mut trials = if is_at_end { self.accepted_trials(&known) } else { vec![] };
         trials.extend(self.rejected_trials(&known));
@@ -40,11 +51,12 @@ impl CycleContext<'_> {
             return None;
         }
         let of = |k: usize| {
-            let errors = trials.iter().map(|trial| trial.errors[k]).collect::<Option<Vec<f64>>>()?;
+            let error = |trial: &TrialErrors| Some(trial.errors[k]? / trial.size.powi(order));
+            let errors = trials.iter().map(error).collect::<Option<Vec<f64>>>()?;
             let (longer, shorter) = errors.split_at(STEPS / 2);
             let remaining = shorter.iter().fold(f64::INFINITY, |a, e| a.min(*e));
-            let is_noise = remaining > 0.0 && longer.iter().all(|e| remaining >= REMAINS * e);
-            is_noise.then(|| remaining / known[k].max(remaining))
+            let does_remain = remaining > 0.0 && longer.iter().all(|e| remaining >= REMAINS * e);
+            does_remain.then(|| remaining / known[k].max(remaining))
         };
         (0..known.len()).filter_map(of).reduce(f64::max)
     }
@@ -105,3 +117,7 @@ pub(super) fn in_words(noise: f64) -> String {
          value of a response, or a response jumps; finer tolerances of the analysis allow a better design"
     )
 }
+
+/// What to do where a response has a kink.
+pub(super) const KINK: &str = "shorter steps make the errors of predictions smaller only in proportion: a response has a kink here, as |x| \
+                               and max have; write a largest or an absolute value as constraints with a bound, which is minimized";
