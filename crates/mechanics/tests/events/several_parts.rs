@@ -7,10 +7,9 @@ use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright_mechanics::elements::spatial::MassProperties3;
-use linkwright_mechanics::events::Action;
 use linkwright_mechanics::integrators::explicit::Explicit;
 use linkwright_mechanics::integrators::generalized_alpha::Newton;
-use linkwright_mechanics::mechanism::{Formula, Pose3, Rotation};
+use linkwright_mechanics::mechanism::{Pose3, Rotation};
 use linkwright_mechanics::motion::{Harmonic, Motion};
 use linkwright_mechanics::{Coordinate, Dynamics, GeneralizedAlpha, Mechanism, ParametricMechanism, Pose, Result};
 
@@ -291,32 +290,6 @@ fn bodies_on_planes_in_space_stick_and_slide_as_sliders() {
     sliders.check_on_belt(&sliders.in_space(), &[-0.0796829], 2e-5);
     let sliders = between_ground_and_belt();
     sliders.check_on_belt(&sliders.in_space(), &[0.4075722], 2e-5);
-}
-
-/// The time after this one in s.
-struct TimeAfter(f64);
-
-impl Formula for TimeAfter {
-    fn value<T: Scalar>(&self, t: T, _x: &[T]) -> T {
-        t - self.0
-    }
-}
-
-/// Twelve thousand events in three seconds of a motion of a thousand seconds, which an event ends before.
-#[test]
-fn many_events_in_a_short_part_of_a_long_motion_are_no_error() {
-    let mut m = Mechanism::<f64>::new();
-    let body = m.coordinate("body", 0.0, 0.0);
-    m.inertia("body", body, 1.0);
-    let (ground, rate) = (m.ground(), 2000.0 * std::f64::consts::PI);
-    m.load("shaker", ground.x, body, Harmonic, &[0.0, 3.0, rate, 0.0]);
-    m.dry_friction("friction", ground.x, body, [2.0, 1.0, 0.0]);
-    m.when("end", TimeAfter(3.0), &[], &[Action::Terminate]).unwrap();
-    outputs(&mut m, body).unwrap();
-    let settings = Explicit::eighth_order(1e-9).with_longest_step(2.5e-4);
-    let history = simulate_explicitly(&m, &settings, &[2.0, 1000.0]).unwrap();
-    println!("{} events, {:?}", history.impacts.len(), history.values);
-    assert!(history.impacts.len() > 10_000, "{}", history.impacts.len());
 }
 
 /// Sliders that begin at rest under constant loads: friction between the first two slides, that to the ground holds the second one.
