@@ -27,7 +27,7 @@ fn link(m: &mut Mechanism<f64>, name: &str, x: f64) -> linkwright::mechanics::me
 #[test]
 fn zero_and_negative_masses_are_named() {
     let error = message(&Chain::horizontal(2).build(&[1.0, 1.0, 1.0, 0.0]).unwrap());
-    assert!(error.contains("link 2") && error.contains("mass is 0 kg, before the motion starts at t = 0.0"), "{error}");
+    assert!(error.contains("link 2") && error.contains("mass is 0 kg, before the motion starts at t = 0 s"), "{error}");
 }
 
 #[test]
@@ -38,7 +38,7 @@ fn a_loop_that_is_too_short_is_named() {
     m.revolute("near", ground.origin(), rod.at(-0.5, 0.0));
     m.revolute("far", ground.at(3.0, 0.0), rod.at(0.5, 0.0));
     let error = message(&m);
-    assert!(error.contains("far (constraint 1)") && error.contains("t = 0.0"), "{error}");
+    assert!(error.contains("far (constraint 1)") && error.contains("t = 0 s"), "{error}");
 }
 
 /// Two links too short to close the loop: the joint with the largest gap is named.
@@ -51,7 +51,7 @@ fn a_chain_that_does_not_reach_its_end_is_named() {
     m.distance_constraint("far", ground.at(3.0, 0.0), bob.origin(), 0.7);
     let error = message(&m);
     assert!(error.contains("near") || error.contains("far"), "{error}");
-    assert!(error.contains("t = 0.0"), "{error}");
+    assert!(error.contains("t = 0 s"), "{error}");
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn contradictory_joints_are_named() {
     m.distance_constraint("rod", ground.origin(), bob.origin(), 1.0);
     m.distance_constraint("longer rod", ground.origin(), bob.origin(), 1.1);
     let error = message(&m);
-    assert!(error.contains("longer rod") && error.contains("contradictory at t = 0.0"), "{error}");
+    assert!(error.contains("longer rod") && error.contains("contradictory at t = 0 s"), "{error}");
 }
 
 /// A third crank on a parallelogram is redundant: its equations depend on those of the others, at any angle.
@@ -104,7 +104,7 @@ fn a_dead_centre_is_named_with_its_time() {
     };
     assert_eq!(crank(0.3), Ok(()));
     let error = crank(0.0).unwrap_err().to_string();
-    assert!(error.contains("drive") && error.contains("dead centre") && error.contains("t = 0.0"), "{error}");
+    assert!(error.contains("drive") && error.contains("dead centre") && error.contains("t = 0 s"), "{error}");
 }
 
 #[test]
@@ -205,7 +205,7 @@ fn nan_from_drivers_forces_and_expressions_is_named_with_its_time() {
         for (analysis, outcome) in runs {
             let error = outcome.expect_err(name).to_string();
             let place = error.contains(&format!("analysis failed in {name}: "));
-            assert!(place && error.contains("t = ") && error.contains("e-1 s"), "{analysis} {name}: {error}");
+            assert!(place && error.contains("t = 0."), "{analysis} {name}: {error}");
         }
     }
     // The drive is evaluated at all times and by itself.
@@ -234,7 +234,7 @@ fn points_that_coincide_are_named_where_a_direction_is_needed() {
     });
     for outcome in [rod, actuator, drive] {
         let error = outcome.unwrap_err().to_string();
-        assert!(error.contains("hanger") && error.contains("coincide") && error.contains("t = 0.0"), "{error}");
+        assert!(error.contains("hanger") && error.contains("coincide") && error.contains("t = 0 s"), "{error}");
     }
     let spring = hang(&|m, bob| {
         m.spring_damper("hanger", m.ground().origin(), bob, [100.0, 1.0, 0.0]);
@@ -276,7 +276,7 @@ fn an_impossible_driver_names_joint_and_time() {
     m.driver("drive", ground.x, slider.x, ConstantSpeed, &[0.8, 1.0]);
     let error = kinematics(&m, Assembly::default(), &[0.0, 0.1, 0.19, 0.3]).expect_err("1.1 m > 1 m").to_string();
     // The rod is fully extended at 0.2 s, before 0.3 s.
-    assert!(error.contains("t = 2.0") && error.contains("e-1 s"), "{error}");
+    assert!(error.contains("t = 0.2"), "{error}");
 }
 
 /// A user's element whose function fails.
@@ -295,7 +295,7 @@ fn nan_from_a_user_element_names_it() {
     m.inertia("mass", x, 1.0);
     m.add("broken spring", Broken, &[x], &[]);
     let error = message(&m);
-    assert!(error.contains("broken spring: its forces are not finite at t = 0.0"), "{error}");
+    assert!(error.contains("broken spring: its forces are not finite at t = 0 s"), "{error}");
 }
 
 #[test]

@@ -120,7 +120,7 @@ fn problem(flaw: Flaw) -> Problem {
 #[test]
 fn every_failure_is_a_rejected_trial_step_with_its_reason() {
     let cases = [
-        (Flaw::Assembly, "(constraint", "cannot be assembled at t = 0.0"),
+        (Flaw::Assembly, "(constraint", "cannot be assembled at t = 0 s"),
         (Flaw::Mass, "lump", "mass is -"),
         (Flaw::Section, "arm element 1", "EA is -"),
         (Flaw::Drive, "pivot", "does not converge from t = "),

@@ -89,7 +89,7 @@ fn a_pitch_of_a_right_angle_is_told() {
     let problem = problem(text);
     let start = problem.start();
     let warnings = problem.analyze(&start).unwrap().warnings;
-    assert!(warnings.len() == 1 && warnings[0].starts_with("b: at t = 0.0"), "{warnings:?}");
+    assert!(warnings.len() == 1 && warnings[0].starts_with("b: at t = 0 s"), "{warnings:?}");
     assert!(warnings[0].contains("no derivatives"), "{warnings:?}");
     // At other times there are derivatives.
     let checked = problem.check_sensitivities(&start, 3).unwrap();

@@ -55,7 +55,7 @@ unit = "m"
 name = "tension"
 value = "spring.tension"
 [objective]
-minimize = "range(height)"
+minimize = "rms(height)"
 [[constraint]]
 name = "low"
 value = "height"
@@ -84,7 +84,7 @@ fn in_units() -> String {
         ("to = 0.5", "to = \"500 ms\""),
         ("step = 0.002", "step = \"2 ms\""),
         ("value = \"arm.y\"\nunit = \"m\"", "value = \"arm.y\"\nshown_in = \"mm\""),
-        ("minimize = \"range(height)\"", "minimize = \"range(height)\"\nshown_in = \"cm\""),
+        ("minimize = \"rms(height)\"", "minimize = \"rms(height)\"\nshown_in = \"cm\""),
         ("at_least = -0.3", "at_least = \"-30 cm\""),
         ("value = \"range(tension) + 0*stiffness\"\nat_most = 4000", "value = \"range(tension)\"\nat_most = \"4 kN\""),
     ];
@@ -151,7 +151,7 @@ fn values_are_shown_as_they_are_written() {
 #[test]
 fn a_peak_of_a_shown_output_is_bounded_in_its_unit() {
     let text = in_units().replace(
-        "minimize = \"range(height)\"\nshown_in = \"cm\"",
+        "minimize = \"rms(height)\"\nshown_in = \"cm\"",
         "minimize = \"peak(height)\"\nbound = { start = \"0.2 m\" }",
     );
     let problem = problem(&text);
@@ -422,10 +422,10 @@ fn labels_of_the_objective_and_of_the_time_are_true() {
         let note = model.note().map(|note| note.to_string()).unwrap_or_default();
         (problem.objective.unit.clone(), problem.grids[0].unit.clone(), note)
     };
-    let objective = |lines: &str| noted(&SI.replace("minimize = \"range(height)\"", lines));
-    let (unit, time, note) = objective("minimize = \"range(height)\"\nunit = \"mm\"");
+    let objective = |lines: &str| noted(&SI.replace("minimize = \"rms(height)\"", lines));
+    let (unit, time, note) = objective("minimize = \"rms(height)\"\nunit = \"mm\"");
     assert_eq!((unit.as_str(), time.as_str(), note.matches("= help: shown_in").count()), ("m", "s", 1), "{note}");
-    let (unit, _, note) = objective("minimize = \"range(height)\"\nshown_in = \"mm\"");
+    let (unit, _, note) = objective("minimize = \"rms(height)\"\nshown_in = \"mm\"");
     assert_eq!((unit.as_str(), note.as_str()), ("mm", ""));
     let (unit, _, note) =
         objective("minimize = \"height\"\nover = \"peak\"\nbound = { name = \"most\", start = 1.0, unit = \"mm\" }");
@@ -436,7 +436,7 @@ fn labels_of_the_objective_and_of_the_time_are_true() {
     assert_eq!((time.as_str(), note.contains("`ms` is not the unit")), ("s", true), "{note}");
     // In the unit of an output that is converted.
     let shown = SI.replace("value = \"arm.y\"\nunit = \"m\"", "value = \"arm.y\"\nshown_in = \"mm\"");
-    let shown = shown.replace("minimize = \"range(height)\"", "minimize = \"peak(height)\"\nunit = \"m\"");
+    let shown = shown.replace("minimize = \"rms(height)\"", "minimize = \"peak(height)\"\nunit = \"m\"");
     let (unit, _, note) = noted(&shown);
     assert_eq!((unit.as_str(), note.contains("they are in mm")), ("mm", true), "{note}");
 }

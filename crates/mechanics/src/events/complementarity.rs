@@ -222,7 +222,8 @@ mod tests {
     fn a_body_between_parts_that_move_apart_slides_on_one_of_them() {
         let compliance = DMatrix::from_element(2, 2, 1.0);
         for (load, expected) in [
-            (-0.2, [PartState::Held, PartState::AtLimit(1.0)]),
+            (1.0, [PartState::Held, PartState::AtLimit(1.0)]),
+            (-0.2, [PartState::AtLimit(-1.0), PartState::AtLimit(1.0)]),
             (4.2, [PartState::AtLimit(1.0), PartState::AtLimit(1.0)]),
             (5.3, [PartState::AtLimit(1.0), PartState::AtLimit(1.0)]),
             (-3.5, [PartState::AtLimit(-1.0), PartState::Held]),

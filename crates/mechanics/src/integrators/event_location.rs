@@ -37,6 +37,9 @@ const CLOSED_GAP: f64 = 1e-6;
 /// Time that separates simultaneous impacts without an effect on each other, in nominal steps.
 const SIMULTANEOUS_STEP: f64 = 1e-9;
 
+/// Length of a step between two events, in nominal steps, up to which its end is extrapolated from its beginning.
+const VERY_SHORT: f64 = 1e-6;
+
 /// Opening at the beginning of a mode, used instead of a value that consists of rounding errors.
 const INITIAL_OPENING: f64 = f64::MIN_POSITIVE;
 
@@ -67,6 +70,11 @@ pub(crate) trait TrialStep {
 
     /// The current solution, of the length `h` (s).
     fn solution(&self, h: f64) -> Self::Solution;
+
+    /// Sets the end of a very short step of the length `h` (s), whose velocities are rounding errors of positions divided by its length.
+    fn extrapolate(&mut self, _h: f64) -> Result<()> {
+        Ok(())
+    }
 
     /// Returns to a solution.
     fn restore(&mut self, solution: Self::Solution) -> Result<()>;
@@ -103,6 +111,11 @@ impl TrialStep for Integrator<'_> {
         extrapolate(&mut step.new.a, &step.old.a, &earlier.state.a);
         extrapolate(&mut step.new.l, &step.old.l, &earlier.state.l);
         self.solve_from_guess(h)?;
+        self.update_end()
+    }
+
+    fn extrapolate(&mut self, h: f64) -> Result<()> {
+        self.step.extrapolate(self.mechanism, h);
         self.update_end()
     }
 
@@ -278,6 +291,9 @@ impl EventLocator {
                 }
             }
             (h, self.closed) = (found, Some(contact));
+        }
+        if self.closed.is_some() && h <= VERY_SHORT * self.step.nominal() {
+            step.extrapolate(h)?;
         }
         Ok(h)
     }
@@ -595,7 +611,7 @@ fn immediate(mechanism: &Mechanism<f64>, state: &State<f64>, event: usize) -> Er
     let (event, t) = (&mechanism.events[event], state.t);
     let (why, remedy) = match event.unilateral {
         Some(Unilateral::Friction { .. }) => {
-            ("sticks and slides in turns without end", "make static_ratio larger, or take smooth friction")
+            ("sticks and slides in turns without end", "use the scheme rk8, a larger static_ratio, or smooth friction")
         }
         Some(Unilateral::Contact { .. }) => (
             "opens and closes in turns without end",

@@ -294,6 +294,18 @@ impl<T: StateScalar> Step<T> {
         self.since_event[1] = 0;
     }
 
+    /// Sets the end of the step, of the length `h` (s), to q₀ + h q̇₀ and q̇₀ + h q̈₀, with the accelerations and multipliers of its beginning.
+    pub(crate) fn extrapolate(&mut self, mechanism: &Mechanism<T>, h: f64) {
+        self.new.copy_from(&self.old);
+        self.new.t = self.old.t + h;
+        for i in 0..self.new.q.len() {
+            self.new.q[i] = self.old.q[i] + self.old.v[i] * h;
+            self.new.v[i] = self.old.v[i] + self.old.a[i] * h;
+        }
+        self.new.prescribe(mechanism);
+        self.new_auxiliary.clone_from(&self.old_auxiliary);
+    }
+
     /// Integrates to the end of the step `h` (s), with the free accelerations `self.new.a` and multipliers `self.new.l`.
     ///
     /// `h` is a plain number, or carries derivatives if it ends at an event that depends on the design.

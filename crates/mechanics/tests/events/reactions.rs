@@ -175,7 +175,7 @@ fn an_event_that_a_terminal_one_precedes_names_it() {
     let x = m.measure(sensor, "x").unwrap();
     m.output("x", &[x]);
     m.hold_output(later);
-    let words = ["later", "`end` ends the motion at t = 5.000000e-1 s"];
+    let words = ["later", "`end` ends the motion at t = 0.5 s"];
     let explicit = simulate_explicitly(&m, &Explicit::eighth_order(1e-9), &[0.0, 2.0]).unwrap_err().to_string();
     let implicit = simulate(&m, &Dynamics::fixed(1e-2), &[0.0, 2.0]).unwrap_err().to_string();
     for error in [explicit, implicit] {

@@ -450,3 +450,34 @@ fn derivatives_between_the_ground_and_a_belt_are_differences() {
     check_adjoint_by(&fixed, ("belt", 1e-9), &BetweenGroundAndBelt, &b, &ends);
     check_semi_analytical_by(&fixed, ("belt", 1e-5), &BetweenGroundAndBelt, &b, &ends);
 }
+
+/// A body at a stop and one on which friction rests begin to move together: the contact opens and friction breaks away at the same time. The step
+/// between these two events is so short that its velocities would be rounding errors of the positions.
+#[test]
+fn a_contact_and_friction_let_go_at_the_same_time() {
+    let mut m = Mechanism::<f64>::new();
+    let ground = m.ground();
+    let [one, two] = ["one", "two"].map(|name| m.coordinate(name, 0.0, 0.0));
+    m.inertia("mass of one", one, 1.529);
+    m.inertia("mass of two", two, 0.901);
+    m.set_velocity(two, -0.956);
+    let belt = m.coordinate("belt", 0.0, 0.0);
+    m.drive(belt, BeltMotion, &[0.5, 0.05, 1.72]);
+    m.load("load of one", ground.x, one, Harmonic, &[0.0, -5.639, 3.034, std::f64::consts::FRAC_PI_2]);
+    m.load("load of two", ground.x, two, Harmonic, &[0.0, -3.914, 5.026, std::f64::consts::FRAC_PI_2]);
+    m.dry_friction("on the ground", ground.x, two, [2.022, 1.0, 0.2]);
+    m.dry_friction("on the belt", belt, two, [0.211, 1.0, 0.0]);
+    m.dry_friction("between", two, one, [1.367, 1.5, 0.2]);
+    m.rigid_stop("stop", ground.x, one, -0.054, 0.0);
+    for (name, coordinate) in [("one", one), ("two", two)] {
+        let sensor = m.coordinate_sensor(&format!("sensor of {name}"), ground.x, coordinate);
+        let position = m.measure(sensor, "position").unwrap();
+        m.output(name, &[position]);
+    }
+    let times = [0.0, 0.6];
+    let exact = simulate_explicitly(&m, &Explicit::eighth_order(1e-9), &times).unwrap();
+    let found = simulate(&m, &Dynamics::fixed(5e-3), &times).unwrap();
+    for (found, exact) in found.values.iter().zip(&exact.values) {
+        assert!((found[1] - exact[1]).abs() < 1e-4, "{found:?} {exact:?}");
+    }
+}

@@ -279,7 +279,7 @@ mod tests {
             Ok(())
         };
         let error: Error = integrate(1e-6).unwrap_err();
-        let message = "reached only t = 2.000000e-1 s after 200000 time steps";
+        let message = "reached only t = 0.2 s after 200000 time steps";
         assert!(error.to_string().contains(message), "{error}");
         assert_eq!(integrate(1e-5), Ok(()));
     }
