@@ -116,7 +116,7 @@ impl Drop for Server {
     }
 }
 
-/// What `linkwright analyze --json` prints.
+/// Output of `linkwright analyze --json`.
 fn analyzed(place: &TempFolder, arguments: &[&str]) -> Value {
     serde_json::from_str(&place.run(&[&["analyze", "--json"][..], arguments].concat(), 0)).unwrap()
 }

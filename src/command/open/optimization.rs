@@ -255,19 +255,7 @@ impl SteeredRun {
         let Some(mut state) = steps.done(&line, &WorkerRequest::Start)? else { return Ok(None) };
         let mut folder = optimize::next_folder(&model, &line.text, file)?;
         folder.save(&model, &problem, &mut state)?;
-        Ok(Some(Self {
-            folder,
-            steps,
-            line,
-            model,
-            problem,
-            state,
-            is_newest: true,
-            earlier: vec![],
-            is_running: false,
-            fault: None,
-            budget,
-        }))
+        Ok(Some(Self::paused((folder, steps), (line, model, problem), (state, true), budget)))
     }
 
     /// The run of a folder, with an edited model if there is one; `None` if it was stopped.
@@ -299,19 +287,18 @@ impl SteeredRun {
         };
         let Some(mut state) = state else { return Ok(None) };
         folder.save(&model, &problem, &mut state)?;
-        Ok(Some(Self {
-            folder,
-            steps,
-            line,
-            model,
-            problem,
-            state,
-            is_newest: false,
-            earlier: vec![],
-            is_running: false,
-            fault: None,
-            budget,
-        }))
+        Ok(Some(Self::paused((folder, steps), (line, model, problem), (state, false), budget)))
+    }
+
+    /// A run that is paused; its state is the newest one of the worker, or not.
+    fn paused(
+        (folder, steps): (RunDirectory, RunSteps),
+        (line, model, problem): (ModelLine, Model, Problem),
+        (state, is_newest): (RunState, bool),
+        budget: Budget,
+    ) -> Self {
+        let (earlier, is_running, fault) = (vec![], false, None);
+        Self { folder, steps, line, model, problem, state, is_newest, earlier, is_running, fault, budget }
     }
 
     /// Executes requests until the page closes the run or begins another one.

@@ -41,7 +41,7 @@ impl RunSteps {
         Self { command, worker: None, stop }
     }
 
-    /// The same with a worker of its own.
+    /// Steps with the same command and stop, by a new worker.
     pub fn anew(&self) -> Self {
         Self::new(self.command.clone(), self.stop.clone())
     }

@@ -46,7 +46,7 @@ pub enum WorkerRequest {
     Start,
     /// The next trial step.
     Step { state: Option<Box<RunState>> },
-    /// The same state, if it can be continued, with the status that it has now.
+    /// The state with the status that its stop test gives now; an error if the run cannot be continued.
     Restart { state: Option<Box<RunState>> },
     /// The proposal that was rejected last becomes the design.
     Accept { state: Option<Box<RunState>> },

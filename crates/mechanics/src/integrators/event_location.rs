@@ -71,7 +71,8 @@ pub(crate) trait TrialStep {
     /// The current solution, of the length `h` (s).
     fn solution(&self, h: f64) -> Self::Solution;
 
-    /// Sets the end of a very short step of the length `h` (s), whose velocities are rounding errors of positions divided by its length.
+    /// Sets the end of a very short step of the length `h` (s) if its velocities are rounding errors of positions divided by its length:
+    /// those of implicit steps.
     fn extrapolate(&mut self, _h: f64) -> Result<()> {
         Ok(())
     }
@@ -610,9 +611,10 @@ fn immediate(mechanism: &Mechanism<f64>, state: &State<f64>, event: usize) -> Er
     }
     let (event, t) = (&mechanism.events[event], state.t);
     let (why, remedy) = match event.unilateral {
-        Some(Unilateral::Friction { .. }) => {
-            ("sticks and slides in turns without end", "use the scheme rk8, a larger static_ratio, or smooth friction")
-        }
+        Some(Unilateral::Friction { .. }) => (
+            "sticks and slides in turns without end",
+            "use shorter steps or another scheme, a larger static_ratio, or smooth friction",
+        ),
         Some(Unilateral::Contact { .. }) => (
             "opens and closes in turns without end",
             "use shorter steps, or model the contact with stiffness and damping (a wall contact, a bump stop)",

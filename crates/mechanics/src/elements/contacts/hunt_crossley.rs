@@ -43,7 +43,7 @@ pub fn switching_functions<T: Scalar>(damping: T, depth: T, rate: T, out: &mut V
 /// Number of [`switching_functions`].
 pub const SWITCHING_FUNCTIONS: usize = 2;
 
-/// How many of them, from the first one on, occur in the force with a non-integer power: only the depth.
+/// Number of the first [`switching_functions`] that occur in the force with a non-integer power: the depth.
 pub const FRACTIONAL_POWERS: usize = 1;
 
 #[cfg(test)]

@@ -118,6 +118,6 @@ pub(super) fn in_words(noise: f64) -> String {
     )
 }
 
-/// What to do where a response has a kink.
+/// Remedy for a run that stalls at a kink of a response.
 pub(super) const KINK: &str = "shorter steps make the errors of predictions smaller only in proportion: a response has a kink here, as |x| \
                                and max have; write a largest or an absolute value as constraints with a bound, which is minimized";

@@ -48,7 +48,7 @@ struct LinearizedRow {
 struct LinearizedElement {
     variables: Vec<DifferentiatedVariable>,
     rows: Vec<LinearizedRow>,
-    /// The same variables as arguments of a constraint; empty for other elements.
+    /// The `variables` as arguments of a constraint; empty for other elements.
     constraint_variables: Vec<Variable>,
 }
 
