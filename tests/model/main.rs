@@ -35,6 +35,8 @@ mod open_journey;
 mod open_page;
 #[cfg(feature = "app")]
 mod open_results;
+#[cfg(feature = "app")]
+mod open_steering;
 #[cfg(feature = "cli")]
 mod page;
 mod peak;

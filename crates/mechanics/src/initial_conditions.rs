@@ -307,8 +307,8 @@ pub(crate) fn check_contradictions(
     Err(Error::analysis(name_of(mechanism, *unknown), why, remedy))
 }
 
-/// Moves the free velocities to the nearest ones that satisfy the constraints, v − v_guess + Φ_qᵀ ν = 0 and Φ_q v + Φ_t = 0. Returns the
-/// multipliers.
+/// Moves the free velocities to the nearest ones that satisfy the constraints, W (v − v_guess) + Φ_qᵀ ν = 0 and Φ_q v + Φ_t = 0. Returns the
+/// multipliers. The weights W are those of [`ProjectedPart`](crate::derivatives::forward::initial_conditions::ProjectedPart).
 ///
 /// # Errors
 ///

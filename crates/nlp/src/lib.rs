@@ -49,8 +49,10 @@
 
 mod kkt;
 mod low_rank;
+mod orthonormal;
 mod program;
 mod quadratic_program;
+mod quasi_newton;
 pub mod separable;
 mod solution;
 mod solvers;
@@ -58,8 +60,10 @@ mod solvers;
 pub use error::{Error, Result};
 pub use kkt::{KktResidual, variable_scale};
 pub use low_rank::LowRank;
+pub use orthonormal::{orthogonal_part, orthonormal_basis};
 pub use program::{Gradients, Program, Separable, Structure, Values};
 pub use quadratic_program::QuadraticProgram;
+pub use quasi_newton::powell_damping;
 pub use solution::{ActiveSet, Evaluations, ProgramStatus, Solution, SubproblemSolver};
 pub use solvers::{
     AutoSolver, ConcurrentSolver, Conic, Curvature, Falk, FalkState, InteriorPoint, MultiStart, SecondOrder,

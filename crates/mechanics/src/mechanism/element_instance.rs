@@ -3,6 +3,7 @@
 use crate::mechanism::body::Coordinate;
 use crate::mechanism::element::{AnyElement, Input, Role};
 use crate::mechanism::output::{AnyFormula, WeightedQuantity};
+use crate::{Error, Result};
 use autodiff::Scalar;
 use std::ops::Range;
 use std::sync::Arc;
@@ -91,6 +92,16 @@ impl<S> EventElement<S> {
     pub(crate) fn is_switch(&self) -> bool {
         self.restitution.is_none() && self.when.is_none() && self.unilateral.is_none()
     }
+}
+
+/// Checks that a mechanism has no switch, at which an element itself jumps.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] naming the switch, with the reason and the remedy.
+pub(crate) fn refuse_switches<S>(events: &[EventElement<S>], why: &str, remedy: &str) -> Result<()> {
+    let switch = events.iter().find(|event| event.is_switch());
+    switch.map_or(Ok(()), |switch| Err(Error::unsupported(&switch.gap.name, why, remedy)))
 }
 
 /// Condition and effects of an event.

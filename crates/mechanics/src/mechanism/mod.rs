@@ -15,7 +15,7 @@ pub(crate) mod vector;
 pub use body::{Body, Body3, Coordinate, Marker, Marker3, Pose, Pose3};
 pub use clock::SimulationClock;
 pub use element_instance::ElementIndex;
-pub(crate) use element_instance::{ElementInstance, EventElement, Unilateral, When};
+pub(crate) use element_instance::{ElementInstance, EventElement, Unilateral, When, refuse_switches};
 pub use output::{AnyFormula, Formula, FormulaIn, WeightedQuantity};
 pub(crate) use output::{MeasuredQuantity, OutputData};
 pub use rotation::{EulerSequence, Rotation};
@@ -46,6 +46,8 @@ pub(crate) struct CoordinateData<S> {
     pub is_driven_twice: bool,
     /// True if it is determined by other coordinates: it then has no weight in the distance from the built positions.
     pub is_follower: bool,
+    /// The switch that is on while a follower keeps its place, as where friction sticks.
+    pub holding: Option<usize>,
 }
 
 /// A coordinate whose initial value follows from those of other coordinates, such as the angle of a joint.
@@ -150,6 +152,7 @@ impl<S: Scalar> Mechanism<S> {
             motion: None,
             is_driven_twice: false,
             is_follower: false,
+            holding: None,
         });
         Coordinate(self.coordinates.len() - 1)
     }

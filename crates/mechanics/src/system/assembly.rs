@@ -5,7 +5,8 @@ use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::System;
 use crate::system::dof_map::DofMap;
-use crate::system::linearization::Linearization;
+use crate::system::linearization::{HELD, Linearization};
+use crate::system::modes::Modes;
 use crate::system::state::{State, evaluate, gather};
 use nalgebra::DMatrix;
 
@@ -186,6 +187,9 @@ impl System {
     ) {
         rows.fill([0.0]);
         self.begin_matrix(linearization);
+        if linearization == Linearization::velocity_projection() {
+            self.hold_followers(&state.modes);
+        }
         for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
             let constraint = instance.num_constraints > 0;
             let is_load = instance.num_reactions > 0 && !linearization.reaction_loads;
@@ -226,6 +230,14 @@ impl System {
                 entries[slot] += columns[from] * linearization.constraint_scale;
                 entries[mirrored] += columns[from] / tangent_weights.position;
             }
+        }
+    }
+
+    /// Gives followers that a switch holds their weight in the projection of velocities.
+    fn hold_followers(&mut self, modes: &Modes) {
+        let entries = self.factor.entries_mut();
+        for &(slot, switch) in &self.held_diagonal {
+            entries[slot] = if modes.is_on(switch) { HELD } else { 0.0 };
         }
     }
 

@@ -19,6 +19,9 @@ pub struct Linearization {
     pub reaction_loads: bool,
 }
 
+/// Weight of the velocity of a follower that is held in a projection of velocities: far above those of other coordinates, which are one.
+pub(crate) const HELD: f64 = 1e9;
+
 impl Linearization {
     /// Matrix of an implicit time step, whose unknowns are accelerations.
     ///
@@ -78,7 +81,7 @@ impl Linearization {
     }
 
     /// Identity and Φ_q, for the nearest velocities that satisfy the constraints at given positions: Φ̇ is linear in them, so reactions
-    /// do not enter.
+    /// do not enter. Followers that are held have the weight [`HELD`].
     pub fn velocity_projection() -> Self {
         Self { geometric_stiffness: false, ..Self::projection() }
     }

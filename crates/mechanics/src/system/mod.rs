@@ -69,6 +69,8 @@ pub struct System {
     pattern: Vec<Vec<usize>>,
     /// Slots of the free coordinates' diagonal entries.
     free_diagonal: Vec<usize>,
+    /// Diagonal entries of followers that a switch holds in place, and these switches.
+    held_diagonal: Vec<(usize, usize)>,
     factor: Factor,
     jacobian_workspace: JacobianWorkspace,
     workspace: ElementWorkspace<f64>,
@@ -112,6 +114,9 @@ impl System {
         let multiplier_equation = equations.split_off(n).into_iter().flatten().collect();
         let weighted = equations.iter().zip(&mechanism.coordinates).filter(|(_, coordinate)| !coordinate.is_follower);
         let free_diagonal = weighted.filter_map(|(&equation, _)| equation).map(|i| factor.slot(i, i)).collect();
+        let held = equations.iter().zip(&mechanism.coordinates);
+        let held = held.filter_map(|(&equation, coordinate)| Some((equation?, coordinate.holding?)));
+        let held_diagonal = held.map(|(i, switch)| (factor.slot(i, i), switch)).collect();
         Ok(Self {
             equation_of: equations,
             multiplier_equation,
@@ -122,6 +127,7 @@ impl System {
             unknowns,
             pattern,
             free_diagonal,
+            held_diagonal,
             factor,
             jacobian_workspace,
             workspace,

@@ -16,21 +16,11 @@ use linkwright_mechanics::{Coordinate, Dynamics, GeneralizedAlpha, Mechanism, Pa
 /// Values of all outputs at the last of the `times` (s), by all schemes with fixed and adaptive steps, of a motion that begins at the time
 /// `start` (s).
 fn by_all_schemes(m: &Mechanism<f64>, start: f64, times: &[f64]) -> Vec<(&'static str, Vec<f64>)> {
-    by_schemes(&["rk8", "rk5", "generalized-alpha", "hht", "adaptive"], m, start, times)
-}
-
-/// As [`by_all_schemes`], by the `schemes` with these names.
-fn by_schemes(
-    schemes: &[&'static str],
-    m: &Mechanism<f64>,
-    start: f64,
-    times: &[f64],
-) -> Vec<(&'static str, Vec<f64>)> {
     let longest = times[1] - times[0];
     let explicit =
         |settings: Explicit| simulate_explicitly(m, &Explicit { start, ..settings }.with_longest_step(longest), times);
     let implicit = |settings: Dynamics| simulate(m, &Dynamics { start, ..settings }, times);
-    let run = |&scheme: &&'static str| {
+    let run = |scheme: &'static str| {
         let run = match scheme {
             "rk8" => explicit(Explicit::eighth_order(1e-9)),
             "rk5" => explicit(Explicit::adaptive(1e-9)),
@@ -44,7 +34,7 @@ fn by_schemes(
         let history = run.unwrap_or_else(|error| panic!("{scheme}: {error}"));
         (scheme, history.values.iter().map(|values| *values.last().unwrap()).collect())
     };
-    schemes.iter().map(run).collect()
+    ["rk8", "rk5", "generalized-alpha", "hht", "adaptive"].into_iter().map(run).collect()
 }
 
 /// `points` times of equal distance from `start` to `end` (s).
@@ -148,18 +138,13 @@ impl Sliders {
 
     /// Compares the positions at 3 s with the `exact` ones by all schemes.
     fn check(&self, exact: &[f64], accuracy: f64) {
-        compare(by_all_schemes(&self.mechanism(0.0), 0.0, &times(0.0, 3.0, 151)), exact, accuracy);
-    }
-
-    /// As [`Sliders::check`], without adaptive implicit steps.
-    fn check_on_belt(&self, m: &Mechanism<f64>, exact: &[f64], accuracy: f64) {
-        let schemes = ["rk8", "rk5", "generalized-alpha", "hht"];
-        compare(by_schemes(&schemes, m, 0.0, &times(0.0, 3.0, 151)), exact, accuracy);
+        compare(&self.mechanism(0.0), exact, accuracy);
     }
 }
 
-fn compare(runs: Vec<(&'static str, Vec<f64>)>, exact: &[f64], accuracy: f64) {
-    for (scheme, values) in runs {
+/// Compares the outputs at 3 s with the `exact` ones by all schemes.
+fn compare(m: &Mechanism<f64>, exact: &[f64], accuracy: f64) {
+    for (scheme, values) in by_all_schemes(m, 0.0, &times(0.0, 3.0, 151)) {
         let error = values.iter().zip(exact).map(|(ours, exact)| (ours - exact).abs()).fold(0.0, f64::max);
         println!("{scheme}: {error:.1e}");
         assert!(error < accuracy, "{scheme}: {values:?} {exact:?}");
@@ -252,8 +237,7 @@ fn on_a_belt() -> Sliders {
 
 #[test]
 fn friction_at_rest_on_a_belt_whose_speed_varies_stays_at_rest() {
-    let sliders = on_a_belt();
-    sliders.check_on_belt(&sliders.mechanism(0.0), &[-0.0796829], 2e-5);
+    on_a_belt().check(&[-0.0796829], 2e-5);
     let load = [-1.263, 3.155, std::f64::consts::FRAC_PI_2];
     let sliders = Sliders {
         masses: vec![[0.816, 0.0, 20.01]],
@@ -263,7 +247,7 @@ fn friction_at_rest_on_a_belt_whose_speed_varies_stays_at_rest() {
         belt: [0.5, 0.05, 5.739],
         ..Sliders::default()
     };
-    sliders.check_on_belt(&sliders.mechanism(0.0), &[0.3207272], 2e-5);
+    sliders.check(&[0.3207272], 2e-5);
 }
 
 #[test]
@@ -286,10 +270,8 @@ fn a_slider_between_the_ground_and_a_belt_that_turns_back_stays_on_one_of_them()
 
 #[test]
 fn bodies_on_planes_in_space_stick_and_slide_as_sliders() {
-    let sliders = on_a_belt();
-    sliders.check_on_belt(&sliders.in_space(), &[-0.0796829], 2e-5);
-    let sliders = between_ground_and_belt();
-    sliders.check_on_belt(&sliders.in_space(), &[0.4075722], 2e-5);
+    compare(&on_a_belt().in_space(), &[-0.0796829], 2e-5);
+    compare(&between_ground_and_belt().in_space(), &[0.4075722], 2e-5);
 }
 
 /// Sliders that begin at rest under constant loads: friction between the first two slides, that to the ground holds the second one.
@@ -425,6 +407,7 @@ fn derivatives_between_the_ground_and_a_belt_are_differences() {
     let settings = Explicit::eighth_order(1e-11).with_longest_step(0.05);
     let direct = differentiate_explicitly(&BetweenGroundAndBelt, &b, &settings, &ends).unwrap();
     let implicit = differentiate(&BetweenGroundAndBelt, &b, &Dynamics::fixed(5e-4), &ends).unwrap();
+    let adaptive = differentiate(&BetweenGroundAndBelt, &b, &Dynamics::adaptive(1e-8), &ends).unwrap();
     let at = |b: &[f64]| simulate_explicitly(&BetweenGroundAndBelt.build(b).unwrap(), &settings, &ends).unwrap().values;
     for k in 0..b.len() {
         let difference = |step: f64| {
@@ -440,15 +423,18 @@ fn derivatives_between_the_ground_and_a_belt_are_differences() {
         let exact = [0, 1, 2].map(|point| (4.0 * fine(point) - coarse(point)) / 3.0);
         let largest = exact.iter().fold(0.0f64, |largest, slope| largest.max(slope.abs()));
         for (point, exact) in exact.into_iter().enumerate() {
-            let (slope, other) = (direct.gradients[0][point][k], implicit.gradients[0][point][k]);
-            println!("{k} at {} s: {slope:.9} {other:.9} {exact:.9}", ends[point]);
+            let slope = direct.gradients[0][point][k];
+            println!("{k} at {} s: {slope:.9} {exact:.9}", ends[point]);
             assert!((slope - exact).abs() < 1e-6 * largest, "{k}: {slope} {exact}");
-            assert!((other - exact).abs() < 3e-3 * largest, "{k}: {other} {exact}");
+            for other in [&implicit, &adaptive].map(|steps| steps.gradients[0][point][k]) {
+                assert!((other - exact).abs() < 3e-3 * largest, "{k}: {other} {exact}");
+            }
         }
     }
-    let fixed = [Dynamics { newton: Newton { tolerance: 1e-12, iterations: 30 }, ..Dynamics::fixed(2e-3) }];
-    check_adjoint_by(&fixed, ("belt", 1e-9), &BetweenGroundAndBelt, &b, &ends);
-    check_semi_analytical_by(&fixed, ("belt", 1e-5), &BetweenGroundAndBelt, &b, &ends);
+    let newton = Newton { tolerance: 1e-12, iterations: 30 };
+    let steps = [Dynamics::fixed(2e-3), Dynamics::adaptive(1e-6)].map(|steps| Dynamics { newton, ..steps });
+    check_adjoint_by(&steps, ("belt", 1e-9), &BetweenGroundAndBelt, &b, &ends);
+    check_semi_analytical_by(&steps, ("belt", 1e-5), &BetweenGroundAndBelt, &b, &ends);
 }
 
 /// A body at a stop and one on which friction rests begin to move together: the contact opens and friction breaks away at the same time. The step

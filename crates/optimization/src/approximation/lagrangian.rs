@@ -3,10 +3,7 @@
 use super::LinearizationPoint;
 use crate::problem::{Problem, Quantity, Responses, RowId, Sensitivities, SignedQuantity};
 use error::{Error, Result};
-use nlp::LowRank;
-
-/// Fraction of the expected curvature below which a step is damped.
-const DAMPING: f64 = 0.2;
+use nlp::{LowRank, powell_damping};
 
 /// ½ dᵀ B d added to the approximate objective, where B follows the Hessian of the Lagrangian
 ///
@@ -139,7 +136,7 @@ fn limited_memory(pairs: &[CurvaturePair]) -> Option<LowRank> {
         if !(is_divisor(expected) && seen.is_finite()) {
             continue;
         }
-        let θ = if seen >= DAMPING * expected { 1.0 } else { (1.0 - DAMPING) * expected / (expected - seen) };
+        let θ = powell_damping(expected, seen);
         let damped: Vec<f64> = y.iter().zip(&bs).map(|(y, b)| θ * y + (1.0 - θ) * b).collect();
         let along = dot(s, &damped);
         if is_divisor(along) {

@@ -5,6 +5,7 @@ use super::{AnyModel, Approximation, Expansion, FittedModel, Sample};
 use crate::problem::{Problem, ProblemScalar};
 use error::{Error, Result};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nlp::powell_damping;
 use std::sync::Arc;
 
 /// A quadratic with a full Hessian B:
@@ -102,7 +103,7 @@ fn bfgs(expansion: &Expansion) -> DMatrix<f64> {
     for [s, y] in &pairs {
         let bs = &b * s;
         let sbs = s.dot(&bs);
-        let θ = if s.dot(y) >= 0.2 * sbs { 1.0 } else { 0.8 * sbs / (sbs - s.dot(y)) };
+        let θ = powell_damping(sbs, s.dot(y));
         let damped = y * θ + &bs * (1.0 - θ);
         let along = s.dot(&damped);
         if sbs > 0.0 && along > 0.0 {

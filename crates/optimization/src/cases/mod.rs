@@ -20,6 +20,7 @@ pub mod impact_absorber;
 pub mod nonlinear_absorber;
 mod optimum;
 pub mod quadratic_forms;
+mod random;
 pub mod segmented_cantilever;
 pub mod slider_crank;
 #[cfg(feature = "mechanics")]

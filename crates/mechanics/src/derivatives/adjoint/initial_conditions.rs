@@ -278,8 +278,8 @@ impl<'m> InitialConditionAdjoint<'m> {
             let AdjointBatch { state, multipliers, .. } = &mut **batch;
             for (psi, unknown) in multipliers.iter().zip(&self.unknowns) {
                 if let Unknown::Coordinate(i) = *unknown {
-                    let weight = if self.mechanism.coordinates[i].is_follower { 0.0 } else { -1.0 };
-                    adjoint_of(part, state)[i] = psi.map(|x| x * weight);
+                    let weight = part.weight(self.mechanism, &values.modes, i);
+                    adjoint_of(part, state)[i] = psi.map(|x| -x * weight);
                 }
             }
         }

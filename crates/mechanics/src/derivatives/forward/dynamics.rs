@@ -116,6 +116,22 @@ where
 /// Change of a gap with the design, as a fraction of its terms, below which two events stay simultaneous.
 const SIMULTANEOUS: f64 = 1e-6;
 
+/// Checks that two events at the time `t` (s) stay simultaneous in neighbouring designs: the derivatives of the gap of the second one do not
+/// change from those at a `fixed` time to those at the time of the first one, which `moved` with the design.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] if a change of the design separates them: the motion depends on their order.
+pub(crate) fn check_simultaneous<const L: usize>(
+    [first, second]: [&str; 2],
+    [fixed, moved]: [[f64; L]; 2],
+    t: f64,
+) -> Result<()> {
+    let size = fixed.iter().chain(&moved).fold(0.0, |size: f64, x| size.max(x.abs()));
+    let is_same = moved.iter().all(|x| x.abs() <= SIMULTANEOUS * size);
+    if is_same { Ok(()) } else { Err(separated(first, second, t)) }
+}
+
 /// The error of two events at the time `t` (s) that a change of the design separates.
 pub(crate) fn separated(first: &str, second: &str, t: f64) -> Error {
     let why = format!(
@@ -311,19 +327,11 @@ where
     }
 
     /// Checks that the `switch` crosses zero with the `contact` in all neighbouring designs: at the end of the step `h`.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Analysis`] if a change of the design separates them: the motion depends on their order.
     fn check_simultaneous(&mut self, step: &ConvergedStep, h: T, contact: usize, switch: usize) -> Result<()> {
         let fixed = self.event_value(step, T::from(step.h), switch)?.derivatives();
         let moved = self.event_value(step, h, switch)?.derivatives();
-        let size = fixed.iter().chain(&moved).fold(0.0, |size: f64, x| size.max(x.abs()));
-        if moved.iter().all(|x| x.abs() <= SIMULTANEOUS * size) {
-            return Ok(());
-        }
-        let [first, second] = [contact, switch].map(|k| &self.plain.events[k].gap.name);
-        Err(separated(first, second, step.end.t))
+        let names = [contact, switch].map(|k| self.plain.events[k].gap.name.as_str());
+        check_simultaneous(names, [fixed, moved], step.end.t)
     }
 
     /// Applies the impact or the switch of the contact that the last step has closed, if any.

@@ -10,12 +10,14 @@ use crate::initial_conditions::{Projection, acceleration_rows};
 use crate::initial_velocities::{VelocityMatrix, VelocityProjection, sticking_coordinates};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2};
-use crate::system::linearization::Linearization;
+use crate::system::linearization::{HELD, Linearization};
+use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
 
-/// A projection of part of a state onto the constraints: x − x_guess + Φ_qᵀ μ = 0 with one of these constraints.
+/// A projection of part of a state onto the constraints: W (x − x_guess) + Φ_qᵀ μ = 0 with one of these constraints. The weights W are one, and zero
+/// for coordinates that follow others; velocities of followers that are held have a very large one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ProjectedPart {
     /// Positions q, with Φ = 0.
@@ -30,6 +32,17 @@ impl ProjectedPart {
         match self {
             Self::Positions => &mut state.q,
             Self::Velocities => &mut state.v,
+        }
+    }
+
+    /// The weight of a coordinate in the projection, with the `modes` of the motion.
+    pub fn weight<S>(self, mechanism: &Mechanism<S>, modes: &Modes, coordinate: usize) -> f64 {
+        let coordinate = &mechanism.coordinates[coordinate];
+        let is_held = || coordinate.holding.is_some_and(|switch| modes.is_on(switch));
+        match self {
+            _ if !coordinate.is_follower => 1.0,
+            Self::Velocities if is_held() => HELD,
+            _ => 0.0,
         }
     }
 
@@ -216,7 +229,7 @@ where
         part.factorize(self.system, self.plain, values, projection)?;
         let mut jets = ElementWorkspace::<Jet2<T>>::default();
         for _ in 0..T::ORDER {
-            self.projection_rows(part, &guess, state);
+            self.projection_rows(part, (&guess, &values.modes), state);
             if part == ProjectedPart::Velocities {
                 self.system.constraint_rates(self.mechanism, state, 1, &mut jets, &mut self.rows);
             }
@@ -249,14 +262,13 @@ where
         }
     }
 
-    /// Rows of the point on the constraints nearest to `guess`: x − guess + Φ_qᵀ μ, and Φ.
-    fn projection_rows(&mut self, part: ProjectedPart, guess: &[T], state: &mut State<T>) {
+    /// Rows of the point on the constraints nearest to `guess`: W (x − guess) + Φ_qᵀ μ, and Φ.
+    fn projection_rows(&mut self, part: ProjectedPart, (guess, modes): (&[T], &Modes), state: &mut State<T>) {
         self.system.constraint_rows(self.mechanism, state, &mut ElementWorkspace::default(), &mut self.rows);
         for (row, unknown) in self.rows.iter_mut().zip(self.system.unknowns()) {
-            if let Unknown::Coordinate(i) = *unknown
-                && !self.mechanism.coordinates[i].is_follower
-            {
-                *row += part.of(state)[i] - guess[i];
+            if let Unknown::Coordinate(i) = *unknown {
+                let weight = part.weight(self.plain, modes, i);
+                *row += (part.of(state)[i] - guess[i]) * weight;
             }
         }
     }

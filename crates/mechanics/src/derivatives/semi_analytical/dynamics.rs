@@ -19,7 +19,7 @@ use crate::integrators::consistent_ends::at_event;
 use crate::integrators::generalized_alpha::Step;
 use crate::integrators::velocity_violation::consistent_velocities;
 use crate::linalg::factor::SolveWorkspace;
-use crate::mechanism::{Mechanism, ParametricMechanism};
+use crate::mechanism::{Mechanism, ParametricMechanism, refuse_switches};
 use crate::system::System;
 use crate::system::outputs::Sampler;
 use crate::system::state::State;
@@ -74,7 +74,8 @@ fn propagate_differences(
     steps: &mut ImplicitSteps<'_>,
 ) -> Result<OutputGradients> {
     let (plain, start) = (steps.mechanism, steps.start.clone());
-    refuse_switches(plain)?;
+    let why = "semi-analytical derivatives take differences across the jump of the force at a switch";
+    refuse_switches(&plain.events, why, "take direct or adjoint derivatives, or an event that activates the force")?;
     check_outputs(&steps.system, plain, &start)?;
     let mut initial = InitialDifferences { plain, system: &mut steps.system };
     let states = initial.start(&mut differences, &start, &steps.projection, settings)?;
@@ -96,16 +97,6 @@ const UNSETTLED: f64 = 1e-3;
 /// Displacement in m or rad, for a change of the design variable by its own size, that is zero but for rounding: where nothing moves and
 /// all positions are zero, derivatives of positions have no scale of their own.
 const NOWHERE: f64 = 1e-24;
-
-/// Checks that the mechanism has no switch: the force jumps between the states on both sides of the design.
-fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
-    let mut switches = mechanism.events.iter().filter(|event| event.is_switch());
-    switches.next().map_or(Ok(()), |switch| {
-        let why = "semi-analytical derivatives take differences across the jump of the force at a switch";
-        let remedy = "take direct or adjoint derivatives, or an event that activates the force";
-        Err(Error::unsupported(&switch.gap.name, why, remedy))
-    })
-}
 
 /// The derivatives of a motion with respect to one design variable, which are propagated along implicit steps.
 struct DifferenceSensitivity<'m> {

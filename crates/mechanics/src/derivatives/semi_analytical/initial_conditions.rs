@@ -28,8 +28,8 @@ const PASSES: usize = 2;
 /// Role of the coordinates from which a problem is solved.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Guess {
-    /// The solution x is the nearest one: the equations have the term x − guess.
-    Nearest,
+    /// The solution x is the nearest one: the equations have the term W (x − guess), with the weights of this projection.
+    Nearest(ProjectedPart),
     /// The solution does not depend on them.
     None,
 }
@@ -176,7 +176,7 @@ impl InitialDifferences<'_> {
             }
         };
         part.factorize(self.system, self.plain, values, projection)?;
-        self.solve(differences, &at, sensitivities, |state| part.of(state), Guess::Nearest, residual);
+        self.solve(differences, &at, sensitivities, |state| part.of(state), Guess::Nearest(part), residual);
         // The multipliers of the projection are not those of the motion.
         sensitivities.iter_mut().for_each(|sensitivity| sensitivity.l.fill(0.0));
         Ok(())
@@ -241,13 +241,11 @@ impl InitialDifferences<'_> {
                 });
                 rows.clear();
                 rows.extend(derivatives.map(|derivative| [derivative]));
-                if role == Guess::Nearest {
+                if let Guess::Nearest(part) = role {
                     let solution = which(sensitivity);
                     for (row, unknown) in rows.iter_mut().zip(self.system.unknowns()) {
-                        if let Unknown::Coordinate(i) = *unknown
-                            && !self.plain.coordinates[i].is_follower
-                        {
-                            row[0] += solution[i] - guess[i];
+                        if let Unknown::Coordinate(i) = *unknown {
+                            row[0] += (solution[i] - guess[i]) * part.weight(self.plain, &at.modes, i);
                         }
                     }
                 }

@@ -123,6 +123,7 @@ impl<S: Scalar> Mechanism<S> {
         let on_joint = ElementInstance::new(name.into(), Arc::new(Sticking), &[a, b, sliding], &parameters, multiplier);
         self.elements.push(ElementInstance { num_reactions: 1, ..on_joint });
         let sticking = self.add_switch(self.elements.len() - 1, true);
+        self.coordinates[sliding.0].holding = Some(sticking);
         let resting = self.add_mode();
         let unilateral = Unilateral::Friction { joint: joint.0, multiplier, forward, backward, sticking, resting };
         let gap = ElementInstance::new(name.into(), Arc::new(Margin), &[a, b], &[force * static_ratio], 0);

@@ -17,8 +17,8 @@ use crate::integrators::inspection::{InspectionTimes, breaks};
 use crate::integrators::prescribed_jumps::refuse_jumps;
 use crate::integrators::settings::StepSize;
 use crate::linalg::factor::Factor;
-use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::{Jet2, StateScalar};
+use crate::mechanism::{Mechanism, refuse_switches};
 use crate::system::linearization::Linearization;
 use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
@@ -522,7 +522,8 @@ pub(crate) fn start<'m>(
     recorded: bool,
 ) -> Result<(OdeDriver<MechanismRhs<'m>>, ConsistentState)> {
     settings.check(times)?;
-    refuse_switches(mechanism)?;
+    let why = "the stages of an explicit step that ends at a switch have forces of both sides of it";
+    refuse_switches(&mechanism.events, why, "use implicit steps, or an event that activates the force")?;
     let mut system = System::at(mechanism, settings.start)?;
     let mut state = State::built(mechanism, settings.start);
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
@@ -559,20 +560,6 @@ fn nominal_step(settings: &Explicit, times: &[f64]) -> StepSize {
     StepSize::Fixed(match &settings.step_control {
         StepControl::Fixed(h) => *h,
         _ => NOMINAL * (settings.end_after(times) - settings.start),
-    })
-}
-
-/// Checks that the mechanism has no switch, at which an element itself jumps.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`] naming the switch.
-fn refuse_switches(mechanism: &Mechanism<f64>) -> Result<()> {
-    let mut switches = mechanism.events.iter().filter(|event| event.is_switch());
-    switches.next().map_or(Ok(()), |switch| {
-        let why = "the stages of an explicit step that ends at a switch have forces of both sides of it";
-        let remedy = "use implicit steps, or an event that activates the force";
-        Err(Error::unsupported(&switch.gap.name, why, remedy))
     })
 }
 

@@ -1,10 +1,9 @@
 //! Positive definite Hessians for the quadratic program: BFGS updates and convexified exact Hessians.
 
 use super::state::SqpState;
+use crate::{orthonormal_basis, powell_damping};
 use nalgebra::{DMatrix, DVector};
 
-/// Smallest ratio of updated to previous curvature along the step (Powell).
-const DAMPING: f64 = 0.2;
 /// Least curvature, relative to the balanced one of each variable.
 const FLOOR: f64 = 1e-8;
 /// Size of entries of the Hessian, relative to the largest one, that counts as rounding.
@@ -14,7 +13,7 @@ const ALONE: f64 = 1e-6;
 /// Number of passes in which the rows are balanced.
 const PASSES: usize = 10;
 /// Relative norm of the part of a vector orthogonal to others, below which it counts as linearly dependent on them.
-const DEPENDENT: f64 = 1e-6;
+pub(super) const DEPENDENT: f64 = 1e-6;
 
 /// The initial Hessian unit · S⁻², with the scales S of the variables on the diagonal.
 pub(super) fn initial(scale: &[f64], unit: f64) -> DMatrix<f64> {
@@ -35,7 +34,7 @@ pub(super) fn damped_bfgs(b: &mut DMatrix<f64>, d: &DVector<f64>, y: &DVector<f6
     if previous <= 0.0 || !previous.is_finite() || !measured.is_finite() {
         return;
     }
-    let θ = if measured >= DAMPING * previous { 1.0 } else { (1.0 - DAMPING) * previous / (previous - measured) };
+    let θ = powell_damping(previous, measured);
     let r = y * θ + &bd * (1.0 - θ);
     let curvature = d.dot(&r);
     let mut next = &*b + &r * r.transpose() / curvature - &bd * bd.transpose() / previous;
@@ -125,22 +124,6 @@ fn active_outer_products(state: &SqpState, scale: &[f64]) -> DMatrix<f64> {
     out
 }
 
-/// Orthonormal vectors that span the given ones.
-pub(super) fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<f64>> {
-    let mut basis: Vec<DVector<f64>> = vec![];
-    for vector in vectors {
-        let mut rest = vector.clone();
-        // The second pass removes the rounding errors of the first.
-        for _ in 0..2 {
-            basis.iter().for_each(|known| rest.axpy(-known.dot(&rest), known, 1.0));
-        }
-        if rest.norm() > DEPENDENT * vector.norm() {
-            basis.push(rest.normalize());
-        }
-    }
-    basis
-}
-
 /// A positive definite matrix that equals H in the products of a tangent with any vector, except that its eigenvalues on the tangents are
 /// absolute values. Tangents are the vectors orthogonal to the orthonormal `normals`.
 ///
@@ -157,7 +140,7 @@ fn absolute_on_tangents(h: DMatrix<f64>, normals: &[DVector<f64>], floor: &DMatr
         return at_least(absolute_eigenvalues(h), floor);
     }
     let units = (0..n).map(|j| DVector::from_fn(n, |i, _| f64::from(i == j)));
-    let all = basis(normals.iter().cloned().chain(units));
+    let all = orthonormal_basis(normals.iter().cloned().chain(units), DEPENDENT);
     let (y, z) = (DMatrix::from_columns(&all[..normals.len()]), DMatrix::from_columns(&all[normals.len()..]));
     let along = |v: &DMatrix<f64>| at_least(absolute_eigenvalues(v.transpose() * &h * v), &(v.transpose() * floor * v));
     let (tangent, normal) = (along(&z), along(&y));

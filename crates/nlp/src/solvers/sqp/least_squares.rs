@@ -1,8 +1,8 @@
 //! Multipliers that balance the gradients of the active rows best, in the least-squares sense.
 
 use super::state::SqpState;
-use crate::Program;
 use crate::kkt::row_units;
+use crate::{Program, orthonormal_basis};
 use nalgebra::{DMatrix, DVector};
 
 /// Distance of a row from its limit, in its unit, up to which it counts as active.
@@ -57,7 +57,7 @@ pub(super) fn normals(
     let held = (0..n).filter(is_held).map(|j| DVector::from_fn(n, |k, _| f64::from(k == j)));
     let rows = (0..multipliers.len()).filter(|&i| program.is_equality(i) || multipliers[i] != 0.0);
     let gradient = |i: usize| DVector::from_fn(n, |j, _| state.row_gradients[(i, j)] * scale[j]);
-    super::curvature::basis(held.chain(rows.map(gradient)))
+    orthonormal_basis(held.chain(rows.map(gradient)), super::curvature::DEPENDENT)
 }
 
 /// The multipliers λ that minimize ‖slope + `gradients` λ‖, non-negative except for equalities; zero columns have λ = 0.

@@ -6,6 +6,7 @@
 #[cfg(feature = "mechanics")]
 use super::coupler_path::CouplerPath;
 use crate::cases::Optimum;
+use crate::cases::random::SplitMix64;
 use crate::function;
 use crate::problem::{
     ClosedForm, Constraint, DesignVariable, Functional, Point, Problem, ProblemBuilder, Quantity, TimeGrid,
@@ -110,18 +111,9 @@ fn parts(start: [f64; 8]) -> Result<ProblemBuilder> {
 ///
 /// Lengths b₁ to b₆ lie between 3, 10, −10, 3, 3, 3 and 15, 30, −1, 25, 25, 15, angles between 0 and 2π; the crank can
 /// rotate fully.
-///
-/// # Sources
-/// Random numbers: Steele, Lea & Flood, *OOPSLA* (2014) 453–472 (SplitMix64).
 pub fn random_starts(seed: u64, count: usize) -> Vec<[f64; 8]> {
-    let mut state = seed;
-    let mut draw = |[from, to]: [f64; 2]| {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        from + (to - from) * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    };
-    let starts = std::iter::repeat_with(|| START_RANGES.map(&mut draw));
+    let mut random = SplitMix64::new(seed);
+    let starts = std::iter::repeat_with(|| START_RANGES.map(|range| random.within(range)));
     starts.filter(|b| b[0] + (b[2] - b[5]).abs() <= 0.85 * b[1]).take(count).collect()
 }
 

@@ -1,5 +1,6 @@
 //! Noise of analyses.
 
+use crate::cases::random::{mixed, symmetric};
 use crate::problem::{Analysis, Problem, ResponseAt, Responses};
 use crate::responses::Differences;
 use error::Result;
@@ -62,19 +63,6 @@ impl Analysis for Absent {
     fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         Ok(DMatrix::zeros(wanted.len(), b.len()))
     }
-}
-
-/// The step of splitmix64: pseudo-random bits.
-pub(super) fn mixed(bits: u64) -> u64 {
-    let mut z = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
-/// A number in [−1, 1] from bits.
-pub(super) fn symmetric(bits: u64) -> f64 {
-    2.0 * (bits >> 11) as f64 / (1u64 << 53) as f64 - 1.0
 }
 
 #[cfg(test)]

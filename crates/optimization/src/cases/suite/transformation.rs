@@ -1,7 +1,8 @@
 //! Transformations that do not change the solution of a problem, except for its units: scaling, other starts, and noise.
 
-use super::noise::{Absent, Noisy, mixed, symmetric};
+use super::noise::{Absent, Noisy};
 use crate::cases::CatalogueEntry;
+use crate::cases::random::{SplitMix64, symmetric};
 use crate::problem::{
     Analysis, AnyFunction, AnyFunctional, ContinuousTime, DesignVariable, Intermediates, Point, Problem, QuantityForm,
     ResponseAt, Responses,
@@ -259,10 +260,10 @@ impl Transformation {
     }
 }
 
-/// A number in [−1, 1] from the name of a problem, the seed and the variable (splitmix64).
+/// A number in [−1, 1) from the name of a problem, the seed and the variable.
 fn uniform(name: &str, seed: u64, j: usize) -> f64 {
-    let start = crate::storage::fnv1a(name) ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    symmetric(mixed(start.wrapping_add((j as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15))))
+    let of_seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    symmetric(SplitMix64::new(crate::storage::fnv1a(name) ^ of_seed).after(j as u64).bits())
 }
 
 /// Factors of the variables; factor and constant of the response that is the objective, or of the objective's function.

@@ -15,7 +15,7 @@ use super::stationary::shortening;
 use crate::problem::{AnalyzedDesign, RowId};
 use crate::sao::Region;
 use nalgebra::{DMatrix, DVector};
-use nlp::{KktResidual, Solution};
+use nlp::{KktResidual, Solution, orthogonal_part, orthonormal_basis};
 
 /// Displacement of variables on which no function has depended, step that determines a curvature, and step along a zero curvature, in lengths.
 const DISPLACEMENT: f64 = 0.1;
@@ -115,7 +115,7 @@ impl<'a> TangentSpace<'a> {
 
     /// −∂L/∂b, projected onto the tangent space of the active rows.
     fn descent(&self) -> DVector<f64> {
-        without(&self.free(|j| -self.slope[j] * self.situation.units.lengths[j]), &self.normals)
+        orthogonal_part(&self.free(|j| -self.slope[j] * self.situation.units.lengths[j]), &self.normals)
     }
 
     /// Orthonormal steps of the run without their components along orthonormal vectors; if `are_local`, only those along which the
@@ -125,7 +125,7 @@ impl<'a> TangentSpace<'a> {
         let step = |ends: &[AcceptedPoint]| self.free(|j| (ends[1].design[j] - ends[0].design[j]) / lengths[j]);
         let is_meant = |ends: &&[AcceptedPoint]| !are_local || self.is_local(ends);
         let along = |step: DVector<f64>| {
-            let rest = without(&step, normals);
+            let rest = orthogonal_part(&step, normals);
             (is_long(&step) && rest.norm() > INDEPENDENT * step.norm()).then_some(rest)
         };
         basis(points.windows(2).filter(is_meant).map(step).filter_map(along))
@@ -179,7 +179,7 @@ impl<'a> TangentSpace<'a> {
     /// True if steps along a direction have hardly changed the slope along it. The lengths then do not bound the step along it.
     fn is_steady(&self, direction: &DVector<f64>, slope: f64) -> bool {
         let mut change = 0.0;
-        let is_known = without(direction, &self.steps(&self.binding, false)).norm() < MOSTLY;
+        let is_known = orthogonal_part(direction, &self.steps(&self.binding, false)).norm() < MOSTLY;
         is_known
             && self.pairs().iter().rev().all(|[_, of_slope]| {
                 change += of_slope.dot(direction);
@@ -231,9 +231,9 @@ impl<'a> TangentSpace<'a> {
         // The curvature of functions that are given directly is known.
         let is_explicit = self.weights.iter().all(|w| *w == 0.0);
         let steps = if is_explicit { tangent.to_vec() } else { self.steps(&self.binding, true) };
-        let unknown = basis(tangent.iter().map(|v| without(v, &steps)).filter(|v| v.norm() > INDEPENDENT));
+        let unknown = basis(tangent.iter().map(|v| orthogonal_part(v, &steps)).filter(|v| v.norm() > INDEPENDENT));
         let is_partly_unknown = !unknown.is_empty() && steps.len() < tangent.len();
-        let among_unknown = |direction: &DVector<f64>| without(&conjugate(direction, &pairs), &self.binding);
+        let among_unknown = |direction: &DVector<f64>| orthogonal_part(&conjugate(direction, &pairs), &self.binding);
         let too_long = self.too_long();
         let explorations = explorations - too_long;
         if is_partly_unknown && explorations == 0 && too_long < MOST_EXPLORATIONS {
@@ -270,7 +270,8 @@ impl<'a> TangentSpace<'a> {
     fn violation(&self, direction: &DVector<f64>) -> f64 {
         let CycleContext { here, units, .. } = self.situation;
         let gradient = |i: usize| self.free(|j| here.jacobian[(i, j)] * units.lengths[j]);
-        let change = |g: DVector<f64>| without(&g, &self.binding).dot(direction) / g.norm().max(f64::MIN_POSITIVE);
+        let change =
+            |g: DVector<f64>| orthogonal_part(&g, &self.binding).dot(direction) / g.norm().max(f64::MIN_POSITIVE);
         let active = (0..here.c.len()).filter(|&i| !here.equality[i] && here.is_active(i, &units.lengths));
         active.map(|i| change(gradient(i)).max(0.0)).sum()
     }
@@ -350,9 +351,9 @@ impl CycleContext<'_> {
         let tangent = TangentSpace::new(self, negligible);
         let (lengths, widths) = (&self.units.lengths, &self.memory.widths);
         let descent = tangent.descent();
-        let new = without(&descent, &tangent.steps(&tangent.normals, false));
+        let new = orthogonal_part(&descent, &tangent.steps(&tangent.normals, false));
         if !has_settled && self.memory.rejections == 0 && new.amax() > negligible {
-            let direction = without(&conjugate(&new, &tangent.pairs()), &tangent.normals);
+            let direction = orthogonal_part(&conjugate(&new, &tangent.pairs()), &tangent.normals);
             let to_limit = |j: usize| widths[j] / (lengths[j] * direction[j].abs());
             let size = (0..self.n()).map(to_limit).fold(f64::INFINITY, f64::min);
             return Some(self.along(&direction, size, widths, Purpose::Improvement));
@@ -516,22 +517,5 @@ fn largest_single(slope: &[f64], lengths: &[f64]) -> f64 {
 
 /// Orthonormal vectors that span the given ones.
 fn basis(vectors: impl Iterator<Item = DVector<f64>>) -> Vec<DVector<f64>> {
-    let mut basis = vec![];
-    for vector in vectors {
-        let rest = without(&vector, &basis);
-        if rest.norm() > INDEPENDENT * vector.norm() {
-            basis.push(rest.normalize());
-        }
-    }
-    basis
-}
-
-/// A vector without its components along orthonormal ones.
-fn without(vector: &DVector<f64>, known: &[DVector<f64>]) -> DVector<f64> {
-    let mut rest = vector.clone();
-    // The second pass removes the rounding errors of the first.
-    for _ in 0..2 {
-        known.iter().for_each(|k| rest.axpy(-k.dot(&rest), k, 1.0));
-    }
-    rest
+    orthonormal_basis(vectors, INDEPENDENT)
 }

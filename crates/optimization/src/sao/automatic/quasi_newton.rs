@@ -1,12 +1,11 @@
 //! Quasi-Newton matrices from the changes of a gradient along accepted steps.
 
 use nalgebra::{DMatrix, DVector};
+use nlp::powell_damping;
 
 /// A step and the change of the gradient along it, in variables divided by their lengths.
 pub(super) type SecantPair = [DVector<f64>; 2];
 
-/// Least ratio sᵀy / sᵀBs of the damped update.
-const DAMPING: f64 = 0.2;
 /// Least |vᵀs| / ‖v‖‖s‖ of a symmetric rank-one update.
 const SKIP: f64 = 1e-6;
 
@@ -50,7 +49,7 @@ pub(super) fn damped_bfgs(pairs: &[SecantPair]) -> Option<DMatrix<f64>> {
         if !(expected > 0.0) {
             continue;
         }
-        let θ = if seen >= DAMPING * expected { 1.0 } else { (1.0 - DAMPING) * expected / (expected - seen) };
+        let θ = powell_damping(expected, seen);
         let r = y * θ + &bs * (1.0 - θ);
         rank_one(&mut b, -1.0 / expected, &bs);
         rank_one(&mut b, 1.0 / s.dot(&r), &r);

@@ -6,7 +6,7 @@
 //! both lengths carry derivatives, see [`saltation`].
 
 use crate::analyses::sampling::OutputRecorder;
-use crate::derivatives::forward::dynamics::separated;
+use crate::derivatives::forward::dynamics::check_simultaneous;
 use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, StepEvent};
 use crate::derivatives::forward::explicit::relative_steps::propagate_relative;
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
@@ -36,9 +36,6 @@ use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
 use error::Seconds;
-
-/// Change of a gap with the design, as a fraction of its terms, below which two events stay simultaneous.
-const SIMULTANEOUS: f64 = 1e-6;
 
 /// Simulates `plain` by explicit steps and propagates the `L` derivatives of each of the `mechanisms` to the last of `times`.
 pub(crate) fn propagate_repeated<T: DerivativeScalar<L>, const L: usize>(
@@ -323,15 +320,12 @@ where
         };
         let mut simultaneous = simultaneous_switches(self.plain, contact, values, length);
         for &event in &simultaneous {
-            let [fixed, moved] = [given, h].map(|h| {
+            let rates = [given, h].map(|h| {
                 self.repeat_step(record, h);
                 self.mechanism.events[event].gap(&self.end).derivatives()
             });
-            let size = fixed.iter().chain(&moved).fold(0.0, |size: f64, x| size.max(x.abs()));
-            if moved.iter().any(|x| x.abs() > SIMULTANEOUS * size) {
-                let [first, second] = [contact, event].map(|k| &self.plain.events[k].gap.name);
-                return Err(separated(first, second, values.t));
-            }
+            let names = [contact, event].map(|k| self.plain.events[k].gap.name.as_str());
+            check_simultaneous(names, rates, values.t)?;
         }
         self.repeat_step(record, h);
         let nominal = self.event_step.nominal();

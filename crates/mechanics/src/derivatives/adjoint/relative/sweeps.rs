@@ -1,422 +1,39 @@
-//! The discrete adjoint of a motion by explicit steps in relative coordinates.
-//!
-//! At a stage the joints' rows vanish, r(q, v, v̇, p) = 0 with the mass matrix A = ∂r/∂v̇. With ψ = −A⁻¹ ā the derivatives with respect
-//! to everything else are ψᵀ ∂r = ∂(ψ_absᵀ r_abs), where ψ_abs = J ψ are the virtual displacements of the bodies: products of the
-//! elements, and one transposed sweep of the tree. A reaction λ is a power as well: that of a virtual displacement that opens its joint.
+//! Adjoint states of a batch of responses at the stages of a step, and their propagation through a stage.
 
-use crate::Result;
-use crate::checkpointing::recording::ExplicitRecording;
-use crate::checkpointing::reverse_playback::ReversePlayback;
-use crate::checkpointing::trajectory_store::Checkpointable;
+use super::stage::RelativeStage;
 use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues, add};
 use crate::derivatives::adjoint::batch::AdjointBatch;
-use crate::derivatives::adjoint::element_vjp::{ElementRows, ElementVariable, ElementVjp};
-use crate::derivatives::adjoint::initial_conditions::gradients_from_start;
-use crate::derivatives::adjoint::problem::{
-    AdjointProblem, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
-};
+use crate::derivatives::adjoint::element_vjp::ElementRows;
+use crate::derivatives::adjoint::problem::OutputTerm;
 use crate::derivatives::forward::explicit::constraint::ConstraintDerivative;
-use crate::derivatives::forward::explicit::entries::Entries;
-use crate::derivatives::forward::explicit::linearize::{ElementWorkspaces, Linearizer};
-use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
-use crate::integrators::explicit::ode_driver::OdeDriver;
-use crate::integrators::explicit::settings::Explicit;
-use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::explicit::tableau::{DenseWeights, Tableau};
 use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::Dual8;
 use crate::system::System;
-use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::tree::articulated::ArticulatedWorkspace;
-use crate::tree::cut;
-use crate::tree::dynamics::{ProjectionRecord, TreeDynamics};
+use crate::tree::dynamics::ProjectionRecord;
 use crate::tree::joint::TreeBody;
 use crate::tree::joint::{Joint, joint_coordinate, motion_of};
-use crate::tree::plan::CutRow;
 use crate::tree::plan::Tree;
 use crate::tree::space::placed::Twist;
 use crate::tree::space::transpose::BodyAdjoint;
-use crate::tree::space::transpose::{NodeJacobian, SpacePoint, StartVariable};
+use crate::tree::space::transpose::StartVariable;
 use crate::tree::transpose::{TreePoint, VirtualDisplacements};
 use autodiff::WIDTH;
-use nalgebra::DMatrix;
-
-/// Computes gradients from the `recording` of a motion whose unknowns are those of `dynamics`.
-pub(crate) fn solve_relative(
-    problem: &AdjointProblem<'_>,
-    settings: &Explicit,
-    times: &[f64],
-    recording: &ExplicitRecording,
-    dynamics: TreeDynamics,
-) -> Result<(DMatrix<f64>, ReplayStatistics)> {
-    let mut steps = ReverseRelativeSteps::new(problem, settings, times, recording, dynamics)?;
-    propagate_backwards(problem, &mut steps)?;
-    steps.finish()?;
-    let ReverseRelativeSteps { mut adjoints, playback, .. } = steps;
-    let statistics = ReplayStatistics::of(recording.store.steps(), &playback);
-    let batches = adjoints.iter_mut().map(|adjoint| &mut adjoint.batch).collect();
-    Ok((gradients_from_start(problem, recording, batches)?, statistics))
-}
-
-/// The explicit steps of a motion, repeated for their stages, with the adjoint states of all responses.
-struct ReverseRelativeSteps<'m> {
-    adjoints: Vec<RelativeAdjoint>,
-    playback: ReversePlayback<'m, OdeDriver<MechanismRhs<'m>>>,
-    recording: &'m ExplicitRecording,
-    /// Repeats the steps and stores their stages.
-    driver: OdeDriver<MechanismRhs<'m>>,
-    stage: RelativeStage<'m>,
-    method: &'static Tableau,
-    /// Length of the step in s.
-    h: f64,
-    /// Time, state and rates at the start of the motion.
-    first: Vec<f64>,
-    /// End of the step to load next in s: the beginning of the last one.
-    next_end: Option<f64>,
-    /// True after the evaluation of an output inside the step.
-    is_dense: bool,
-    at: Vec<f64>,
-}
-
-impl<'m> ReverseRelativeSteps<'m> {
-    fn new(
-        problem: &'m AdjointProblem<'m>,
-        settings: &'m Explicit,
-        times: &'m [f64],
-        recording: &'m ExplicitRecording,
-        dynamics: TreeDynamics,
-    ) -> Result<Self> {
-        let mechanism = &problem.mechanism;
-        let playback = ReversePlayback::new(&recording.store, || Ok(start(mechanism, settings, times, false)?.0))?;
-        let (driver, begin) = start(mechanism, settings, times, true)?;
-        let (method, system) = (driver.stepper.method, &driver.stepper.rhs.system);
-        let new = |_| RelativeAdjoint::new(mechanism, system, &dynamics.tree, method);
-        let adjoints = (0..problem.batches()).map(new).collect();
-        let stage = RelativeStage::new(problem, system, dynamics, begin.state);
-        let (mut first, at) = (Vec::new(), driver.stepper.old.clone());
-        driver.write(&mut first);
-        let (h, next_end, is_dense) = (0.0, None, false);
-        Ok(Self { adjoints, playback, recording, driver, stage, method, h, first, next_end, is_dense, at })
-    }
-
-    /// Computes the stage in `slot`.
-    fn load_stage(&mut self, slot: usize) -> Result<()> {
-        let relative = self.driver.stepper.rhs.relative.as_ref().expect("the coordinates are relative");
-        let stage = &relative.stages.as_ref().expect("the stages are recorded")[slot];
-        self.stage.load(stage.t, &stage.y, slot == SAMPLE)
-    }
-
-    /// Propagates from the rates at the stage in `slot` to the beginning of the step and to the rates of earlier stages.
-    fn differentiate_stage(&mut self, slot: usize) -> Result<()> {
-        self.load_stage(slot)?;
-        for adjoint in &mut self.adjoints {
-            adjoint.differentiate_rates(&mut self.stage, slot);
-            adjoint.add_joints(1.0, Target::Begin);
-            for &(j, weight) in self.method.stages[slot] {
-                adjoint.add_joints(self.h * weight, Target::Rates(j));
-            }
-        }
-        Ok(())
-    }
-
-    /// Propagates from the rates at the start of the motion to the built state, whose derivatives are then in the batches.
-    fn finish(&mut self) -> Result<()> {
-        let OdeDriver { stepper, scratch, .. } = &mut self.driver;
-        scratch.resize(stepper.old.len(), 0.0);
-        stepper.rhs.rates(0, stepper.t[0], &stepper.old, scratch)?;
-        self.load_stage(0)?;
-        let (end, begin) = (self.method.end, &self.recording.start.state);
-        for adjoint in &mut self.adjoints {
-            adjoint.differentiate_rates(&mut self.stage, end);
-            adjoint.add_joints(1.0, Target::End);
-            adjoint.take_joint_state(&self.stage.problem.mechanism, &self.stage.dynamics.tree, begin);
-        }
-        Ok(())
-    }
-}
-
-impl ReverseSteps for ReverseRelativeSteps<'_> {
-    fn steps_to(&self, t: f64) -> usize {
-        self.recording.store.steps_to(t)
-    }
-
-    fn load_step(&mut self, k: usize) -> Result<()> {
-        let end = match self.next_end {
-            Some(end) => end,
-            None => self.playback.row(k)?[0],
-        };
-        let begin = if k > 0 { self.playback.row(k - 1)? } else { &self.first };
-        self.next_end = Some(begin[0]);
-        self.driver.stepper.put(begin, false);
-        self.driver.stepper.attempt(end, None)?;
-        (self.h, self.is_dense) = (self.driver.stepper.length(), false);
-        Ok(())
-    }
-
-    fn contains(&self, k: usize, t: f64) -> bool {
-        self.steps_to(t) > k
-    }
-
-    fn add_outputs(&mut self, t: f64, terms: &[OutputTerm]) -> Result<()> {
-        let is_dense = sample(&mut self.driver, &mut self.at, t)?;
-        let stepper = &self.driver.stepper;
-        let weights = is_dense.then(|| stepper.method.dense_weights((t - stepper.t[0]) / stepper.length()));
-        self.is_dense |= is_dense;
-        self.load_stage(SAMPLE)?;
-        for (k, adjoint) in self.adjoints.iter_mut().enumerate() {
-            let mut terms = terms.iter().filter(|term| term.batch == k).peekable();
-            if terms.peek().is_some() {
-                adjoint.add_outputs(&mut self.stage, terms, weights, self.h);
-            }
-        }
-        Ok(())
-    }
-
-    fn propagate_to_step_start(&mut self) -> Result<()> {
-        let (method, end) = (self.method, self.method.end);
-        if self.is_dense {
-            (end + 1..method.slots()).rev().try_for_each(|slot| self.differentiate_stage(slot))?;
-        }
-        self.load_stage(end)?;
-        for adjoint in &mut self.adjoints {
-            adjoint.differentiate_rates(&mut self.stage, end);
-            adjoint.add_joints(1.0, Target::End);
-        }
-        // The projection places the bodies elsewhere.
-        let relative = self.driver.stepper.rhs.relative.as_ref().expect("the coordinates are relative");
-        for adjoint in &mut self.adjoints {
-            self.stage.dynamics.tree.space.transpose_normalization(&relative.unprojected, &mut adjoint.end);
-            if !self.stage.dynamics.tree.cuts.is_empty() {
-                adjoint.differentiate_projection(&mut self.stage, &relative.projection);
-            }
-            adjoint.differentiate_end(method, self.h);
-        }
-        (1..end).rev().try_for_each(|slot| self.differentiate_stage(slot))?;
-        self.adjoints.iter_mut().for_each(|adjoint| adjoint.move_to_earlier_step(end));
-        Ok(())
-    }
-
-    fn load_start(&mut self) -> Result<()> {
-        self.driver.stepper.put(&self.first, false);
-        self.h = 0.0;
-        Ok(())
-    }
-}
-
-/// One stage of a step, which all responses share.
-struct RelativeStage<'m> {
-    problem: &'m AdjointProblem<'m>,
-    dynamics: TreeDynamics,
-    /// The state with its accelerations and reactions.
-    state: State<f64>,
-    /// Joint coordinates and velocities.
-    y: Vec<f64>,
-    /// Accelerations of the joint coordinates.
-    accelerations: Vec<f64>,
-    /// Elements and the variables with respect to which their rows are differentiated.
-    variables: Vec<(usize, Vec<ElementVariable>)>,
-    /// Derivatives that are the same in every state: coordinate of the row, coordinate, and derivatives with respect to position,
-    /// velocity and acceleration.
-    constants: Vec<([usize; 2], [f64; 3])>,
-    /// Derivatives of the bodies in space, for the current stage.
-    jacobians: Vec<NodeJacobian>,
-    element: ElementVjp,
-    cut: CutStage,
-}
-
-/// Cut joints at a stage.
-struct CutStage {
-    linearizer: Linearizer,
-    entries: Entries,
-    workspaces: ElementWorkspaces,
-    /// Derivatives of the equations with respect to coordinates.
-    gradients: Vec<Vec<(usize, f64)>>,
-    /// Equations of all coordinates, and of the multipliers of the cut joints.
-    equations: Vec<Option<usize>>,
-    multipliers: Vec<usize>,
-    sources: Vec<BatchValues>,
-}
-
-impl CutStage {
-    fn new(problem: &AdjointProblem<'_>, system: &System, tree: &Tree) -> Self {
-        let AdjointProblem { mechanism, activity, .. } = problem;
-        let linearizer = Linearizer::of_elements(mechanism, activity, (system, &Modes::initial(mechanism)), |k| {
-            tree.cut_elements.contains(&k)
-        });
-        Self {
-            entries: linearizer.entries(),
-            workspaces: ElementWorkspaces::default(),
-            gradients: Vec::new(),
-            equations: (0..mechanism.coordinates.len()).map(|i| system.equation_of(i)).collect(),
-            multipliers: tree.cuts.iter().map(|cut| system.equation_of_multiplier(cut.multiplier)).collect(),
-            sources: vec![[0.0; BATCH]; linearizer.sources()],
-            linearizer,
-        }
-    }
-
-    /// Linearizes the equations in the position of `state`: accelerations, or another `derivative` of the constraints.
-    fn linearize(
-        &mut self,
-        mechanism: &Mechanism<f64>,
-        cuts: &[CutRow],
-        state: &State<f64>,
-        derivative: ConstraintDerivative,
-    ) {
-        let Self { linearizer, entries, workspaces, .. } = self;
-        if derivative == ConstraintDerivative::Accelerations {
-            linearizer.accelerations(mechanism, state, workspaces, entries);
-        } else {
-            linearizer.constraints(mechanism, state, derivative, workspaces, entries);
-        }
-        self.gradients = cut::gradients(mechanism, cuts, state);
-    }
-
-    /// Adds the products of the linearized equations to the `batch`: the weights `bodies` of the rows of all coordinates, and `psi` of the
-    /// equations of the cut joints.
-    fn add_vjp(&mut self, batch: &mut AdjointBatch, bodies: &[BatchValues], psi: &[BatchValues]) {
-        batch.multipliers.fill([0.0; BATCH]);
-        for (equation, weight) in self.equations.iter().zip(bodies) {
-            if let Some(equation) = *equation {
-                batch.multipliers[equation] = *weight;
-            }
-        }
-        self.multipliers.iter().zip(psi).for_each(|(&equation, psi)| batch.multipliers[equation] = *psi);
-        batch.add_vjp(&self.entries, &self.linearizer, &mut self.sources);
-    }
-}
-
-impl<'m> RelativeStage<'m> {
-    fn new(problem: &'m AdjointProblem<'m>, system: &System, dynamics: TreeDynamics, state: State<f64>) -> Self {
-        let AdjointProblem { mechanism, activity, .. } = problem;
-        let (mut variables, mut constants) = (Vec::new(), Vec::new());
-        for &k in dynamics.tree.bodies.iter().chain(&dynamics.tree.forces) {
-            let instance = &mechanism.elements[k];
-            let local = |&i: &usize| {
-                let is_linear = instance.element.linear().contains(&i);
-                !is_linear && activity.is_differentiated(mechanism, instance.coordinates[i])
-            };
-            let varying: Vec<usize> = (0..instance.coordinates.len()).filter(local).collect();
-            let velocities = varying.iter().map(|&i| ElementVariable::Velocity(i));
-            let positions = varying.iter().map(|&i| ElementVariable::Position(i));
-            let parameters = activity.parameters[k].iter().map(|&i| ElementVariable::Parameter(i));
-            variables.push((k, velocities.chain(positions).chain(parameters).collect()));
-            let constant = system.coefficients(k).iter();
-            constants.extend(
-                constant.map(|entry| {
-                    ([entry.row, entry.coordinate].map(|local| instance.coordinates[local]), entry.values)
-                }),
-            );
-        }
-        for &(k, _) in &dynamics.tree.space.bodies {
-            let all = 0..mechanism.elements[k].coordinates.len();
-            let orders = [ElementVariable::Position, ElementVariable::Velocity, ElementVariable::Acceleration];
-            let state = orders.into_iter().flat_map(|order| all.clone().map(order));
-            let parameters = activity.parameters[k].iter().map(|&i| ElementVariable::Parameter(i));
-            variables.push((k, state.chain(parameters).collect()));
-        }
-        variables.retain(|(_, variables): &(usize, Vec<_>)| !variables.is_empty());
-        let count = dynamics.tree.count;
-        let cut = CutStage::new(problem, system, &dynamics.tree);
-        Self {
-            problem,
-            state,
-            y: vec![0.0; 2 * count],
-            accelerations: vec![0.0; count],
-            dynamics,
-            variables,
-            constants,
-            jacobians: Vec::new(),
-            element: ElementVjp::default(),
-            cut,
-        }
-    }
-
-    /// Computes the stage at the time `t` (s) with the joint coordinates and velocities `y`, for the derivatives of reactions as well if
-    /// `has_reactions`.
-    fn load(&mut self, t: f64, y: &[f64], has_reactions: bool) -> Result<()> {
-        let Self { problem, dynamics, state, accelerations, jacobians, cut, .. } = self;
-        let mechanism = &problem.mechanism;
-        self.y.copy_from_slice(y);
-        dynamics.place(mechanism, t, y, state);
-        dynamics.accelerations(mechanism, y, state, accelerations)?;
-        dynamics.complete(mechanism, (y, accelerations), state);
-        if !dynamics.tree.cuts.is_empty() {
-            cut.linearize(mechanism, &dynamics.tree.cuts, state, ConstraintDerivative::Accelerations);
-        }
-        let (q, v) = y.split_at(dynamics.tree.count);
-        let point = SpacePoint {
-            state,
-            joints: [q, v, accelerations],
-            placed: &dynamics.geometry.placed,
-            wrenches: &dynamics.wrenches,
-            own: &dynamics.own_wrenches,
-        };
-        let parameters = |k: usize| &mechanism.elements[k].parameters[..];
-        let is_active = |k: usize| !problem.activity.parameters[k].is_empty();
-        *jacobians = dynamics.tree.space.jacobians(&point, parameters, is_active, has_reactions);
-        Ok(())
-    }
-}
-
-impl RelativeStage<'_> {
-    /// Places the bodies for the joint coordinates and velocities `y`, without accelerations. With a correction of the joint coordinates
-    /// and its multipliers, the accelerations of the state are the corrections of all coordinates.
-    fn place_at_rest(&mut self, t: f64, y: &[f64], correction: Option<(&[f64], &[f64])>) {
-        let Self { problem, dynamics, state, jacobians, .. } = self;
-        let mechanism = &problem.mechanism;
-        self.y.copy_from_slice(y);
-        dynamics.place(mechanism, t, y, state);
-        let n = dynamics.tree.count;
-        let zeros = vec![0.0; n];
-        dynamics.tree.place_accelerations(y, &zeros, state, &mut dynamics.geometry);
-        let (q, v) = y.split_at(n);
-        let none = vec![[0.0; 6]; dynamics.tree.space.nodes.len()];
-        let point = SpacePoint {
-            state,
-            joints: [q, v, &zeros],
-            placed: &dynamics.geometry.placed,
-            wrenches: &none,
-            own: &none,
-        };
-        let parameters = |k: usize| &mechanism.elements[k].parameters[..];
-        let is_active = |k: usize| !problem.activity.parameters[k].is_empty();
-        *jacobians = dynamics.tree.space.jacobians(&point, parameters, is_active, false);
-        if let Some((correction, multipliers)) = correction {
-            let mut twists = none;
-            let mut bodies = vec![0.0; state.a.len()];
-            dynamics.tree.place_virtual(y, correction, None, &dynamics.geometry, (&mut twists, &mut bodies));
-            state.a.copy_from_slice(&bodies);
-            dynamics.tree.cuts.iter().zip(multipliers).for_each(|(cut, l)| state.l[cut.multiplier] = *l);
-        }
-    }
-
-    /// Linearizes a derivative of the cut joints in this position, and adds its products to the `batch`.
-    fn cut_vjp(
-        &mut self,
-        batch: &mut AdjointBatch,
-        bodies: &[BatchValues],
-        psi: &[BatchValues],
-        derivative: ConstraintDerivative,
-    ) {
-        let Self { problem, dynamics, state, cut, .. } = self;
-        cut.linearize(&problem.mechanism, &dynamics.tree.cuts, state, derivative);
-        cut.add_vjp(batch, bodies, psi);
-    }
-}
 
 /// Derivatives to which those with respect to a stage are added.
-enum Target {
+pub(super) enum Target {
     Begin,
     End,
     Rates(usize),
 }
 
-/// Adjoint states of a batch of responses at the stages of a step, as in [`explicit`](super::explicit).
-struct RelativeAdjoint {
-    batch: AdjointBatch,
+/// Adjoint states of a batch of responses at the stages of a step, as in [`explicit`](crate::derivatives::adjoint::explicit).
+pub(super) struct RelativeAdjoint {
+    pub batch: AdjointBatch,
     /// With respect to the components at the end of the step: joint coordinates and then their velocities.
-    end: Vec<BatchValues>,
+    pub end: Vec<BatchValues>,
     /// With respect to those at its beginning.
     begin: Vec<BatchValues>,
     /// With respect to the rates of each slot.
@@ -444,7 +61,7 @@ struct ResponseSweep {
 }
 
 impl RelativeAdjoint {
-    fn new(mechanism: &Mechanism<f64>, system: &System, tree: &Tree, method: &Tableau) -> Self {
+    pub fn new(mechanism: &Mechanism<f64>, system: &System, tree: &Tree, method: &Tableau) -> Self {
         let count = tree.count;
         let (n, zeros) = (mechanism.coordinates.len(), vec![[0.0; BATCH]; 2 * count]);
         let adjoint = BodyAdjoint { q: vec![0.0; n], v: vec![0.0; n], a: vec![0.0; n] };
@@ -467,7 +84,7 @@ impl RelativeAdjoint {
     }
 
     /// Adds `factor` times the derivatives with respect to the current stage to others.
-    fn add_joints(&mut self, factor: f64, target: Target) {
+    pub fn add_joints(&mut self, factor: f64, target: Target) {
         let to = match target {
             Target::Begin => &mut self.begin,
             Target::End => &mut self.end,
@@ -478,7 +95,7 @@ impl RelativeAdjoint {
 
     /// Adds the derivatives of outputs of the current stage: inside a step of the length `h` (s) with the weights of dense output,
     /// or at its end.
-    fn add_outputs<'w>(
+    pub fn add_outputs<'w>(
         &mut self,
         stage: &mut RelativeStage<'_>,
         terms: impl Iterator<Item = &'w OutputTerm>,
@@ -500,7 +117,7 @@ impl RelativeAdjoint {
     }
 
     /// Propagates from the rates of `slot` to the components of the current stage.
-    fn differentiate_rates(&mut self, stage: &mut RelativeStage<'_>, slot: usize) {
+    pub fn differentiate_rates(&mut self, stage: &mut RelativeStage<'_>, slot: usize) {
         let count = self.joints.len() / 2;
         self.batch.state.clear();
         self.psi[..count].copy_from_slice(&self.rates[slot][count..]);
@@ -512,7 +129,7 @@ impl RelativeAdjoint {
     }
 
     /// Writes the derivatives with respect to accelerations of the joint coordinates, of accelerations of bodies and of reactions.
-    fn load_reactions(&mut self, stage: &RelativeStage<'_>) {
+    pub fn load_reactions(&mut self, stage: &RelativeStage<'_>) {
         let (dynamics, tree, geometry) = (&stage.dynamics, &stage.dynamics.tree, &stage.dynamics.geometry);
         let q = &stage.y[..tree.count];
         let ResponseSweep { joints, bodies, twists, wrenches, gaps, adjoint, .. } = &mut self.lane;
@@ -621,7 +238,7 @@ impl RelativeAdjoint {
     ///
     /// A correction w and its multipliers μ solve w + Gᵀ μ = 0 and G w + Φ = 0, where Φ is Φ̇ for velocities and G belongs to the position
     /// before both corrections.
-    fn differentiate_projection(&mut self, stage: &mut RelativeStage<'_>, record: &ProjectionRecord) {
+    pub fn differentiate_projection(&mut self, stage: &mut RelativeStage<'_>, record: &ProjectionRecord) {
         let n = stage.dynamics.tree.count;
         let mut between = record.y.clone();
         between[..n].iter_mut().zip(&record.solutions[0]).for_each(|(q, change)| *q += change);
@@ -725,12 +342,12 @@ impl RelativeAdjoint {
     }
 
     /// Converts derivatives with respect to prescribed coordinates into those with respect to the parameters of their motions.
-    fn take_motions(&mut self, stage: &RelativeStage<'_>) {
+    pub fn take_motions(&mut self, stage: &RelativeStage<'_>) {
         self.batch.take_motions(&stage.problem.mechanism, &stage.problem.activity, stage.state.t);
     }
 
     /// Propagates from the end of a step of the length `h` (s) to its beginning and to the rates of the stages.
-    fn differentiate_end(&mut self, method: &Tableau, h: f64) {
+    pub fn differentiate_end(&mut self, method: &Tableau, h: f64) {
         let Self { end, begin, rates, .. } = self;
         let add_end =
             |to: &mut [BatchValues], factor: f64| to.iter_mut().zip(&*end).for_each(|(to, end)| add(to, factor, end));
@@ -741,7 +358,7 @@ impl RelativeAdjoint {
     }
 
     /// Makes the beginning of the step the end of the one before, whose last slot is `end`.
-    fn move_to_earlier_step(&mut self, end: usize) {
+    pub fn move_to_earlier_step(&mut self, end: usize) {
         std::mem::swap(&mut self.begin, &mut self.end);
         self.begin.fill([0.0; BATCH]);
         self.rates.swap(0, end);
@@ -750,7 +367,7 @@ impl RelativeAdjoint {
 
     /// Propagates from the joint coordinates at the start of the motion to the positions and velocities `values` of all bodies: the
     /// transpose of [`Tree::joint_state`].
-    fn take_joint_state(&mut self, mechanism: &Mechanism<f64>, tree: &Tree, values: &State<f64>) {
+    pub fn take_joint_state(&mut self, mechanism: &Mechanism<f64>, tree: &Tree, values: &State<f64>) {
         self.batch.state.clear();
         let n = tree.count;
         let take = |batch: &mut AdjointBatch, at: usize, i: usize, end: &[BatchValues]| {
