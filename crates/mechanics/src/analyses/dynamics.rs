@@ -11,7 +11,7 @@ use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::events::Event;
 use crate::events::held_outputs::HeldOutputs;
-use crate::events::when::not_happened;
+use crate::events::when::{HOLDS_FROM_START, not_happened};
 use crate::initial_velocities::velocities_that_do_not_fit;
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
@@ -153,13 +153,17 @@ fn add_events(
     let last = locator.closed;
     let is_open = |k: &usize| mechanism.events[*k].when.is_some() && !state.modes.has_happened(*k) && last != Some(*k);
     for event in (0..mechanism.events.len()).filter(is_open) {
-        let name = &mechanism.events[event].gap.name;
+        let (name, holds) = (&mechanism.events[event].gap.name, locator.held_from_start.contains(&event));
         if mechanism.outputs.iter().any(|output| output.held_from == Some(event)) {
             let ended_by = last.filter(|_| has_ended).map(|k| mechanism.events[k].gap.name.as_str());
-            return Err(not_happened(name, if has_ended { state.t } else { end }, ended_by));
+            return Err(not_happened(name, if has_ended { state.t } else { end }, (holds, ended_by)));
         }
         if !has_ended {
-            history.warnings.push(format!("{name}: this event has not happened until t = {end}", end = Seconds(end)));
+            let why = match holds {
+                true => HOLDS_FROM_START.to_owned(),
+                false => format!("this event has not happened until t = {end}", end = Seconds(end)),
+            };
+            history.warnings.push(format!("{name}: {why}"));
         }
     }
     let end = last.filter(|_| has_ended).map(|k| Event { contact: mechanism.events[k].gap.name.clone(), t: state.t });

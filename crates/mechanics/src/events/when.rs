@@ -1,6 +1,7 @@
 //! Events by a condition: they deactivate joints, switch forces on and off, and end a motion.
 
 use crate::elements::element::ElementWorkspace;
+use crate::events::impact::{POSITION_ROUNDING, TIME_ROUNDING};
 use crate::mechanism::element::{Element, ElementState};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{
@@ -138,9 +139,44 @@ fn is_of_motion(unit: &str) -> bool {
 /// Units of positions, velocities and energies.
 const UNITS_OF_MOTION: [&str; 6] = ["m", "rad", "m/s", "rad/s", "J", "1"];
 
+impl When<f64> {
+    /// For a condition at its border in `state`, whose function g is zero and becomes positive in the time `ahead` (s) after it: a value of g that it
+    /// passes almost at once. `None` for other conditions.
+    ///
+    /// Zero is also a rounding error, and the value that g has reached by an event of the same time.
+    pub fn just_above_zero(&self, state: &State<f64>, ahead: f64) -> Option<f64> {
+        let value = self.value(state);
+        if value < 0.0 {
+            return None;
+        }
+        let size = self.terms_of(state).iter().fold(0.0, |size: f64, term| size.max(term.abs()));
+        let (rounding, later) = (POSITION_ROUNDING * size, self.value(&moved(state, &state.v, ahead)));
+        let passed = PASSED.max(TIME_ROUNDING * state.t.abs() / ahead) * later;
+        (value <= rounding.max(AT_BORDER * later) && rounding < later).then(|| (value + passed).max(2.0 * rounding))
+    }
+}
+
+/// Value of a condition at its border, and one that it passes almost at once, as fractions of the value shortly after.
+const AT_BORDER: f64 = 1e-6;
+const PASSED: f64 = 1e-9;
+
+/// The `state` after the time `offset` (s), by velocities `v` and accelerations.
+fn moved<T: StateScalar>(state: &State<T>, v: &[T], offset: f64) -> State<T> {
+    let mut moved = state.clone();
+    moved.t += offset;
+    moved.q.iter_mut().zip(v.iter().zip(&state.a)).for_each(|(q, (&v, &a))| *q += (v + a * (0.5 * offset)) * offset);
+    moved.v.iter_mut().zip(&state.a).for_each(|(v, &a)| *v += a * offset);
+    moved
+}
+
 impl<T: StateScalar> When<T> {
     /// The function g of the condition.
     pub fn value(&self, state: &State<T>) -> T {
+        T::formula(self.formula.as_ref(), state.t, &self.terms_of(state))
+    }
+
+    /// The quantities of the condition.
+    fn terms_of(&self, state: &State<T>) -> Vec<T> {
         let (mut workspace, mut measures) = (ElementWorkspace::default(), Vec::new());
         let quantity = |term: &WeightedQuantity<T>| {
             let MeasuredQuantity::Measure { element, measure: number } = term.source else { return T::from(0.0) };
@@ -150,19 +186,12 @@ impl<T: StateScalar> When<T> {
             measure(instance, state, &mut workspace, &mut measures);
             measures[number] * term.weight
         };
-        let terms: Vec<T> = self.terms.iter().map(quantity).collect();
-        T::formula(self.formula.as_ref(), state.t, &terms)
+        self.terms.iter().map(quantity).collect()
     }
 
     /// Rate of the function in 1/s with the velocities `v`, by a central difference at constant multipliers.
     pub fn rate(&self, state: &State<T>, v: &[T]) -> T {
-        let at = |offset: f64| {
-            let mut moved = state.clone();
-            moved.t += offset;
-            moved.q.iter_mut().zip(v).for_each(|(q, &v)| *q += v * offset);
-            moved.v.iter_mut().zip(&state.a).for_each(|(v, &a)| *v += a * offset);
-            self.value(&moved)
-        };
+        let at = |offset: f64| self.value(&moved(state, v, offset));
         (at(RATE_STEP) - at(-RATE_STEP)) * (0.5 / RATE_STEP)
     }
 }
@@ -177,9 +206,17 @@ impl Element for NoGap {
     fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _dynamics: &mut [T], _constraint: &mut [T]) {}
 }
 
+/// Why an event has not happened whose condition holds from the start.
+pub(crate) const HOLDS_FROM_START: &str =
+    "its condition holds from the start of the motion, and an event happens when the condition becomes true";
+
 /// Error of an output at an event that has not happened by the time `t` (s): the last output time, or that of the event `ended_by`, which
 /// ends the motion.
-pub(crate) fn not_happened(name: &str, t: f64, ended_by: Option<&str>) -> Error {
+pub(crate) fn not_happened(name: &str, t: f64, (holds, ended_by): (bool, Option<&str>)) -> Error {
+    if holds {
+        let why = format!("{HOLDS_FROM_START}; an output is its value there");
+        return Error::analysis(name, why, "start before it is true, or change the condition");
+    }
     if let Some(other) = ended_by {
         let why = format!(
             "it has not happened when `{other}` ends the motion at t = {t}, and an output is its value there",

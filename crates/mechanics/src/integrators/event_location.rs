@@ -37,8 +37,16 @@ const CLOSED_GAP: f64 = 1e-6;
 /// Time that separates simultaneous impacts without an effect on each other, in nominal steps.
 const SIMULTANEOUS_STEP: f64 = 1e-9;
 
-/// Length of a step between two events, in nominal steps, up to which its end is extrapolated from its beginning.
+/// Length of a step that ends at an event, in nominal steps, up to which its end is extrapolated from its beginning.
 const VERY_SHORT: f64 = 1e-6;
+
+/// Returns whether the end of an implicit step that ends at an event after the time `h` (s) is extrapolated from its beginning.
+pub(crate) fn is_very_short(h: f64, step: StepSize) -> bool {
+    h <= VERY_SHORT * step.nominal()
+}
+
+/// Time after a step's beginning, in nominal steps, at which a condition that is at its border becomes true or not.
+const AHEAD: f64 = 1e-3;
 
 /// Opening at the beginning of a mode, used instead of a value that consists of rounding errors.
 const INITIAL_OPENING: f64 = f64::MIN_POSITIVE;
@@ -153,6 +161,8 @@ pub(crate) struct EventLocator {
     /// Outputs that keep their value from an event on.
     pub held: Option<HeldOutputs<f64>>,
     step: StepSize,
+    /// Events whose condition holds at the start of the motion.
+    pub held_from_start: Vec<usize>,
     /// Number of events within the time of a nominal step, and the time in s of the steps since the first of them.
     recent: (usize, f64),
 }
@@ -180,6 +190,8 @@ impl EventLocator {
             }
         }
         let held = HeldOutputs::new(mechanism);
+        let holds = |k: &usize| mechanism.events[*k].when.as_ref().is_some_and(|when| when.value(state) > 0.0);
+        let held_from_start = (0..mechanism.events.len()).filter(holds).collect();
         Ok(Self {
             events: Vec::new(),
             closed: None,
@@ -188,6 +200,7 @@ impl EventLocator {
             is_bounce: false,
             held,
             step,
+            held_from_start,
             recent: (0, 0.0),
         })
     }
@@ -293,7 +306,7 @@ impl EventLocator {
             }
             (h, self.closed) = (found, Some(contact));
         }
-        if self.closed.is_some() && h <= VERY_SHORT * self.step.nominal() {
+        if self.closed.is_some() && is_very_short(h, self.step) {
             step.extrapolate(h)?;
         }
         Ok(h)
@@ -318,6 +331,20 @@ impl EventLocator {
     ) -> [f64; 2] {
         let impact = &mechanism.events[contact];
         let (before, after) = (impact.gap(old), impact.gap(new));
+        if let Some(when) = &impact.when {
+            if old.modes.has_happened(contact) {
+                return [1.0, 1.0];
+            }
+            if let Some(shift) = when.just_above_zero(old, AHEAD * self.step.nominal()) {
+                return [shift, after + shift];
+            }
+            let rate = impact.rate(old, &old.v);
+            return match before {
+                before if before > 0.0 => [before, after],
+                0.0 if rate > 0.0 => [rate, after / h],
+                _ => [1.0, 1.0], // it holds, and has to become false first
+            };
+        }
         let has_begun = self.opened == Some(contact) || self.simultaneous.contains(&contact);
         let has_bounced = self.opened == Some(contact) && self.is_bounce;
         let is_touching = impact.is_open_contact(&old.modes) && before.abs() <= TOUCHING;
@@ -369,9 +396,6 @@ impl EventLocator {
             true => [impact.rate(old, &old.v), (after - passed) / h],
             false => [before, after],
         };
-        if impact.when.is_some() && (old.modes.has_happened(contact) || begin <= 0.0) {
-            return [1.0, 1.0]; // it has happened, or its condition holds already
-        }
         let side = if impact.restitution.is_none() && begin < 0.0 { -1.0 } else { 1.0 };
         [side * begin, side * end]
     }

@@ -295,7 +295,12 @@ impl<T: StateScalar> Step<T> {
     }
 
     /// Sets the end of the step, of the length `h` (s), to q₀ + h q̇₀ and q̇₀ + h q̈₀, with the accelerations and multipliers of its beginning.
-    pub(crate) fn extrapolate(&mut self, mechanism: &Mechanism<T>, h: f64) {
+    ///
+    /// `h` is a plain number, or carries derivatives if it depends on the design.
+    pub(crate) fn extrapolate<H: Scalar>(&mut self, mechanism: &Mechanism<T>, h: H)
+    where
+        T: Add<H, Output = T> + Mul<H, Output = T>,
+    {
         self.new.copy_from(&self.old);
         self.new.t = self.old.t + h;
         for i in 0..self.new.q.len() {

@@ -1,6 +1,6 @@
 //! Several contacts and friction forces whose states depend on each other: sliders, and boxes that land on two corners.
 
-use crate::derivative_methods::{check_adjoint_by, check_semi_analytical_by};
+use crate::derivative_methods::{check_adjoint_by, check_semi_analytical_by, deviation};
 use crate::models::outputs;
 use autodiff::Scalar;
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
@@ -438,28 +438,40 @@ fn derivatives_between_the_ground_and_a_belt_are_differences() {
 }
 
 /// A body at a stop and one on which friction rests begin to move together: the contact opens and friction breaks away at the same time. The step
-/// between these two events is so short that its velocities would be rounding errors of the positions.
+/// between these two events is so short that its velocities would be rounding errors of the positions. b: amplitudes of the two loads, friction on
+/// the ground, initial velocity and mass of the second body.
+struct LettingGoTogether;
+
+const LETTING_GO: [f64; 5] = [-5.639, -3.914, 2.022, -0.956, 0.901];
+
+impl ParametricMechanism for LettingGoTogether {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let (of, zero) = (S::from, S::from(0.0));
+        let mut m = Mechanism::new();
+        let ground = m.ground();
+        let [one, two] = ["one", "two"].map(|name| m.coordinate(name, zero, zero));
+        m.inertia("mass of one", one, of(1.529));
+        m.inertia("mass of two", two, b[4]);
+        m.set_velocity(two, b[3]);
+        let belt = m.coordinate("belt", zero, zero);
+        m.drive(belt, BeltMotion, &[of(0.5), of(0.05), of(1.72)]);
+        let phase = of(std::f64::consts::FRAC_PI_2);
+        m.load("load of one", ground.x, one, Harmonic, &[zero, b[0], of(3.034), phase]);
+        m.load("load of two", ground.x, two, Harmonic, &[zero, b[1], of(5.026), phase]);
+        m.dry_friction("on the ground", ground.x, two, [b[2], of(1.0), of(0.2)]);
+        m.dry_friction("on the belt", belt, two, [of(0.211), of(1.0), zero]);
+        m.dry_friction("between", two, one, [of(1.367), of(1.5), of(0.2)]);
+        m.rigid_stop("stop", ground.x, one, of(-0.054), zero);
+        for coordinate in [one, two] {
+            outputs(&mut m, coordinate)?;
+        }
+        Ok(m)
+    }
+}
+
 #[test]
 fn a_contact_and_friction_let_go_at_the_same_time() {
-    let mut m = Mechanism::<f64>::new();
-    let ground = m.ground();
-    let [one, two] = ["one", "two"].map(|name| m.coordinate(name, 0.0, 0.0));
-    m.inertia("mass of one", one, 1.529);
-    m.inertia("mass of two", two, 0.901);
-    m.set_velocity(two, -0.956);
-    let belt = m.coordinate("belt", 0.0, 0.0);
-    m.drive(belt, BeltMotion, &[0.5, 0.05, 1.72]);
-    m.load("load of one", ground.x, one, Harmonic, &[0.0, -5.639, 3.034, std::f64::consts::FRAC_PI_2]);
-    m.load("load of two", ground.x, two, Harmonic, &[0.0, -3.914, 5.026, std::f64::consts::FRAC_PI_2]);
-    m.dry_friction("on the ground", ground.x, two, [2.022, 1.0, 0.2]);
-    m.dry_friction("on the belt", belt, two, [0.211, 1.0, 0.0]);
-    m.dry_friction("between", two, one, [1.367, 1.5, 0.2]);
-    m.rigid_stop("stop", ground.x, one, -0.054, 0.0);
-    for (name, coordinate) in [("one", one), ("two", two)] {
-        let sensor = m.coordinate_sensor(&format!("sensor of {name}"), ground.x, coordinate);
-        let position = m.measure(sensor, "position").unwrap();
-        m.output(name, &[position]);
-    }
+    let m = LettingGoTogether.build(&LETTING_GO).unwrap();
     // The error of fixed steps of 5 ms is 2e-5 m; the rounding errors displaced the body by 0.07 m.
     let times = [0.0, 0.6];
     let exact = simulate_explicitly(&m, &Explicit::eighth_order(1e-9), &times).unwrap();
@@ -467,4 +479,20 @@ fn a_contact_and_friction_let_go_at_the_same_time() {
     for (found, exact) in found.values.iter().zip(&exact.values) {
         assert!((found[1] - exact[1]).abs() < 1e-4, "{found:?} {exact:?}");
     }
+}
+
+#[test]
+fn derivatives_pass_a_contact_and_friction_that_let_go_at_the_same_time() {
+    let (b, times) = (LETTING_GO, [0.0, 0.3, 0.6]);
+    let exact = differentiate_explicitly(&LettingGoTogether, &b, &Explicit::eighth_order(1e-11), &times).unwrap();
+    for settings in [Dynamics::fixed(1e-3), Dynamics::adaptive(1e-7)] {
+        let direct = differentiate(&LettingGoTogether, &b, &settings, &times).unwrap();
+        let worst = deviation(&exact.gradients, &b, |output, point| direct.gradients[output][point].clone());
+        println!("{:?}: {worst:.1e}", settings.step);
+        assert!(worst < 1e-3, "{settings:?}: {worst:.1e}");
+    }
+    let newton = Newton { tolerance: 1e-12, iterations: 30 };
+    let steps = [Dynamics::fixed(5e-3), Dynamics::adaptive(1e-6)].map(|steps| Dynamics { newton, ..steps });
+    check_adjoint_by(&steps, ("letting go", 1e-9), &LettingGoTogether, &b, &times);
+    check_semi_analytical_by(&steps, ("letting go", 1e-5), &LettingGoTogether, &b, &times);
 }

@@ -270,8 +270,13 @@ where
     }
 
     /// Differentiates a step whose length `h` carries derivatives.
-    fn differentiate_step_of(&mut self, ConvergedStep { h: value, end: values, factor, .. }: &ConvergedStep, h: T) {
-        let Dynamics { scheme, prescribed, .. } = self.settings;
+    fn differentiate_step_of(&mut self, step: &ConvergedStep, h: T) {
+        let ConvergedStep { h: value, end: values, factor, .. } = step;
+        let Dynamics { scheme, prescribed, step: nominal, .. } = self.settings;
+        if step.is_extrapolated(*nominal) {
+            self.step.extrapolate(self.mechanism, h);
+            return take_values(&mut self.step.new, values);
+        }
         set_values(&mut self.step.new.a, &values.a);
         set_values(&mut self.step.new.l, &values.l);
         for correction in 0..=T::ORDER {

@@ -5,7 +5,9 @@ use crate::analyses::sampling::OutputRecorder;
 use crate::checkpointing::recording::{Recording, StepInterval};
 use crate::derivatives::propagation::StepSource;
 use crate::initial_conditions::Projection;
+use crate::integrators::event_location::is_very_short;
 use crate::integrators::generalized_alpha::GeneralizedAlpha;
+use crate::integrators::settings::StepSize;
 use crate::integrators::step_events::StepEvents;
 use crate::integrators::time_stepper::TimeStepper;
 use crate::linalg::factor::Factor;
@@ -29,6 +31,13 @@ pub(crate) struct ConvergedStep {
     pub factor: Factor,
     /// Events at its ends.
     pub events: StepEvents,
+}
+
+impl ConvergedStep {
+    /// Returns whether the end of the step is extrapolated from its beginning.
+    pub fn is_extrapolated(&self, nominal: StepSize) -> bool {
+        self.events.closed.is_some() && is_very_short(self.h, nominal)
+    }
 }
 
 /// Consecutive converged steps.

@@ -223,6 +223,11 @@ impl<'m> DifferenceSensitivity<'m> {
         self.difference.time_rate = self.time_rates[1];
         let Dynamics { scheme, prescribed, .. } = self.settings;
         self.sensitivity.new.t = step.end.t;
+        if step.is_extrapolated(self.settings.step) {
+            self.integrate_moved(step);
+            self.sensitivity.new.l.copy_from_slice(&self.sensitivity.old.l);
+            return Ok(());
+        }
         if step.events.depends_on_event() {
             self.integrate_moved(step);
         } else {
@@ -248,6 +253,10 @@ impl<'m> DifferenceSensitivity<'m> {
         let moved = difference.sides().map(|(mechanism, by)| {
             let old = moved_state(&values.old, &sensitivity.old, time_rates[0], by);
             let mut moved = values.moved(sensitivity, old, length_rates[0], by);
+            if step.is_extrapolated(settings.step) {
+                moved.extrapolate(mechanism, step.h + by * length_rates[1]);
+                return moved;
+            }
             let accelerations = step.end.a.iter().zip(&sensitivity.new.a);
             moved.new.a.iter_mut().zip(accelerations).for_each(|(to, (a, rate))| *to = a + by * rate);
             moved.integrate(mechanism, &settings.scheme, settings.prescribed, step.h + by * length_rates[1]);
@@ -262,7 +271,9 @@ impl<'m> DifferenceSensitivity<'m> {
         self.differentiate_step(step, 0.0)?;
         let fixed = self.gap_rate(step, contact);
         let others: Vec<f64> = simultaneous.iter().map(|&event| self.gap_rate(step, event)).collect();
-        let mut rate = step.h / self.difference.size();
+        let nominal = self.settings.step.nominal();
+        let length = if step.is_extrapolated(self.settings.step) { nominal } else { step.h };
+        let mut rate = length / self.difference.size();
         self.differentiate_step(step, rate)?;
         let speed = (self.gap_rate(step, contact) - fixed) / rate;
         let name = &self.plain.events[contact].gap.name;
@@ -289,7 +300,7 @@ impl<'m> DifferenceSensitivity<'m> {
                 return Err(separated(name, &self.plain.events[event].gap.name, step.end.t));
             }
         }
-        let (system, nominal) = (System::at(self.plain, self.settings.start)?, self.settings.step.nominal());
+        let system = System::at(self.plain, self.settings.start)?;
         simultaneous.extend(triggered_events(&system, self.plain, (contact, &simultaneous), &step.end, nominal)?);
         self.closed = Some(ClosedContact { contact, simultaneous, values: step.end.clone() });
         Ok(())
