@@ -209,6 +209,55 @@ fn an_event_that_does_not_happen_is_shown_at_its_part() {
     assert!(report.contains("landing") && report.contains("has not happened"), "{report}");
 }
 
+/// A slider of 1 kg that forces accelerate, with events whose comparisons are equalities at the start.
+fn slider_with_events(velocity: f64, events: &[&str], steps: &str) -> String {
+    let event = |(k, text): (usize, &&str)| format!("[[event]]\nname = \"e{k}\"\n{text}\n");
+    let events: String = events.iter().enumerate().map(event).collect();
+    format!(
+        "version = 2\n[[body]]\nname = \"a\"\nkind = \"slider\"\nmass = 1\nposition = 1\nvelocity = {velocity}\n\
+         [[force]]\nname = \"push\"\nkind = \"load\"\nb = \"a\"\ngeneralized_force = 1\n\
+         [[force]]\nname = \"brake\"\nkind = \"coordinate-spring\"\nb = \"a\"\nstiffness = 0\ndamping = 5\n\
+         [[force]]\nname = \"pull\"\nkind = \"load\"\nb = \"a\"\ngeneralized_force = 2\n\
+         {events}[time]\nto = 1\npoints = 11\n[analysis]\nkind = \"dynamics\"\n{steps}\n\
+         [[output]]\nname = \"v\"\nvalue = \"a.velocity\"\n"
+    )
+}
+
+/// A comparison that is an equality at the start, and true at once after it, is an event at the start; one that is false after it is none, and one
+/// that is true from the start is named as such.
+#[test]
+fn comparisons_that_are_equalities_at_the_start_become_true_or_not() {
+    let (brake, pull) = ("switch_on = \"brake\"", "switch_on = \"pull\"");
+    let braked = |velocity: f64, force: f64| force / 5.0 + (velocity - force / 5.0) * (-5.0f64).exp();
+    let free = |velocity: f64, force: f64| velocity + force;
+    // With the events that are off in the beginning, where they do not happen.
+    let never = |effect: &str| format!("when = \"time > 2\"\n{effect}");
+    let when = |condition: &str, effect: &str| format!("when = \"{condition}\"\n{effect}");
+    let cases = [
+        (0.0, vec![when("a.velocity > 0", brake), never(pull)], braked(0.0, 1.0)),
+        (0.0, vec![when("a.position > 1", brake), never(pull)], braked(0.0, 1.0)),
+        (0.0, vec![when("a.position < 1", brake), never(pull)], free(0.0, 1.0)),
+        (2.0, vec![when("a.position > 1", brake), when("time > 0", pull)], braked(2.0, 3.0)),
+        (2.0, vec![when("a.position > 0", brake), when("2*time > 0", pull)], free(2.0, 3.0)),
+        (-1.0, vec![when("a.position < 1", brake), never(pull)], braked(-1.0, 1.0)),
+        // The slider returns to the place of its start, at t = 0.4 s.
+        (-0.2, vec![when("a.position > 1", pull), never(brake)], 0.2 + 0.6 * 3.0),
+    ];
+    for steps in ["scheme = \"rk8\"\ntolerance = 1e-10", "step = 1e-3", "tolerance = 1e-9"] {
+        for (velocity, events, exact) in &cases {
+            let events: Vec<&str> = events.iter().map(String::as_str).collect();
+            let text = slider_with_events(*velocity, &events, steps);
+            let problem = read("m.toml", &text).unwrap_or_else(|report| panic!("{report}")).problem().unwrap();
+            let responses = problem.analyze(&problem.start()).unwrap_or_else(|error| panic!("{events:?}: {error}"));
+            let found = *responses.values[0].last().unwrap();
+            assert!((found - exact).abs() < 2e-5, "{steps} {events:?}: {found} for {exact}");
+            let holds = problem.analysis.warnings(&problem.start(), &responses);
+            let is_named = holds.iter().any(|warning| warning.contains("holds from the start"));
+            assert_eq!(is_named, events[0].contains("position > 0\""), "{events:?}: {holds:?}");
+        }
+    }
+}
+
 /// A ball that falls from 1 m, bounces, and ends in its second rebound; a slider under the square of its speed.
 const BOUNCES: &str = r#"
 version = 2

@@ -48,7 +48,8 @@ pub struct Projection {
 /// Moves the free coordinates of `state` to the nearest point that satisfies the constraints.
 ///
 /// Minimizes ½ |q − q_guess|² subject to Φ(q, t) = 0 by Newton's method on the optimality conditions. To stay on the branch
-/// of the guess, steps are shortened so that no coordinate changes by more than 0.5 m or rad.
+/// of the guess, steps are shortened so that no coordinate changes by more than 0.5 m or rad; in a mechanism of more than 10 m, or in other units, so
+/// that no joint opens by more than 5 % of its size.
 ///
 /// If some constraints follow from the others in all positions, as in a platform on three parallel cranks, `system` computes
 /// the multipliers of least norm from now on.
@@ -155,7 +156,7 @@ fn close_joints(
         if rows.iter().any(|row| !row[0].is_finite()) {
             break;
         }
-        let largest = apply(system, &rows, state);
+        let largest = apply(system, mechanism, &rows, state);
         // Relative to the size of the mechanism, the next correction of Newton's method is about the square of this one.
         let size = (SMALL * state.q.iter().fold(0.0, |size: f64, q| size.max(q.abs()))).min(1.0);
         if largest <= settings.tolerance || largest * largest <= 0.01 * settings.tolerance * size * size {
@@ -238,10 +239,34 @@ fn check_independence(
     dependent(system, mechanism, state).map_or(Ok(()), Err)
 }
 
-/// Subtracts a Newton step from positions and multipliers; returns the largest change of a position.
-fn apply(system: &System, step: &[[f64; 1]], state: &mut State<f64>) -> f64 {
+/// Largest change of a coordinate in an iteration, in m or rad, and as a fraction of the size of the mechanism.
+const LARGEST_CHANGE: [f64; 2] = [0.5, 0.05];
+
+/// Part of a Newton step for which no coordinate changes too much: by more than 0.5 m or rad, and by so much that a joint opens by more than 5 % of
+/// the size of the mechanism. The size is the largest coordinate: lengths may have any unit.
+fn fraction_of_step(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, step: &[[f64; 1]]) -> f64 {
+    let [absolute, relative] = LARGEST_CHANGE;
     let largest = system.largest_coordinate_row(step);
-    let fraction = if largest > 0.5 { 0.5 / largest } else { 1.0 };
+    if largest <= absolute {
+        return 1.0;
+    }
+    let opening = relative * state.q.iter().fold(0.0, |size: f64, q| size.max(q.abs()));
+    if opening <= absolute {
+        return absolute / largest;
+    }
+    let jacobian = system.constraint_jacobian(mechanism, state);
+    let allowed = |i: usize| opening / jacobian.iter().fold(1.0, |most: f64, row| most.max(row[i].abs()));
+    let fractions = system.unknowns().iter().zip(step).map(|(unknown, change)| match *unknown {
+        Unknown::Coordinate(i) => absolute.max(allowed(i)) / change[0].abs(),
+        Unknown::Multiplier(_) => 1.0,
+    });
+    fractions.fold(1.0, f64::min)
+}
+
+/// Subtracts a Newton step from positions and multipliers; returns the largest change of a position.
+fn apply(system: &System, mechanism: &Mechanism<f64>, step: &[[f64; 1]], state: &mut State<f64>) -> f64 {
+    let largest = system.largest_coordinate_row(step);
+    let fraction = fraction_of_step(system, mechanism, state, step);
     for (unknown, change) in system.unknowns().iter().zip(step) {
         match *unknown {
             Unknown::Coordinate(i) => state.q[i] -= fraction * change[0],

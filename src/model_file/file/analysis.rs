@@ -281,7 +281,16 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
         (Some(_), Some(_)) => Err(section.error_at("tolerance", "`step` and `tolerance` exclude each other")),
         _ if is_explicit => explicit(section, start, (step, longest), tolerance),
         (None, None) => implicit(section, names, start, (Some(default_step(start, grid)), longest), None),
-        _ => implicit(section, names, start, (step, longest), tolerance),
+        _ => {
+            let integration = implicit(section, names, start, (step, longest), tolerance)?;
+            let span = grid.points[grid.len() - 1] - start;
+            Ok(match integration {
+                Integration::Implicit(settings) => {
+                    Integration::Implicit(Dynamics { step: settings.step.for_span(span), ..settings })
+                }
+                explicit => explicit,
+            })
+        }
     }
 }
 

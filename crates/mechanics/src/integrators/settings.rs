@@ -46,6 +46,9 @@ pub enum StepSize {
 /// Time after a switch at which forces are evaluated, in nominal steps.
 const SWITCH_OFFSET: f64 = 1e-6;
 
+/// Shortest and longest first step of a motion, as fractions of its length.
+const SPAN: [f64; 2] = [1e-6, 1e-2];
+
 impl StepSize {
     /// Bounds adaptive steps by the length `bound` in s.
     pub fn with_longest(self, bound: f64) -> Self {
@@ -54,6 +57,17 @@ impl StepSize {
                 Self::Adaptive { tolerance, first: first.min(bound), longest: bound }
             }
             fixed => fixed,
+        }
+    }
+
+    /// Adapts the first of adaptive steps to the length `span` (s) of the motion: it is between 10⁻⁶ and 10⁻² of it.
+    pub fn for_span(self, span: f64) -> Self {
+        match self {
+            Self::Adaptive { tolerance, first, longest } if span > 0.0 => {
+                let first = first.max(SPAN[0] * span).min(SPAN[1] * span).min(longest);
+                Self::Adaptive { tolerance, first, longest }
+            }
+            other => other,
         }
     }
 
