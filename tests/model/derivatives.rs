@@ -219,3 +219,40 @@ fn small_linkages_are_assembled_as_accurately_as_large_ones() {
         }
     }
 }
+
+/// Lengths may have any unit: a four-bar with a rough guess assembles as well in micrometres as in metres.
+#[test]
+fn rough_positions_are_assembled_in_any_unit_of_length() {
+    let bar = |name: &str, [x, y]: [f64; 2], angle: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = 1\ninertia = \"s^2\"\nposition = [\"{x}*s\", \"{y}*s\"]\nangle = {angle}\n"
+        )
+    };
+    let pin = |name: &str, [a, from]: [&str; 2], [b, to]: [&str; 2]| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\na = {{ body = \"{a}\", at = [\"{from}*s\", 0] }}\nb = {{ body = \"{b}\", at = [\"{to}*s\", 0] }}\n"
+        )
+    };
+    let angle = |s: f64| {
+        let bars = [bar("c", [0.1, 0.0], 0.0), bar("k", [0.5, 0.2], 0.4), bar("l", [0.8, 0.25], 1.5)].concat();
+        let pins = [
+            pin("A", ["ground", "0"], ["c", "-0.1"]),
+            pin("B", ["c", "0.1"], ["k", "-0.35"]),
+            pin("C", ["k", "0.35"], ["l", "0.25"]),
+            pin("D", ["ground", "0.8"], ["l", "-0.25"]),
+        ];
+        let text = format!(
+            "version = 2\n[constants]\ns = {s:e}\n{bars}{}[[driver]]\nname = \"m\"\ncoordinate = \"c.theta\"\nmotion = \"0.3 + time\"\n\
+             [time]\nat = [0, 1]\n[analysis]\nkind = \"kinematics\"\n[[output]]\nname = \"x\"\nvalue = \"k.theta\"\n{}",
+            pins.concat(),
+            crate::space::OBJECTIVE
+        );
+        let problem = problem(&text).unwrap();
+        problem.analyze(&[1.0]).unwrap_or_else(|error| panic!("{s:e}: {error}")).values[0].clone()
+    };
+    let exact = angle(1.0);
+    for s in [1e-3, 30.0, 1e3, 1e6] {
+        let found = angle(s);
+        assert!(found.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-9), "{s:e}: {found:?} {exact:?}");
+    }
+}

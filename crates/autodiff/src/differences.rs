@@ -182,6 +182,9 @@ fn noise(here: f64, steps: &[StepValues]) -> [f64; 2] {
     })
 }
 
+/// Relative error of values that have no noise: that of the time of an event, above the rounding error of a number.
+const ROUNDING: f64 = 8192.0 * f64::EPSILON;
+
 /// Returns the jump of the slope at 0; `None` without a kink.
 ///
 /// (f₊ − 2 f₀ + f₋)/h tends to zero with h for a smooth function and to the jump at a kink.
@@ -191,7 +194,7 @@ pub fn slope_discontinuity(here: f64, steps: &[StepValues]) -> Option<f64> {
     // In the middle third of the steps the effect of curvature is small and noise does not dominate.
     let (from, to) = (steps.len() / 3, 2 * steps.len() / 3);
     let stays = |k: usize| {
-        let rounding = 8.0 * f64::EPSILON * here.abs().max(steps[k].ahead.abs()) / steps[k].h;
+        let rounding = ROUNDING * here.abs().max(steps[k].ahead.abs()) / steps[k].h;
         jumps[k].abs() > 0.8 * jumps[k - 1].abs() && jumps[k].abs() > rounding + 20.0 * noise / steps[k].h
     };
     (to > from.max(1) && (from.max(1)..to).all(stays)).then(|| jumps[to - 1])
