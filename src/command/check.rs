@@ -43,8 +43,8 @@ disagreement. Verdicts:
   kink            the response has a kink here or very close to it: a derivative is that of one side
   not repeatable  two analyses of one design differ
   unclear         the finite differences are too noisy, or contradict each other
-A wrong derivative is an error, and so is a method that fails where another does not. Scales of variables and constraints that are far off are told before the table; the default
-method does not depend on them, the others do.")]
+A wrong derivative is an error, and so is a method that fails where another does not. Scales of variables and constraints that are far off are told before the table; the
+default method depends on them less than the others.")]
 pub struct Check {
     /// A model file, or a problem of the library (see `linkwright compare --list`)
     what: String,

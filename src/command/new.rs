@@ -13,7 +13,7 @@ use std::path::Path;
   linkwright new lift
   linkwright optimize lift.toml
 
-Writes NAME.toml: a small mechanism and its optimization, with a comment on every part. SettingChange it into your own model.")]
+Writes NAME.toml: a small mechanism and its optimization, with a comment on every part. Change it into your own model.")]
 pub struct New {
     /// Name of the model, without the extension
     name: String,

@@ -243,6 +243,8 @@ impl Resume {
         if record.fingerprint == fingerprint(&model) {
             let model = model.copied_from(&record.file);
             let (folder, ..) = RunDirectory::claim(directory)?;
+            // An edit with which the run cannot continue is not kept.
+            folder.continued(&model, &located(&model, model.problem())?, self.previous)?;
             folder.edit(&text)?;
             return self.shown.resume(folder, model, &text, self.previous, Some(&self.budget));
         }

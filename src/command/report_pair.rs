@@ -73,9 +73,27 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }
 
-/// The last designs side by side over the times of the first run; `None` if a model has no mechanism.
+/// The times of the first run, or those of the part of them that both runs have; `None` if they have none in common.
+fn common_times([first, second]: [Vec<f64>; 2]) -> Option<Vec<f64>> {
+    let ends = |times: &[f64]| Some([*times.first()?, *times.last()?]);
+    let ([a, b], [c, d]) = (ends(&first)?, ends(&second)?);
+    if [a, b] == [c, d] {
+        return Some(first);
+    }
+    let (from, to) = (a.max(c), b.min(d));
+    let last = (first.len() - 1).max(1) as f64;
+    (from < to).then(|| (0..first.len()).map(|k| from + (to - from) * k as f64 / last).collect())
+}
+
+/// The last designs side by side over the times that both runs have; `None` if a model has no mechanism.
 fn mechanisms(runs: &[LastRun; 2]) -> anyhow::Result<Option<PageSection>> {
-    let (Some(times), Some(grid)) = (runs[0].model.drawing_times(), runs[0].model.grid()) else { return Ok(None) };
+    let [first, second] = runs.each_ref().map(|run| run.model.drawing_times().zip(run.model.grid()));
+    let (Some((first, grid)), Some((second, other))) = (first, second) else { return Ok(None) };
+    let shared = common_times([first, second]).filter(|_| grid.unit == other.unit);
+    let Some(times) = shared else {
+        let text = "The motions cannot be shown side by side: they have no times in common.";
+        return Ok(Some(PageSection::new("mechanism", "Mechanisms").paragraph(text)));
+    };
     let mut scenes = vec![];
     for run in runs {
         match run.model.drawings(&[&run.state.design], &times) {

@@ -104,7 +104,8 @@ pub struct Unreadable {
 pub fn read_within(name: &str, folder: &Path, most: usize) -> Result<String, Unreadable> {
     let fail = |why: String| Unreadable { why, help: None };
     let path = Path::new(name);
-    let is_inside = path.components().all(|part| matches!(part, Component::Normal(_))) && !path.as_os_str().is_empty();
+    let is_inside = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+        && path.components().any(|part| part != Component::CurDir);
     if !is_inside || name.contains(['\n', '\r', '\\']) {
         let help = Some("give a path such as \"parts/leg.toml\"");
         return Err(Unreadable { why: "the path leaves the folder of the model".into(), help });
@@ -289,9 +290,9 @@ fn columns<'a>(all: &mut DeTable<'a>, text: &'a str, attached: &[AttachedText<'a
 
 type TextColumn<'a> = Vec<(&'a str, Range<usize>)>;
 
-/// The first two columns of a text, without a heading and comments. Cells are separated by commas, semicolons or white space.
+/// The first two columns of a text, without a row of headings before them and comments. Cells are separated by commas, semicolons or white space.
 fn two_columns<'a>(text: &'a str, file: &AttachedText<'a>) -> Result<[TextColumn<'a>; 2], Diagnostic> {
-    let (mut columns, mut at) = ([vec![], vec![]], file.span.start);
+    let (mut columns, mut at, mut may_be_heading) = ([vec![], vec![]], file.span.start, true);
     for line in text[file.span.clone()].split_inclusive('\n') {
         let begin = at;
         at += line.len();
@@ -308,14 +309,19 @@ fn two_columns<'a>(text: &'a str, file: &AttachedText<'a>) -> Result<[TextColumn
             return Err(Diagnostic::new(begin..begin + line.len(), "a row of a table has two columns")
                 .help("separate them by commas, semicolons or white space"));
         };
-        let is_heading = columns[0].is_empty() && x.parse::<f64>().is_err();
+        // A heading has no digit in its first place: `0 mm` is a mistake, not a heading.
+        let looks_like_number =
+            x.trim_start_matches(['+', '-', '.', '"', '\'']).starts_with(|c: char| c.is_ascii_digit());
+        let is_heading = std::mem::take(&mut may_be_heading) && x.parse::<f64>().is_err() && !looks_like_number;
         if is_heading {
             continue;
         }
         for (column, cell) in columns.iter_mut().zip([x, y]) {
             let start = cell.as_ptr() as usize - text.as_ptr() as usize;
             if cell.parse::<f64>().is_err() {
-                return Err(Diagnostic::new(start..start + cell.len(), format!("`{cell}` is not a number")));
+                return Err(Diagnostic::new(start..start + cell.len(), format!("`{cell}` is not a number")).help(
+                    "cells are plain numbers, without units or quotation marks; one row of headings may precede them",
+                ));
             }
             column.push((cell, start..start + cell.len()));
         }

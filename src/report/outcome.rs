@@ -3,7 +3,7 @@
 //! Evaluations and histories contain what the driver works with: the negative of a maximized objective, the variable β that bounds a
 //! peak, and normalized constraints ĝ. The functions here convert them back.
 
-use super::number::without_rounding;
+use super::number::{counted, without_rounding};
 use crate::Result;
 use crate::problem::{Evaluation, Goal, PeakBound, Problem, RowId, Side};
 use crate::sao::{Cycle, RunState};
@@ -57,6 +57,14 @@ pub fn objective_of_step(problem: &Problem, state: &RunState, k: usize) -> Resul
         }
         None => Ok(cycle.objective),
     }
+}
+
+/// The failed trial steps of a run that has not converged, with the reason of the last one.
+pub fn failed_steps(state: &RunState) -> Option<String> {
+    let failures = || state.history.iter().filter_map(|cycle| Some((cycle.cycle, cycle.failure.as_ref()?)));
+    let (cycle, reason) = failures().last().filter(|_| !state.status.is_success())?;
+    let count = counted(failures().count(), ["trial step", "trial steps"]);
+    Some(format!("the analysis of {count} failed; of the last one, in cycle {cycle}: {reason}"))
 }
 
 /// The trial step with a better design than the last one, by more than 1e-4 and satisfying the constraints, with its objective; see [`RunState::better_than_last`].

@@ -1,6 +1,7 @@
 //! The page of a study.
 
 use super::{Conclusions, Rows, Study};
+use crate::report::number::counted;
 use crate::report::page::{Badge, Page, PageSection};
 use crate::report::table::Table;
 
@@ -13,7 +14,7 @@ impl Study {
         let failed = rows.all().filter(|row| row.has_failed()).count();
         let (word, badge) = match failed {
             0 => ("complete".to_owned(), Badge::Good),
-            _ => (format!("{failed} runs failed"), Badge::Fair),
+            _ => (format!("{} failed", counted(failed, ["run", "runs"])), Badge::Fair),
         };
         let mut answer = conclusion
             .sentences

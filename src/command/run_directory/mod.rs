@@ -175,6 +175,35 @@ impl RunDirectory {
         &mut self.folder
     }
 
+    /// The state with which the run continues, or `None` if the start design has not been analysed.
+    ///
+    /// # Errors
+    /// If the bounds of the problem exclude its design.
+    pub fn continued(&self, model: &Model, problem: &Problem, previous: bool) -> anyhow::Result<Option<LastState>> {
+        let last = if previous {
+            let offered = self.stored(PREVIOUS, model, problem)?;
+            Some(offered.with_context(|| format!("there is no {}", self.folder.place(PREVIOUS).display()))?)
+        } else {
+            self.last(model, problem)?
+        };
+        let Some(last) = last else {
+            for v in model.variables() {
+                let is_inside = (v.lower..=v.upper).contains(&v.start);
+                anyhow::ensure!(is_inside, "the bounds exclude the start of `{}`, {} {}", v.name, v.start, v.unit);
+            }
+            return Ok(None);
+        };
+        for (v, at) in problem.variables.iter().zip(&last.state.design) {
+            anyhow::ensure!(
+                (v.lower..=v.upper).contains(at),
+                "the bounds exclude the last accepted design, with `{}` at {at} {}: widen them, or begin a new run with `linkwright optimize`",
+                v.name,
+                v.unit
+            );
+        }
+        Ok(Some(last))
+    }
+
     /// The last state of the run, or `None` if the start design has not been analysed. Records edits of the model.
     ///
     /// With `previous` it is the state before the last one.
@@ -185,29 +214,12 @@ impl RunDirectory {
         text: &str,
         previous: bool,
     ) -> anyhow::Result<Option<RunState>> {
-        let last = if previous {
-            let offered = self.stored(PREVIOUS, model, problem)?;
-            Some(offered.with_context(|| format!("there is no {}", self.folder.place(PREVIOUS).display()))?)
-        } else {
-            self.last(model, problem)?
-        };
+        let last = self.continued(model, problem, previous)?;
         let Some(LastState { state, history, is_old }) = last else {
-            for v in model.variables() {
-                let is_inside = (v.lower..=v.upper).contains(&v.start);
-                anyhow::ensure!(is_inside, "the bounds exclude the start of `{}`, {} {}", v.name, v.start, v.unit);
-            }
             // The start design is analysed again, and its line written again.
             self.open_history(RunHistory::read(self.folder.directory(), Some(&records::Prefix::default()))?)?;
             return Ok(None);
         };
-        for (v, last) in problem.variables.iter().zip(&state.design) {
-            anyhow::ensure!(
-                (v.lower..=v.upper).contains(last),
-                "the bounds exclude the last accepted design, with `{}` at {last} {}: widen them, or begin a new run with `linkwright optimize`",
-                v.name,
-                v.unit
-            );
-        }
         self.record_edit(&state, text)?;
         self.open_history(history)?;
         if let Some(active) = self.active.as_mut().filter(|_| !previous && !is_old) {

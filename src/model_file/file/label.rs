@@ -56,7 +56,7 @@ impl Labels {
             shown => format!("`{text}` is not the unit of these values: they are in {shown}, and are shown so"),
         };
         let note = Diagnostic::new(word.span, message).label("a label, which converts nothing");
-        section.source().log.remark(match label.dimension.fits(known.dimension) {
+        section.source().log.remark(match label.dimension.fits(known.dimension) && section.takes("shown_in") {
             true => note.help(format!("shown_in = \"{text}\" in place of `unit` converts the values")),
             false => note.help("leave `unit` out, or check the formula"),
         });

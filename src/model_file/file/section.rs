@@ -99,6 +99,11 @@ impl<'a> Section<'a> {
         self.table.get(key)
     }
 
+    /// Returns whether the section may have a key.
+    pub fn takes(&self, key: &str) -> bool {
+        self.keys.iter().any(|known| known.name == key)
+    }
+
     pub fn has(&self, key: &str) -> bool {
         self.get(key).is_some()
     }

@@ -31,6 +31,7 @@ impl OptimizationReport<'_> {
         let (problem, state) = (self.problem, self.state);
         let (word, badge, mut lead) = self.status();
         lead.extend(self.better());
+        lead.extend(outcome::failed_steps(state).as_deref().map(|text| format!(" {}", sentence(text))));
         let (before, after) = self.objective();
         let unit = |value: f64| format!("{} {}", number(value), problem.objective.unit).trim_end().to_owned();
         let changed = change(before, after).map_or_else(String::new, |c| format!(", {}", percent(c)));
@@ -62,13 +63,10 @@ impl OptimizationReport<'_> {
     }
 
     fn status(&self) -> (&'static str, Badge, String) {
-        let reason = |text: &str| {
-            let mut letters = text.chars();
-            letters.next().map_or_else(String::new, |c| format!("{}{}.", c.to_uppercase(), letters.as_str()))
-        };
         let state = self.state;
+        let reason = sentence(&state.reason);
         match state.status {
-            Status::Converged => ("converged", Badge::Good, reason(&state.reason)),
+            Status::Converged => ("converged", Badge::Good, reason),
             Status::Running => {
                 let done = state.history.len() - 1;
                 let text = format!(
@@ -77,10 +75,10 @@ impl OptimizationReport<'_> {
                 );
                 ("unfinished", Badge::Fair, text)
             }
-            Status::CycleLimit => ("cycle limit", Badge::Fair, reason(&state.reason)),
-            Status::Stalled => ("stalled", Badge::Bad, reason(&state.reason)),
-            Status::Infeasible => ("infeasible", Badge::Bad, reason(&state.reason)),
-            _ => ("not converged", Badge::Bad, reason(&state.reason)),
+            Status::CycleLimit => ("cycle limit", Badge::Fair, reason),
+            Status::Stalled => ("stalled", Badge::Bad, reason),
+            Status::Infeasible => ("infeasible", Badge::Bad, reason),
+            _ => ("not converged", Badge::Bad, reason),
         }
     }
 
@@ -205,4 +203,10 @@ fn plural(count: usize) -> &'static str {
 
 fn percent(change: f64) -> String {
     format!("{}{}\u{a0}%", if change > 0.0 { "+" } else { "" }, number((change * 100.0).round() / 100.0))
+}
+
+/// A text with a capital letter and a full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |c| format!("{}{}.", c.to_uppercase(), letters.as_str()))
 }

@@ -66,8 +66,11 @@ impl TrialDecision {
     pub fn decide(&self, filter: impl Iterator<Item = DesignMerit>) -> Decision {
         let Self { from, to, predicted, .. } = self;
         let (h, next) = (from.violation, to.violation);
+        let noise = ROUNDING * from.objective.abs();
+        let costs_too_much = h <= FEASIBLE
+            && to.objective > from.objective + LARGEST_TRADE_OFF * self.objective_per_violation * h + noise;
         if let Some(least) = self.restoration {
-            let decreases = h - next >= RESTORED * (h - least) && next < h;
+            let decreases = h - next >= RESTORED * (h - least) && next < h && !costs_too_much;
             return if decreases { Decision::Violation } else { Decision::Rejected };
         }
         if next > LARGEST * h.max(1.0) || (next > h && self.ratio() < -WORSE) {
@@ -75,9 +78,6 @@ impl TrialDecision {
         }
         let envelope = ENVELOPE * self.objective_per_violation * next;
         let dominates = |e: DesignMerit| next > MARGIN * e.violation && to.objective > e.objective - envelope;
-        let noise = ROUNDING * from.objective.abs();
-        let costs_too_much = h <= FEASIBLE
-            && to.objective > from.objective + LARGEST_TRADE_OFF * self.objective_per_violation * h + noise;
         let improves = (next <= MARGIN * h && !costs_too_much)
             || to.objective <= from.objective - envelope
             || (next <= FEASIBLE && to.objective <= from.objective + noise);
@@ -163,6 +163,16 @@ mod tests {
             TrialDecision { restoration: Some(0.5), ..step }.decide(std::iter::empty())
         };
         assert_eq!((of(0.9), of(0.99)), (Decision::Violation, Decision::Rejected));
+    }
+
+    /// A violation of the size of rounding errors is no reason for a much larger objective.
+    #[test]
+    fn a_restoration_of_a_feasible_design_does_not_increase_the_objective() {
+        let of = |objective: f64| {
+            let step = step(merit(1.0, 1e-11), merit(1.0, 0.0), merit(objective, 1e-12));
+            TrialDecision { restoration: Some(0.0), ..step }.decide(std::iter::empty())
+        };
+        assert_eq!((of(1.0), of(1600.0)), (Decision::Violation, Decision::Rejected));
     }
 
     #[test]

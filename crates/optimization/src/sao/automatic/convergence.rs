@@ -21,6 +21,9 @@ const WITHOUT_STEP: [f64; 2] = [1e-6, 1e-12];
 /// Largest residual where the step is zero and the subproblem predicts no better design, relative to the larger one of the ranges of the
 /// objective over the last designs. Random curve fits end at up to 2e-11 of it by rounding. Forward differences have errors far above that.
 const AT_ZERO_STEP: f64 = 1e-10;
+/// Largest predicted decrease, residual and complementarity where no other step can be made, relative to the change of the objective by its
+/// slopes: a run that starts at an optimum has seen no range of the objective.
+const BY_SLOPES: f64 = 1e-7;
 /// Rounding error of the objective, relative to itself, to which its values can be compared.
 const COMPARABLE: f64 = 1e-13;
 /// Number of accepted designs over which the objective has changed by rounding only, for a run that has settled: in general, and at a
@@ -230,12 +233,14 @@ impl StopTest<'_> {
             return (residual <= largest && complementarity <= largest)
                 .then(|| "the start satisfies the optimality conditions".to_owned());
         }
-        let tolerance = OF_TOLERANCE * self.tolerance;
+        let is_exact_end = self.is_last && !self.has_forward_differences;
+        let by_slopes = if is_exact_end { BY_SLOPES * largest_change } else { 0.0 };
+        let tolerance = (OF_TOLERANCE * self.tolerance).max(by_slopes);
         let allowed = |fraction: f64, rounding: f64| (fraction * unit).max(rounding * objective);
         let prediction = if self.has_settled {
             COMPARABLE * objective
         } else if self.at_limit {
-            allowed(PREDICTED[1], ROUNDING[0])
+            allowed(PREDICTED[1], ROUNDING[0]).max(by_slopes)
         } else {
             allowed(PREDICTED[0], ROUNDING[0]).max(tolerance)
         };
