@@ -392,6 +392,27 @@ fn two_runs_are_shown_on_one_page() {
     assert!(page.len() < 1_000_000);
     place.run(&["report", "lift", "lift-2", "-o", "both", "--quiet"], 0);
     assert_eq!(place.read("both/report.html"), page);
+    // Both mechanisms move over the times that both runs have.
+    place.run(
+        &[
+            "optimize",
+            "lift",
+            "--quiet",
+            "--set",
+            "time.to=0.4",
+            "--set",
+            "time.points=11",
+            "--force",
+            "--out",
+            "short",
+        ],
+        0,
+    );
+    for pair in [["lift", "short"], ["short", "lift"]] {
+        place.run(&[&["report"][..], &pair, &["-o", "pair", "--quiet", "--force"]].concat(), 0);
+        let page = place.read("pair/report.html");
+        assert!(!page.contains("cannot be shown") && page.contains("The last designs of both runs."), "{pair:?}");
+    }
     let Some(program) = browser() else { return };
     let browser = Browser { program, place: &place };
     let dom = browser.show(&(address(&place.0.join("both/report.html")) + "#t=1.0"), [1200, 900], "--dump-dom");

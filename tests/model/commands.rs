@@ -312,7 +312,9 @@ fn a_run_goes_on_with_bounds_that_exclude_its_start() {
         let all = [&["resume", "bowl", "--max-cycles", "60"], arguments].concat();
         place.run(&all, code)
     };
+    let kept = place.read("out/bowl/model.toml");
     assert!(on(&["--set", "design.x.upper=0.5"], 1).contains("the bounds exclude the last accepted design"));
+    assert_eq!(place.read("out/bowl/model.toml"), kept, "a refused edit is not kept");
     let shown = on(&["--set", "design.x.upper=4.5"], 0);
     assert!(shown.contains("Changed design.x.upper: 10 → 4.5") && shown.contains("Converged"), "{shown}");
     // The edited copy, and the edited file, do the same.

@@ -90,6 +90,9 @@ fn files_are_included_and_belong_to_the_text() {
     assert!(wrong.contains("--> parts/steel.toml:3:17"), "{wrong}");
     let wrong = report(&whole.replace("2; 4", "2; four"));
     assert!(wrong.contains("--> lift.csv:5:4") && wrong.contains("`four` is not a number"), "{wrong}");
+    // A row with a number is no heading.
+    let wrong = report(&whole.replace("0; 0", "0 mm; 0"));
+    assert!(wrong.contains("--> lift.csv:3:1") && wrong.contains("`0 mm` is not a number"), "{wrong}");
     let twice = report(&whole.replace("version = 2\n", "version = 2\n[constants]\ngram = 1\n"));
     assert!(twice.contains("`gram` of [constants] is defined twice"), "{twice}");
 
