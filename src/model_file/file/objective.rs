@@ -184,54 +184,93 @@ fn conversion(section: &Section<'_>, known: &QuantityContext<'_>, trees: &[Expre
 /// Name of the variable that bounds a peak, unless the file names it.
 const PEAK: &str = "peak";
 
+/// The key of the quantity, and whether it is minimized.
+fn goal_of(section: &Section<'_>) -> Read<(&'static str, Goal)> {
+    match (section.has("minimize"), section.has("maximize")) {
+        (true, false) => Ok(("minimize", Goal::Minimize)),
+        (false, true) => Ok(("maximize", Goal::Maximize)),
+        (true, true) => Err(section.error_at("maximize", "`minimize` and `maximize` exclude each other")),
+        (false, false) => Err(section.error_at("minimize", "[objective] lacks `minimize` or `maximize`")),
+    }
+}
+
+/// What is minimized or maximized, as it is written.
+struct Statement {
+    key: &'static str,
+    goal: Goal,
+    /// The quantities; in place of an extreme that a variable bounds, its history.
+    trees: Vec<ExpressionTree>,
+    over: Option<Over>,
+    /// The extremes that a variable bounds, in the order of the quantities.
+    extremes: Vec<Extreme>,
+}
+
+impl Statement {
+    fn read(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Self> {
+        let (key, goal) = goal_of(section)?;
+        let over = match section.word("over")? {
+            Some(_) => Some(section.choice("over", OVER_WORDS)?),
+            None => None,
+        };
+        let mut statement = Self { key, goal, trees: section.trees(key)?, over, extremes: vec![] };
+        let are_bounded = statement.trees.iter().all(|tree| bounded(tree).is_some());
+        if goal == Goal::Minimize && over.is_none() && are_bounded {
+            statement.over = Some(Over::Peak);
+            for tree in &mut statement.trees {
+                // Of a number, the error follows later.
+                let Some(extreme) = known.extreme(tree, key)? else { continue };
+                *tree = extreme.history.clone();
+                statement.extremes.push(extreme);
+            }
+        }
+        Ok(statement)
+    }
+
+    /// Converts the quantities to the unit in which the objective is stored. Returns their dimension before, and this unit.
+    fn convert(
+        &mut self,
+        section: &Section<'_>,
+        known: &QuantityContext<'_>,
+    ) -> Read<(Option<KnownDimension>, Option<Unit>)> {
+        let dimension = self.trees.first().and_then(|tree| known.dimension(tree).ok().flatten());
+        let Some(unit) = conversion(section, known, &self.trees)? else {
+            return Ok((dimension, stored_unit(section, known.outputs)?));
+        };
+        for tree in &mut self.trees {
+            let own = known.dimension(tree)?;
+            *tree = converted(tree.clone(), own, &unit)?;
+        }
+        Ok((dimension, Some(unit)))
+    }
+
+    /// The quantities as functions. Those that have no derivatives are noted.
+    fn compile(&self, section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<CompiledQuantity>> {
+        let compiled = self.trees.iter().map(|tree| known.compile(tree, self.key));
+        let values: Vec<CompiledQuantity> = compiled.collect::<Read<_>>()?;
+        self.trees.iter().zip(&values).for_each(|(tree, value)| known.remark_derivative(section, tree, value));
+        let is_instant = self.over.is_none() && known.grid.is_some_and(|grid| grid.len() == 1);
+        match (&self.trees[..], &values[..], is_instant) {
+            // A history of one time point is a number.
+            ([tree], [value], true) if value.is_transient => {
+                let node = Node::Reduce(Reduction::Final, vec![tree.clone()]);
+                Ok(vec![known.compile(&ExpressionTree { node, span: tree.span.clone() }, self.key)?])
+            }
+            _ => Ok(values),
+        }
+    }
+}
+
 /// Reads `[objective]`.
 pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<BoundVariable>) -> Read<ObjectiveSpec> {
     let Some(section) = file.inner("objective", &[KEYS])? else {
         let help = "add [objective] with minimize = \"…\"";
         return Err(Diagnostic::new(file.span.start..file.span.start, "there is no objective").help(help));
     };
-    let (key, goal) = match (section.has("minimize"), section.has("maximize")) {
-        (true, false) => ("minimize", Goal::Minimize),
-        (false, true) => ("maximize", Goal::Maximize),
-        (true, true) => return Err(section.error_at("maximize", "`minimize` and `maximize` exclude each other")),
-        (false, false) => return Err(section.error_at("minimize", "[objective] lacks `minimize` or `maximize`")),
-    };
-    let mut over = match section.word("over")? {
-        Some(_) => Some(section.choice("over", OVER_WORDS)?),
-        None => None,
-    };
-    let mut trees = section.trees(key)?;
-    let stated = trees.clone();
-    let mut extremes = vec![];
-    if goal == Goal::Minimize && over.is_none() && trees.iter().all(|tree| bounded(tree).is_some()) {
-        over = Some(Over::Peak);
-        for tree in &mut trees {
-            // Of a number, the error follows below.
-            let Some(extreme) = known.extreme(tree, key)? else { continue };
-            *tree = extreme.history.clone();
-            extremes.push(extreme);
-        }
-    }
-    let unit =
-        conversion(&section, known, &trees)?.map_or_else(|| stored_unit(&section, known.outputs), |u| Ok(Some(u)))?;
-    let dimension = trees.first().and_then(|tree| known.dimension(tree).ok().flatten());
-    if let Some(unit) = conversion(&section, known, &trees)? {
-        let convert = |tree: ExpressionTree| {
-            let dimension = known.dimension(&tree)?;
-            converted(tree, dimension, &unit)
-        };
-        trees = trees.into_iter().map(convert).collect::<Read<_>>()?;
-    }
-    let mut values: Vec<CompiledQuantity> = trees.iter().map(|tree| known.compile(tree, key)).collect::<Read<_>>()?;
-    trees.iter().zip(&values).for_each(|(tree, value)| known.remark_derivative(&section, tree, value));
-    let is_instant = over.is_none() && known.grid.is_some_and(|grid| grid.len() == 1);
-    if let ([tree], [value], true) = (&trees[..], &values[..], is_instant)
-        && value.is_transient
-    {
-        // A history of one time point is a number.
-        let last = ExpressionTree { node: Node::Reduce(Reduction::Final, vec![tree.clone()]), span: tree.span.clone() };
-        values = vec![known.compile(&last, key)?];
-    }
+    let mut statement = Statement::read(&section, known)?;
+    let written = section.trees(statement.key)?;
+    let (dimension, unit) = statement.convert(&section, known)?;
+    let values = statement.compile(&section, known)?;
+    let Statement { key, goal, trees, over, extremes } = statement;
     let Some(value) = values.first().cloned() else {
         return Err(section.error_at(key, "the list is empty"));
     };
@@ -258,7 +297,7 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
             if let (Some(Over::Integral | Over::Mean), Some(tree)) = (over, trees.first()) {
                 known.remark_integral(&section, &tree.span, "over");
             }
-            if let ([tree], None) = (&stated[..], over) {
+            if let ([tree], None) = (&written[..], over) {
                 known.remark_kinks(&section, tree, &value, goal);
             }
             let dimension = dimension.filter(|_| !matches!(over, Some(Over::Sum | Over::Integral)));

@@ -40,11 +40,6 @@ const SIMULTANEOUS_STEP: f64 = 1e-9;
 /// Length of a step that ends at an event, in nominal steps, up to which its end is extrapolated from its beginning.
 const VERY_SHORT: f64 = 1e-6;
 
-/// Returns whether the end of an implicit step that ends at an event after the time `h` (s) is extrapolated from its beginning.
-pub(crate) fn is_very_short(h: f64, step: StepSize) -> bool {
-    h <= VERY_SHORT * step.nominal()
-}
-
 /// Time after a step's beginning, in nominal steps, at which a condition that is at its border becomes true or not.
 const AHEAD: f64 = 1e-3;
 
@@ -306,7 +301,7 @@ impl EventLocator {
             }
             (h, self.closed) = (found, Some(contact));
         }
-        if self.closed.is_some() && is_very_short(h, self.step) {
+        if self.closed.is_some() && h <= VERY_SHORT * self.step.nominal() {
             step.extrapolate(h)?;
         }
         Ok(h)

@@ -294,7 +294,7 @@ impl<T: StateScalar> Step<T> {
         self.since_event[1] = 0;
     }
 
-    /// Sets the end of the step, of the length `h` (s), to q₀ + h q̇₀ and q̇₀ + h q̈₀, with the accelerations and multipliers of its beginning.
+    /// Sets the end of the step, of the length `h` (s), to q₀ + h q̇₀ + ½ h² q̈₀ and q̇₀ + h q̈₀, with the accelerations and multipliers of its beginning.
     ///
     /// `h` is a plain number, or carries derivatives if it depends on the design.
     pub(crate) fn extrapolate<H: Scalar>(&mut self, mechanism: &Mechanism<T>, h: H)
@@ -304,8 +304,9 @@ impl<T: StateScalar> Step<T> {
         self.new.copy_from(&self.old);
         self.new.t = self.old.t + h;
         for i in 0..self.new.q.len() {
-            self.new.q[i] = self.old.q[i] + self.old.v[i] * h;
-            self.new.v[i] = self.old.v[i] + self.old.a[i] * h;
+            let (v, a) = (self.old.v[i], self.old.a[i]);
+            self.new.q[i] = self.old.q[i] + (v + a * h * 0.5) * h;
+            self.new.v[i] = v + a * h;
         }
         self.new.prescribe(mechanism);
         self.new_auxiliary.clone_from(&self.old_auxiliary);
