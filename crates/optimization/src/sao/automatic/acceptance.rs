@@ -10,7 +10,7 @@ const MARGIN: f64 = 0.999;
 const ENVELOPE: f64 = 1e-5;
 /// Largest violation of an accepted design, in units of the rows or of the violation before it: in these units, rows change by 1 to first
 /// order. Without this bound, a first step could be arbitrarily long if rows seem far from their limits.
-const LARGEST: f64 = 10.0;
+pub(super) const LARGEST: f64 = 10.0;
 /// Fraction of the predicted decrease that must be reached.
 const FRACTION: f64 = 0.01;
 /// Largest increase of the objective, per σ_f h, that is accepted for a smaller violation at a design that is feasible already.

@@ -72,7 +72,7 @@ const STALLED: [f64; 2] = [1e-12, 1e-13];
 pub(super) struct Optimality {
     /// λ.
     pub multipliers: Vec<f64>,
-    /// R = Σ |∂ⱼL| min(ℓⱼ, distance to the bound that it points to).
+    /// R = Σ |∂ⱼL| min(max(ℓⱼ, |bⱼ|), distance to the bound that it points to). The length of a variable that never moved may be a guess.
     pub residual: f64,
     /// Σ |λᵢ cᵢ|.
     pub complementarity: f64,
@@ -103,7 +103,7 @@ impl Optimality {
         let one = |j: usize| {
             let variable = &problem.variables[j];
             let distance = if slope[j] > 0.0 { b[j] - variable.lower } else { variable.upper - b[j] };
-            slope[j].abs() * distance.max(0.0).min(lengths[j])
+            slope[j].abs() * distance.max(0.0).min(lengths[j].max(b[j].abs()))
         };
         Self {
             residual: (0..b.len()).map(one).sum(),

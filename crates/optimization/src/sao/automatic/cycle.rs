@@ -18,6 +18,10 @@ use error::{Error, Result};
 const RECENT: usize = 4;
 const LEAST_WIDTH: f64 = 1e-3;
 
+/// Steps in addition to the number of variables, and largest number of steps, from which quasi-Newton matrices of many variables are made.
+const SURPLUS: usize = 10;
+const MOST_STEPS: usize = 120;
+
 /// The reason for the end of a run without progress.
 const NO_PROGRESS: &str =
     "the last steps have changed the objective by rounding only, but the optimality conditions do not hold";
@@ -212,7 +216,7 @@ impl Automatic {
     fn store(&self, problem: &Problem, state: &RunState, data: &CycleData, memory: &mut AutomaticState) {
         let RunState { design, responses, evaluation, .. } = state;
         memory.points.push(AcceptedPoint::new(problem, (design, responses, evaluation), data));
-        self.forget(memory);
+        self.forget(problem, memory);
     }
 
     /// Stores a design near the current one, as the last but one.
@@ -220,12 +224,13 @@ impl Automatic {
         let AnalyzedDesign { design, responses, evaluation } = nearby;
         let point = AcceptedPoint::new(problem, (design, responses, evaluation), data);
         memory.points.insert(memory.points.len().saturating_sub(1), point);
-        self.forget(memory);
+        self.forget(problem, memory);
     }
 
     /// Removes the first stored designs if there are too many.
-    fn forget(&self, memory: &mut AutomaticState) {
-        let surplus = memory.points.len().saturating_sub(self.memory + 1);
+    fn forget(&self, problem: &Problem, memory: &mut AutomaticState) {
+        let most = if problem.n() > self.memory { (problem.n() + SURPLUS).min(MOST_STEPS) } else { self.memory };
+        let surplus = memory.points.len().saturating_sub(most.max(self.memory) + 1);
         memory.points.drain(..surplus);
     }
 }
@@ -297,8 +302,11 @@ impl CycleContext<'_> {
         {
             return Ok(next);
         }
-        let reason =
-            test.unbounded_multipliers().unwrap_or_else(|| format!("{reason}; {}", test.optimality.in_words()));
+        let reason = match test.unbounded_multipliers() {
+            Some(reason) => reason,
+            None if test.is_feasible => format!("{reason}; {}", test.optimality.in_words()),
+            None => format!("no step reduces the violation further: {}", self.largest_violation_in_words()),
+        };
         let reason = if test.has_forward_differences { format!("{reason}; {FORWARD}") } else { reason };
         Ok(Next::End(Status::Stalled, reason, self.active_rows(&test.optimality)))
     }

@@ -1,6 +1,8 @@
 //! The analysis of a proposed design, and the resulting changes of the data of the run.
 
-use super::acceptance::{Decision, DesignMerit, TrialDecision, widths_after_acceptance, widths_after_rejection};
+use super::acceptance::{
+    Decision, DesignMerit, LARGEST, TrialDecision, widths_after_acceptance, widths_after_rejection,
+};
 use super::proposal::{Proposal, Purpose};
 use super::situation::CycleContext;
 use super::state::{AutomaticState, FilterEntry, RejectedPoint};
@@ -46,6 +48,9 @@ enum RejectionChange {
     Add(Option<RejectedPoint>),
     Clear,
 }
+
+/// Half widths of the box after a return, as fractions of the steps that led away.
+const RETURNED: f64 = 0.25;
 
 impl AutomaticState {
     pub(super) fn update(&mut self, changes: DataChanges) {
@@ -142,6 +147,10 @@ impl CycleContext<'_> {
             if *decision == Decision::Violation {
                 changes.filter = FilterChange::Add(self.filter_entry());
             }
+        } else if is_accepted && purpose == Purpose::Return {
+            // The step that led away must not be repeated.
+            widths.iter_mut().zip(&step).filter(|(_, s)| **s != 0.0).for_each(|(w, s)| *w = RETURNED * s.abs());
+            changes.filter = FilterChange::Add(self.filter_entry());
         } else if is_accepted {
             let shortening = if self.is_flat_start() { shortening(memory.rejections) } else { 1.0 };
             let least = |l: &f64| DISPLACEMENTS[0] * shortening * l;
@@ -187,7 +196,13 @@ impl CycleContext<'_> {
             {
                 return Decision::Rejected;
             }
-            Purpose::Curvature | Purpose::Flat | Purpose::Displacement => return Decision::Decrease,
+            // The Lagrangian says nothing of designs that violate the rows by far.
+            Purpose::Curvature | Purpose::Flat
+                if self.units.violation(&analyzed.evaluation.violations()) > LARGEST * self.violation.max(1.0) =>
+            {
+                return Decision::Rejected;
+            }
+            Purpose::Curvature | Purpose::Flat | Purpose::Displacement | Purpose::Return => return Decision::Decrease,
         }
         let filter = self.memory.filter.iter().map(|e| DesignMerit::new(e.objective, &e.violations, &self.units));
         self.step(proposal, analyzed).decide(filter)

@@ -364,9 +364,13 @@ impl CycleContext<'_> {
             return None;
         }
         let (direction, purpose, hidden) = tangent.uncertain()?;
-        let direction = direction.normalize() * if self.is_backwards() { -1.0 } else { 1.0 };
-        let slope = descent.dot(&direction);
         let noise = negligible.max(f64::EPSILON * self.units.objective_range);
+        // At a point of inflection, only one side shows that it is no minimum.
+        let is_other_side = purpose == Purpose::Curvature
+            && tangent.too_long() % 2 == 1
+            && descent.dot(&direction).abs() <= noise * direction.norm();
+        let direction = direction.normalize() * if self.is_backwards() || is_other_side { -1.0 } else { 1.0 };
+        let slope = descent.dot(&direction);
         let is_slope = slope.abs() > noise && tangent.is_steady(&direction, slope);
         let by_curvature = hidden.map_or(0.0, |curvature| (2.0 * MATTERS * noise / -curvature).sqrt());
         let to_matter = if is_slope { MATTERS * noise / slope } else { by_curvature };
@@ -374,7 +378,8 @@ impl CycleContext<'_> {
         let shortened = || (STEP * SHORTER.powi(tangent.too_long() as i32)).max(SHORTEST);
         let step = if purpose == Purpose::Flat { FLAT_STEP } else { shortened() };
         let is_better_backwards = || tangent.violation(&-&direction) < tangent.violation(&direction);
-        let sign = if slope.abs() <= noise && !self.is_backwards() && is_better_backwards() { -1.0 } else { slope };
+        let may_turn = slope.abs() <= noise && !self.is_backwards() && !is_other_side;
+        let sign = if may_turn && is_better_backwards() { -1.0 } else { slope };
         let size = (step / direction.amax()).max(to_matter.abs()).copysign(sign);
         let box_size = (size.abs() * direction.amax()).max(1.0);
         let widths: Vec<f64> = lengths.iter().map(|l| l * box_size).collect();
@@ -402,7 +407,7 @@ impl CycleContext<'_> {
             Purpose::Flat if is_accepted && self.memory.explorations < ROUND => ROUND,
             Purpose::Flat if self.is_backwards() || is_accepted => 2 * ROUND,
             Purpose::Flat => 2 * ROUND - 1,
-            Purpose::Improvement | Purpose::Displacement => self.memory.explorations,
+            Purpose::Improvement | Purpose::Displacement | Purpose::Return => self.memory.explorations,
         }
     }
 
@@ -416,7 +421,7 @@ impl CycleContext<'_> {
         let is_meant = match proposal.purpose {
             Purpose::Curvature => true,
             Purpose::Displacement => self.is_flat_start(),
-            Purpose::Improvement | Purpose::Flat => false,
+            Purpose::Improvement | Purpose::Flat | Purpose::Return => false,
         };
         let steps = proposal.design.iter().zip(&self.state.design).zip(&self.units.lengths);
         is_meant && { steps }.all(|((to, from), length)| (to - from).abs() <= *length)
@@ -482,7 +487,7 @@ impl CycleContext<'_> {
     }
 
     /// A design that is not the solution of a subproblem, with the prediction of the linear surrogate.
-    fn by_linear_surrogate(&self, design: Vec<f64>, region: Region, purpose: Purpose) -> Proposal {
+    pub(super) fn by_linear_surrogate(&self, design: Vec<f64>, region: Region, purpose: Purpose) -> Proposal {
         let surrogate = self.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
         let values = surrogate.values(&design);
         let mut predicted = self.merit(values.objective, &values.rows);

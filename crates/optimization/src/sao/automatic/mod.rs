@@ -69,7 +69,8 @@ use error::{Error, Result};
 /// sections 6.2 and 18.2. The selection is our own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Automatic {
-    /// Number of accepted steps from which quasi-Newton matrices are made, at least 1.
+    /// Number of accepted steps from which quasi-Newton matrices are made, at least 1. For more variables than this it is a little more than
+    /// their number, up to 120.
     pub memory: usize,
     /// Iterations of the subproblem solver, at least 1.
     pub iterations: usize,

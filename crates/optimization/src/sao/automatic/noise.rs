@@ -114,7 +114,8 @@ impl CycleContext<'_> {
 pub(super) fn in_words(noise: f64) -> String {
     format!(
         "shorter steps do not make the errors of predictions smaller: the analysis has noise of about {noise:.0e} of the largest \
-         value of a response, or a response jumps; finer tolerances of the analysis allow a better design"
+         value of a response, a response jumps, or its curvatures differ by many orders of magnitude between directions; finer tolerances of the \
+         analysis, or variables of similar effect, allow a better design"
     )
 }
 

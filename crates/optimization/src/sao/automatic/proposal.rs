@@ -26,6 +26,8 @@ pub(super) enum Purpose {
     Flat,
     /// To leave a stationary point or to move a variable on which no function depends; always accepted.
     Displacement,
+    /// To go back from a stationary violation to the best feasible design of the run; always accepted.
+    Return,
 }
 
 /// The next action of a run.

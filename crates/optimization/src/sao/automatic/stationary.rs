@@ -1,7 +1,7 @@
 //! Points that no step improves: a stationary violation, and subproblems without a step.
 
 use super::convergence::stalled;
-use super::proposal::{Next, Proposal};
+use super::proposal::{Next, Proposal, Purpose};
 use super::restoration::{is_stationary, largest_first_order_change, least_violation};
 use super::situation::{CycleContext, Kind};
 use crate::sao::Status;
@@ -25,6 +25,9 @@ const EQUAL: f64 = 1e-4;
 /// Lengths within which the violation must be stationary. A length may be underestimated, above all for a variable that
 /// started at zero.
 pub(super) const WIDE: f64 = 100.0;
+/// Violation of the largest row, relative to its scale, up to which a design counts as feasible, and largest number of returns to it.
+const FEASIBLE: f64 = 1e-6;
+const MOST_RETURNS: usize = 3;
 /// Violation in units of the rows from which on a run that has stalled is displaced.
 const LEAST_VIOLATION: f64 = 1e-6;
 
@@ -47,6 +50,11 @@ impl CycleContext<'_> {
         if !is_stationary(self.violation, least, largest_first_order_change(&self.here, &self.units)) {
             return Ok(None);
         }
+        if let Some(design) = self.best_feasible() {
+            let region = self.sides(&vec![f64::INFINITY; self.n()]);
+            let proposal = self.by_linear_surrogate(design.to_vec(), region, Purpose::Return);
+            return Ok(Some(Next::Analyse(Box::new(proposal))));
+        }
         if !self.memory.has_common_unit {
             return Ok(Some(Next::CommonUnit));
         }
@@ -56,6 +64,13 @@ impl CycleContext<'_> {
         if self.futile_displacements() < DISPLACEMENTS.len() {
             let reason = format!(
                 "the violation is nearly stationary, but each of {MOST_DISPLACEMENTS} displacements led to a smaller one"
+            );
+            return Ok(Some(Next::End(Status::Stalled, reason, vec![])));
+        }
+        if self.state.history.iter().any(|cycle| cycle.accepted && cycle.violation_pct <= 100.0 * FEASIBLE) {
+            let reason = format!(
+                "the violation is stationary here, {}, but another design of the run is feasible: start there, with a smaller first step",
+                self.largest_violation_in_words()
             );
             return Ok(Some(Next::End(Status::Stalled, reason, vec![])));
         }
@@ -69,8 +84,18 @@ impl CycleContext<'_> {
         Ok(Some(Next::End(Status::Infeasible, reason, vec![])))
     }
 
+    /// The best feasible design of the run, unless the run has come back to it [`MOST_RETURNS`] times.
+    fn best_feasible(&self) -> Option<&[f64]> {
+        let accepted = || self.state.history.iter().filter(|cycle| cycle.accepted);
+        let feasible =
+            accepted().filter(|cycle| cycle.violation_pct <= 100.0 * FEASIBLE && cycle.objective.is_finite());
+        let best = feasible.min_by(|a, b| a.objective.total_cmp(&b.objective))?;
+        let visits = accepted().filter(|cycle| cycle.design == best.design).count();
+        (visits <= MOST_RETURNS).then_some(&best.design[..])
+    }
+
     /// The constraints with the largest violation, and by how much they are exceeded.
-    fn largest_violation_in_words(&self) -> String {
+    pub(super) fn largest_violation_in_words(&self) -> String {
         let evaluation = &self.state.evaluation;
         let violated = |j: usize| {
             let (row, g) = evaluation.worst_of(j)?;
@@ -129,7 +154,8 @@ impl CycleContext<'_> {
             return Ok(Some(next));
         }
         // The rows may depend on some variables in second order only.
-        Ok(if self.violation > LEAST_VIOLATION { self.displaced().map(analyse) } else { None })
+        let is_violated = self.violation > LEAST_VIOLATION || !self.is_feasible(1.0);
+        Ok(if is_violated { self.displaced().map(analyse) } else { None })
     }
 
     /// A step by another surrogate than the chosen one, whose subproblem gives none; `None` if no surrogate predicts a better design.
