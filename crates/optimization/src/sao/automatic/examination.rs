@@ -3,6 +3,7 @@
 use super::acceptance::{
     Decision, DesignMerit, LARGEST, TrialDecision, widths_after_acceptance, widths_after_rejection,
 };
+use super::convergence::largest_change;
 use super::proposal::{Proposal, Purpose};
 use super::situation::CycleContext;
 use super::state::{AutomaticState, FilterEntry, RejectedPoint};
@@ -196,16 +197,19 @@ impl CycleContext<'_> {
             {
                 return Decision::Rejected;
             }
-            // The Lagrangian says nothing of designs that violate the rows by far.
-            Purpose::Curvature | Purpose::Flat
-                if self.units.violation(&analyzed.evaluation.violations()) > LARGEST * self.violation.max(1.0) =>
-            {
-                return Decision::Rejected;
-            }
+            Purpose::Curvature | Purpose::Flat if self.is_far_off(analyzed) => return Decision::Rejected,
             Purpose::Curvature | Purpose::Flat | Purpose::Displacement | Purpose::Return => return Decision::Decrease,
         }
         let filter = self.memory.filter.iter().map(|e| DesignMerit::new(e.objective, &e.violations, &self.units));
         self.step(proposal, analyzed).decide(filter)
+    }
+
+    /// True for a design whose violation or objective is so much larger that the Lagrangian says nothing of it.
+    fn is_far_off(&self, analyzed: &AnalyzedDesign) -> bool {
+        let evaluation = &analyzed.evaluation;
+        let change = largest_change(&self.here.slope, &self.units.lengths) + self.units.objective_range;
+        self.units.violation(&evaluation.violations()) > LARGEST * self.violation.max(1.0)
+            || evaluation.objective > self.state.evaluation.objective + LARGEST * change
     }
 
     fn filter_entry(&self) -> FilterEntry {

@@ -23,8 +23,6 @@ const STEP: f64 = 0.01;
 const FLAT_STEP: f64 = 0.5;
 /// First-order decrease of the objective by such a step where there is a slope, as a multiple of the negligible change.
 const MATTERS: f64 = 1e6;
-/// Longest such step, in lengths: a slope that needs a longer one does not matter.
-const LONGEST: f64 = 100.0;
 /// Largest relative change of a slope between designs for which it counts as unchanged.
 const STEADY: f64 = 0.5;
 /// Largest number of steps of a run that show a curvature, and of those in directions that no step had.
@@ -374,7 +372,6 @@ impl CycleContext<'_> {
         let is_slope = slope.abs() > noise && tangent.is_steady(&direction, slope);
         let by_curvature = hidden.map_or(0.0, |curvature| (2.0 * MATTERS * noise / -curvature).sqrt());
         let to_matter = if is_slope { MATTERS * noise / slope } else { by_curvature };
-        let to_matter = if to_matter.abs() * direction.amax() <= LONGEST { to_matter } else { 0.0 };
         let shortened = || (STEP * SHORTER.powi(tangent.too_long() as i32)).max(SHORTEST);
         let step = if purpose == Purpose::Flat { FLAT_STEP } else { shortened() };
         let is_better_backwards = || tangent.violation(&-&direction) < tangent.violation(&direction);
