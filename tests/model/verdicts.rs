@@ -132,3 +132,50 @@ fn a_run_that_has_converged_is_at_an_optimum() {
     // Some end at the limit of cycles, or stalled.
     assert!(converged.len() >= 15, "{converged:?}");
 }
+
+/// Problems on which runs were lost, or ended with a false verdict. All are solved.
+#[test]
+fn problems_that_misled_are_solved() {
+    let model = |starts: &[f64], bounds: &str, objective: &str, constraints: &[(&str, &str)]| {
+        let variable = |(k, start): (usize, &f64)| format!("[design.x{}]\nstart = {start:?}\n{bounds}", k + 1);
+        let constraint = |(k, (value, limit)): (usize, &(&str, &str))| {
+            format!(
+                "[[output]]\nname = \"c{k}\"\nvalue = \"{value}\"\n[[constraint]]\nname = \"c{k}\"\nvalue = \"c{k}\"\n{limit}\n"
+            )
+        };
+        format!(
+            "version = 2\n{}[[output]]\nname = \"f\"\nvalue = \"{objective}\"\n[objective]\nminimize = \"f\"\n{}",
+            starts.iter().enumerate().map(variable).collect::<String>(),
+            constraints.iter().enumerate().map(constraint).collect::<String>()
+        )
+    };
+    let chain: Vec<String> = (2..=34).map(|k| format!("2*x{k}^2 - 2*x{}*x{k}", k - 1)).collect();
+    let problems = [
+        // The violation is stationary at zero, where it was called infeasible; the start is feasible.
+        ("product", model(&[10.0; 3], "lower = 0\n", "x1 + x2 + x3", &[("x1*x2*x3", "at_least = 1")]), 3.0),
+        ("powers", model(&[10.0; 2], "lower = 0\n", "x1 + x2", &[("x1^3*x2", "at_least = 1")]), 4.0 / 27f64.powf(0.25)),
+        // Problem BT8 of CUTEst: at the optimum, a step of 1e10 was accepted.
+        (
+            "squared slacks",
+            model(
+                &[1.0, 1.0, 1.0, 0.0, 0.0],
+                "",
+                "x1^2 + x2^2 + x3^2",
+                &[("x1 - 1 - x4^2 + x2^2", "equals = 0"), ("x1^2 + x2^2 - 1 - x5^2", "equals = 0")],
+            ),
+            1.0,
+        ),
+        // A point of inflection at zero.
+        ("cubic", model(&[1.0], "lower = -3\nupper = 3\n", "x1^3", &[]), -27.0),
+        // More variables than steps from which curvatures were made: problem 300 of Schittkowski's collection, larger.
+        ("tridiagonal", model(&[0.1; 34], "", &format!("x1^2 - 2*x1 + {}", chain.join(" + ")), &[]), -34.0),
+    ];
+    let scratch = TempFolder::new("misled");
+    for (name, text, optimum) in problems {
+        std::fs::write(scratch.0.join("model.toml"), text).unwrap();
+        scratch.run(&["optimize", "model.toml", "--out", "run", "--force", "-q"], 0);
+        let summary: serde_json::Value = serde_json::from_str(&scratch.read("run/summary.json")).unwrap();
+        let objective = summary["objective"]["value"].as_f64().unwrap();
+        assert!((objective - optimum).abs() < 1e-6 * optimum.abs(), "{name}: {objective} for {optimum}");
+    }
+}
