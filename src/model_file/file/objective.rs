@@ -195,7 +195,7 @@ fn goal_of(section: &Section<'_>) -> Read<(&'static str, Goal)> {
 }
 
 /// What is minimized or maximized, as it is written.
-struct Statement {
+struct StatedObjective {
     key: &'static str,
     goal: Goal,
     /// The quantities; in place of an extreme that a variable bounds, its history.
@@ -205,7 +205,7 @@ struct Statement {
     extremes: Vec<Extreme>,
 }
 
-impl Statement {
+impl StatedObjective {
     fn read(section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Self> {
         let (key, goal) = goal_of(section)?;
         let over = match section.word("over")? {
@@ -266,11 +266,11 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         let help = "add [objective] with minimize = \"…\"";
         return Err(Diagnostic::new(file.span.start..file.span.start, "there is no objective").help(help));
     };
-    let mut statement = Statement::read(&section, known)?;
+    let mut statement = StatedObjective::read(&section, known)?;
     let written = section.trees(statement.key)?;
     let (dimension, unit) = statement.convert(&section, known)?;
     let values = statement.compile(&section, known)?;
-    let Statement { key, goal, trees, over, extremes } = statement;
+    let StatedObjective { key, goal, trees, over, extremes } = statement;
     let Some(value) = values.first().cloned() else {
         return Err(section.error_at(key, "the list is empty"));
     };
