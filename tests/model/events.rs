@@ -219,7 +219,8 @@ fn slider_with_events(velocity: f64, events: &[&str], steps: &str) -> String {
          [[force]]\nname = \"brake\"\nkind = \"coordinate-spring\"\nb = \"a\"\nstiffness = 0\ndamping = 5\n\
          [[force]]\nname = \"pull\"\nkind = \"load\"\nb = \"a\"\ngeneralized_force = 2\n\
          {events}[time]\nto = 1\npoints = 11\n[analysis]\nkind = \"dynamics\"\n{steps}\n\
-         [[output]]\nname = \"v\"\nvalue = \"a.velocity\"\n"
+         [[output]]\nname = \"v\"\nvalue = \"a.velocity\"\n{}",
+        crate::space::OBJECTIVE
     )
 }
 
