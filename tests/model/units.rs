@@ -429,7 +429,7 @@ fn labels_of_the_objective_and_of_the_time_are_true() {
     assert_eq!((unit.as_str(), note.as_str()), ("mm", ""));
     let (unit, _, note) =
         objective("minimize = \"height\"\nover = \"peak\"\nbound = { name = \"most\", start = 1.0, unit = \"mm\" }");
-    assert_eq!((unit.as_str(), note.contains("shown_in")), ("m", true), "{note}");
+    assert_eq!((unit.as_str(), note.contains("shown_in")), ("m", false), "{note}");
     let (unit, _, note) = objective("minimize = \"height\"\nover = \"integral\"\nunit = \"m·s\"");
     assert_eq!((unit.as_str(), note.as_str()), ("m·s", ""));
     let (_, time, note) = noted(&SI.replace("points = 26", "points = 26\nunit = \"ms\""));

@@ -21,8 +21,8 @@ const WITHOUT_STEP: [f64; 2] = [1e-6, 1e-12];
 /// Largest residual where the step is zero and the subproblem predicts no better design, relative to the larger one of the ranges of the
 /// objective over the last designs. Random curve fits end at up to 2e-11 of it by rounding. Forward differences have errors far above that.
 const AT_ZERO_STEP: f64 = 1e-10;
-/// Largest predicted decrease, residual and complementarity where no other step can be made, relative to the change of the objective by its
-/// slopes: a run that starts at an optimum has seen no range of the objective.
+/// Largest predicted decrease, residual and complementarity where no other step can be made, relative to the smaller one of the objective and its
+/// change by its slopes: a run that starts at an optimum has seen no range of the objective.
 const BY_SLOPES: f64 = 1e-7;
 /// Rounding error of the objective, relative to itself, to which its values can be compared.
 const COMPARABLE: f64 = 1e-13;
@@ -234,7 +234,7 @@ impl StopTest<'_> {
                 .then(|| "the start satisfies the optimality conditions".to_owned());
         }
         let is_exact_end = self.is_last && !self.has_forward_differences;
-        let by_slopes = if is_exact_end { BY_SLOPES * largest_change } else { 0.0 };
+        let by_slopes = if is_exact_end { BY_SLOPES * largest_change.min(objective) } else { 0.0 };
         let tolerance = (OF_TOLERANCE * self.tolerance).max(by_slopes);
         let allowed = |fraction: f64, rounding: f64| (fraction * unit).max(rounding * objective);
         let prediction = if self.has_settled {
