@@ -62,7 +62,7 @@ pub fn objective_of_step(problem: &Problem, state: &RunState, k: usize) -> Resul
 /// The failed trial steps of a run that has not converged, with the reason of the last one.
 pub fn failed_steps(state: &RunState) -> Option<String> {
     let failures = || state.history.iter().filter_map(|cycle| Some((cycle.cycle, cycle.failure.as_ref()?)));
-    let (cycle, reason) = failures().last().filter(|_| !state.status.is_success())?;
+    let (cycle, reason) = failures().next_back().filter(|_| !state.status.is_success())?;
     let count = counted(failures().count(), ["trial step", "trial steps"]);
     Some(format!("the analysis of {count} failed; of the last one, in cycle {cycle}: {reason}"))
 }
