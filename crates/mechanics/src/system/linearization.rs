@@ -81,7 +81,7 @@ impl Linearization {
     }
 
     /// Identity and Φ_q, for the nearest velocities that satisfy the constraints at given positions: Φ̇ is linear in them, so reactions
-    /// do not enter. Followers that are held have the weight [`HELD`].
+    /// do not enter. Followers that are held have a very large weight.
     pub fn velocity_projection() -> Self {
         Self { geometric_stiffness: false, ..Self::projection() }
     }
