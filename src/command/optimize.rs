@@ -14,6 +14,7 @@ use anyhow::anyhow;
 use clap::Args;
 use linkwright::model_file::{Model, read};
 use linkwright::problem::Problem;
+use linkwright::report::outcome::failed_steps;
 use linkwright::sao::{RunState, Status};
 use linkwright::storage::Directory;
 use std::path::{Path, PathBuf};
@@ -356,7 +357,8 @@ impl ProgressForm {
             save(warm);
             progress.cycles(&state, shown, state.history.len() - before)?;
         }
-        summary.warnings = problem.analysis.warnings(&state.design, &state.responses);
+        let warnings = problem.analysis.warnings(&state.design, &state.responses);
+        summary.warnings = warnings.into_iter().chain(failed_steps(&state)).collect();
         folder.finish(problem, &state, &summary)?;
         progress.end(&summary)?;
         show.note(&format!("Results are in {}", out.display()))?;

@@ -89,10 +89,18 @@ fn common_times([first, second]: [Vec<f64>; 2]) -> Option<Vec<f64>> {
 fn mechanisms(runs: &[LastRun; 2]) -> anyhow::Result<Option<PageSection>> {
     let [first, second] = runs.each_ref().map(|run| run.model.drawing_times().zip(run.model.grid()));
     let (Some((first, grid)), Some((second, other))) = (first, second) else { return Ok(None) };
-    let shared = common_times([first, second]).filter(|_| grid.unit == other.unit);
-    let Some(times) = shared else {
-        let text = "The motions cannot be shown side by side: they have no times in common.";
-        return Ok(Some(PageSection::new("mechanism", "Mechanisms").paragraph(text)));
+    let apart = |why: String| {
+        let text = format!("The motions cannot be shown side by side: {why}.");
+        Ok(Some(PageSection::new("mechanism", "Mechanisms").paragraph(text)))
+    };
+    if grid.unit != other.unit {
+        return apart(format!(
+            "one is over {} in {}, the other over {} in {}",
+            grid.name, grid.unit, other.name, other.unit
+        ));
+    }
+    let Some(times) = common_times([first, second]) else {
+        return apart(format!("they have no value of {} in common", grid.name));
     };
     let mut scenes = vec![];
     for run in runs {

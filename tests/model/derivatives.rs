@@ -251,8 +251,37 @@ fn rough_positions_are_assembled_in_any_unit_of_length() {
         problem.analyze(&[1.0]).unwrap_or_else(|error| panic!("{s:e}: {error}")).values[0].clone()
     };
     let exact = angle(1.0);
+    // The loop is closed: the end of the coupler is half a unit from the pivot of the last bar.
+    for (k, coupler) in exact.iter().enumerate() {
+        let crank = 0.3 + k as f64;
+        let end = [0.2 * crank.cos() + 0.7 * coupler.cos(), 0.2 * crank.sin() + 0.7 * coupler.sin()];
+        assert!(((end[0] - 0.8).hypot(end[1]) - 0.5).abs() < 1e-9, "{coupler}");
+    }
     for s in [1e-3, 30.0, 1e3, 1e6] {
         let found = angle(s);
         assert!(found.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-9), "{s:e}: {found:?} {exact:?}");
+    }
+}
+
+/// Adaptive implicit steps for motions of any length: a pendulum in units of time from 10 ns to 1000 s has the same motion.
+#[test]
+fn the_first_adaptive_step_fits_the_length_of_the_motion() {
+    let angle = |unit: f64| {
+        let text = format!(
+            "version = 2\ngravity = [0, \"-9.81/T^2\"]\n[constants]\nT = {unit:e}\n[[body]]\nname = \"a\"\nmass = 1\ninertia = 0.1\n\
+             position = [0.5, 0]\n[[joint]]\nname = \"j\"\na = \"ground\"\nb = {{ body = \"a\", at = [-0.5, 0] }}\n[time]\nto = \"2*T\"\n\
+             points = 21\n[analysis]\nkind = \"dynamics\"\ntolerance = 1e-9\n[[output]]\nname = \"th\"\nvalue = \"a.theta\"\n{}",
+            crate::space::OBJECTIVE
+        );
+        let problem = problem(&text).unwrap();
+        problem.analyze(&[1.0]).unwrap_or_else(|error| panic!("{unit:e}: {error}")).values[0].clone()
+    };
+    let exact = angle(1.0);
+    // The energy is that of the start: ½ (I + m r²) ω² = m g r sin(−θ), so that the bar turns back at −π.
+    let lowest = exact.iter().fold(0.0f64, |lowest, angle| lowest.min(*angle));
+    assert!(lowest > -std::f64::consts::PI - 1e-5 && lowest < -3.0, "{lowest}");
+    for unit in [1e-8, 1e-3, 1e3] {
+        let found = angle(unit);
+        assert!(found.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-5), "{unit:e}: {found:?} {exact:?}");
     }
 }

@@ -133,6 +133,20 @@ fn a_run_that_has_converged_is_at_an_optimum() {
     assert!(converged.len() >= 15, "{converged:?}");
 }
 
+/// The reason of failed trial steps is told at the end of a run that has not converged, in its summary and on its page.
+#[test]
+fn failed_trial_steps_have_their_reason_at_the_end() {
+    let text = "version = 2\n[design.x]\nstart = 2\nlower = 0\nupper = 10\n[[output]]\nname = \"f\"\nvalue = \"x + 1e-3/sqrt(x - 1.5)\"\n\
+                [objective]\nminimize = \"f\"\n";
+    let scratch = TempFolder::new("failed-steps");
+    std::fs::write(scratch.0.join("model.toml"), text).unwrap();
+    let shown = scratch.run(&["optimize", "model.toml", "--max-cycles", "1", "--out", "run"], 3);
+    scratch.run(&["report", "run", "--page-only", "-q"], 0);
+    for shown in [shown, scratch.read("run/summary.json"), scratch.read("run/report.html")] {
+        assert!(shown.contains("he analysis of 1 trial step failed") && shown.contains("sqrt(-1.5)"), "{shown}");
+    }
+}
+
 /// Problems on which runs were lost, or ended with a false verdict. All are solved.
 #[test]
 fn problems_that_misled_are_solved() {

@@ -175,7 +175,8 @@ impl RunDirectory {
         &mut self.folder
     }
 
-    /// The state with which the run continues, or `None` if the start design has not been analysed.
+    /// The state with which the run continues, or `None` if the start design has not been analysed. With `previous` it is the state before
+    /// the last one.
     ///
     /// # Errors
     /// If the bounds of the problem exclude its design.

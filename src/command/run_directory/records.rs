@@ -342,7 +342,7 @@ impl Summary {
             at_bounds: at_bounds.collect(),
             constraints: constraints.into_iter().map(|c| Nearest::new(problem, c)).collect(),
             best,
-            warnings: state.responses.warnings.iter().cloned().chain(outcome::failed_steps(state)).collect(),
+            warnings: state.responses.warnings.clone(),
             edits: edits.to_vec(),
         }
     }

@@ -280,17 +280,11 @@ fn dynamics(section: &Section<'_>, names: &Names, grid: &TimeGrid, coordinates: 
     match (step, tolerance) {
         (Some(_), Some(_)) => Err(section.error_at("tolerance", "`step` and `tolerance` exclude each other")),
         _ if is_explicit => explicit(section, start, (step, longest), tolerance),
-        (None, None) => implicit(section, names, start, (Some(default_step(start, grid)), longest), None),
-        _ => {
-            let integration = implicit(section, names, start, (step, longest), tolerance)?;
-            let span = grid.points[grid.len() - 1] - start;
-            Ok(match integration {
-                Integration::Implicit(settings) => {
-                    Integration::Implicit(Dynamics { step: settings.step.for_span(span), ..settings })
-                }
-                explicit => explicit,
-            })
+        (None, None) => {
+            let ends = [start, grid.points[grid.len() - 1]];
+            implicit(section, names, ends, (Some(default_step(start, grid)), longest), None)
         }
+        _ => implicit(section, names, [start, grid.points[grid.len() - 1]], (step, longest), tolerance),
     }
 }
 
@@ -333,7 +327,7 @@ fn explicit(
 fn implicit(
     section: &Section<'_>,
     names: &Names,
-    start: f64,
+    [start, end]: [f64; 2],
     (step, longest): (Option<f64>, f64),
     tolerance: Option<f64>,
 ) -> Read<Integration> {
@@ -350,7 +344,7 @@ fn implicit(
     };
     let scheme = made.map_err(|e| section.error_at(key, e.to_string()))?;
     let step = match tolerance {
-        Some(tolerance) => Dynamics::adaptive(tolerance).step.with_longest(longest),
+        Some(tolerance) => Dynamics::adaptive(tolerance).step.with_longest(longest).for_span(end - start),
         None => StepSize::Fixed(step.unwrap_or(1e-3)),
     };
     let configurations = [

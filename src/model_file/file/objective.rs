@@ -194,7 +194,7 @@ fn goal_of(section: &Section<'_>) -> Read<(&'static str, Goal)> {
     }
 }
 
-/// What is minimized or maximized, as it is written.
+/// The quantities of the objective and its goal, as they are written in the file.
 struct StatedObjective {
     key: &'static str,
     goal: Goal,

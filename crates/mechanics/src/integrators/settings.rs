@@ -131,7 +131,8 @@ impl Dynamics {
         }
     }
 
-    /// Adaptive steps; `tolerance` is the local error of positions in m or rad.
+    /// Adaptive steps; `tolerance` is the local error of positions in m or rad. The first step is 10⁻⁴ s: see [`StepSize::for_span`] for motions
+    /// shorter than 0.01 s or longer than 100 s.
     pub fn adaptive(tolerance: f64) -> Self {
         let step = StepSize::Adaptive { tolerance, first: 1e-4, longest: f64::INFINITY };
         Self { step, ..Self::fixed(1.0) }

@@ -229,8 +229,8 @@ impl Automatic {
 
     /// Removes the first stored designs if there are too many.
     fn forget(&self, problem: &Problem, memory: &mut AutomaticState) {
-        let most = if problem.n() > self.memory { (problem.n() + SURPLUS).min(MOST_STEPS) } else { self.memory };
-        let surplus = memory.points.len().saturating_sub(most.max(self.memory) + 1);
+        let by_size = if problem.n() > self.memory { (problem.n() + SURPLUS).min(MOST_STEPS) } else { 0 };
+        let surplus = memory.points.len().saturating_sub(self.memory.max(by_size) + 1);
         memory.points.drain(..surplus);
     }
 }

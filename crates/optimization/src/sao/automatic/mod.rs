@@ -60,7 +60,7 @@ use error::{Error, Result};
 /// The result satisfies the first-order conditions. Before the run ends, the Lagrangian is evaluated near the design in
 /// directions along the active rows in which no step was made, or in which the steps show no positive curvature: at a saddle point or a
 /// maximum the run continues. Not all directions are tried, so this is not a proof. A run may also end at a stationary point of the
-/// violation: it then reports [`Status::Infeasible`](super::Status::Infeasible), which does not exclude feasible designs in other regions.
+/// violation, unless it has seen a feasible design, to which it goes back: it then reports [`Status::Infeasible`](super::Status::Infeasible), which does not exclude feasible designs in other regions.
 ///
 /// # Sources
 ///

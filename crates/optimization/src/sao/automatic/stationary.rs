@@ -4,7 +4,7 @@ use super::convergence::stalled;
 use super::proposal::{Next, Proposal, Purpose};
 use super::restoration::{is_stationary, largest_first_order_change, least_violation};
 use super::situation::{CycleContext, Kind};
-use crate::sao::Status;
+use crate::sao::{Cycle, Status};
 use error::Result;
 
 /// Displacements from a stationary point in lengths; the next one is used if those before led back. The second one is opposite to the first.
@@ -67,7 +67,7 @@ impl CycleContext<'_> {
             );
             return Ok(Some(Next::End(Status::Stalled, reason, vec![])));
         }
-        if self.state.history.iter().any(|cycle| cycle.accepted && cycle.violation_pct <= 100.0 * FEASIBLE) {
+        if self.feasible().next().is_some() {
             let reason = format!(
                 "the violation is stationary here, {}, but another design of the run is feasible: start there, with a smaller first step",
                 self.largest_violation_in_words()
@@ -84,13 +84,16 @@ impl CycleContext<'_> {
         Ok(Some(Next::End(Status::Infeasible, reason, vec![])))
     }
 
+    /// The accepted designs of the run that are feasible.
+    fn feasible(&self) -> impl Iterator<Item = &Cycle> {
+        let is_feasible = |cycle: &&Cycle| cycle.accepted && cycle.violation_pct <= 100.0 * FEASIBLE;
+        self.state.history.iter().filter(is_feasible)
+    }
+
     /// The best feasible design of the run, unless the run has come back to it [`MOST_RETURNS`] times.
     fn best_feasible(&self) -> Option<&[f64]> {
-        let accepted = || self.state.history.iter().filter(|cycle| cycle.accepted);
-        let feasible =
-            accepted().filter(|cycle| cycle.violation_pct <= 100.0 * FEASIBLE && cycle.objective.is_finite());
-        let best = feasible.min_by(|a, b| a.objective.total_cmp(&b.objective))?;
-        let visits = accepted().filter(|cycle| cycle.design == best.design).count();
+        let best = self.feasible().min_by(|a, b| a.objective.total_cmp(&b.objective))?;
+        let visits = self.feasible().filter(|cycle| cycle.design == best.design).count();
         (visits <= MOST_RETURNS).then_some(&best.design[..])
     }
 
