@@ -55,8 +55,9 @@ const DETERMINED: f64 = 1e-9;
 /// energy, the smallest ones are taken. It is constant next to a design, so that it has no derivatives.
 const MASSLESS: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// Distance (m or rad) from the positions of the model of those in which masses are detected: in the former, a coordinate with mass can have a
-/// zero on the diagonal of M, such as an Euler parameter of an axis that is parallel to a world axis.
+/// Distance (m or rad) between the positions of the model and those in which masses are detected. In the positions of
+/// the model, a coordinate with mass can have a zero on the diagonal of M, such as an Euler parameter of an axis that
+/// is parallel to a world axis.
 const NEARBY: f64 = 0.1;
 
 /// Fraction of the largest velocity (m/s or rad/s) below which two velocities count as equal, and fraction of a velocity by which it may
@@ -225,8 +226,8 @@ impl VelocityMatrix {
         projection.held.iter().for_each(|&i| state.v[i] = mechanism.coordinates[i].velocity);
     }
 
-    /// Of the `given` coordinates, those whose velocities are independent at the positions `at`: a Cholesky decomposition of Eᵀ A⁻¹ E with pivots,
-    /// scaled by the masses.
+    /// The `given` coordinates whose velocities are independent at the positions `at`: the pivots of a Cholesky
+    /// decomposition of Eᵀ A⁻¹ E, scaled by the masses.
     fn independent(
         &self,
         system: &mut System,
@@ -234,24 +235,7 @@ impl VelocityMatrix {
         at: &State<f64>,
         given: &[usize],
     ) -> Vec<usize> {
-        let is_massless = |i: usize| self.massless.iter().any(|(k, _)| *k == i);
-        let rank = given.iter().any(|&i| is_massless(i)).then(|| ConstraintRank::of(system, mechanism, at));
-        let mut candidates: Vec<(usize, usize, f64)> = Vec::new();
-        for &i in given {
-            if let Some(equation) = system.equation_of(i) {
-                let scale = match &rank {
-                    // It may move masses of other coordinates: it is scaled by its mobility, if it can move at all.
-                    Some(rank) if is_massless(i) => {
-                        let mut direction = vec![0.0; at.q.len()];
-                        direction[i] = 1.0;
-                        let own = mobility(system, equation)[equation];
-                        if rank.depends(direction) || !(own > 0.0) { 0.0 } else { own.sqrt().recip() }
-                    }
-                    _ => self.masses[i].abs().sqrt(),
-                };
-                candidates.push((i, equation, scale));
-            }
-        }
+        let candidates = self.scaled_equations(system, mechanism, at, given);
         let count = candidates.len();
         let mut shares = DMatrix::zeros(count, count);
         for (j, &(_, equation, scale)) in candidates.iter().enumerate() {
@@ -260,23 +244,55 @@ impl VelocityMatrix {
                 shares[(i, j)] = column[row] * scale * other;
             }
         }
-        let mut held = Vec::new();
-        loop {
-            // Of equal shares the first one is chosen, so that rounding does not decide.
-            let of = |k: usize| shares[(k, k)];
-            let Some(pivot) = (0..count).reduce(|a, b| if of(b) > of(a) * (1.0 + 1e-6) { b } else { a }) else { break };
-            let share = shares[(pivot, pivot)];
-            if !(share > DETERMINED) {
-                break;
-            }
-            held.push(candidates[pivot].0);
-            let column: DVector<f64> = shares.column(pivot).into_owned();
-            shares.ger(-1.0 / share, &column, &column, 1.0);
-            shares.row_mut(pivot).fill(0.0);
-            shares.column_mut(pivot).fill(0.0);
-        }
+        let mut held: Vec<usize> = pivots(shares).into_iter().map(|k| candidates[k].0).collect();
         held.sort_unstable();
         held
+    }
+
+    /// The unknowns among the `given` coordinates, with their equations and scales: scaled velocities have mobilities
+    /// of about one.
+    fn scaled_equations(
+        &self,
+        system: &mut System,
+        mechanism: &Mechanism<f64>,
+        at: &State<f64>,
+        given: &[usize],
+    ) -> Vec<(usize, usize, f64)> {
+        let is_massless = |i: usize| self.massless.iter().any(|(k, _)| *k == i);
+        let rank = given.iter().any(|&i| is_massless(i)).then(|| ConstraintRank::of(system, mechanism, at));
+        let mut scaled = Vec::new();
+        for &i in given {
+            let Some(equation) = system.equation_of(i) else { continue };
+            let scale = match &rank {
+                // It may move masses of other coordinates: it is scaled by its mobility, if it can move at all.
+                Some(rank) if is_massless(i) => {
+                    let mut direction = vec![0.0; at.q.len()];
+                    direction[i] = 1.0;
+                    let own = mobility(system, equation)[equation];
+                    if rank.depends(direction) || !(own > 0.0) { 0.0 } else { own.sqrt().recip() }
+                }
+                _ => self.masses[i].abs().sqrt(),
+            };
+            scaled.push((i, equation, scale));
+        }
+        scaled
+    }
+}
+
+/// Pivots of the Cholesky decomposition of a positive semidefinite matrix with pivoting: rows that are linearly independent.
+fn pivots(mut matrix: DMatrix<f64>) -> Vec<usize> {
+    let mut pivots = Vec::new();
+    loop {
+        // Of equal entries the first one is chosen, so that rounding does not decide.
+        let of = |k: usize| matrix[(k, k)];
+        let largest = (0..matrix.nrows()).reduce(|a, b| if of(b) > of(a) * (1.0 + 1e-6) { b } else { a });
+        let Some(pivot) = largest.filter(|&k| of(k) > DETERMINED) else { return pivots };
+        let share = matrix[(pivot, pivot)];
+        pivots.push(pivot);
+        let column: DVector<f64> = matrix.column(pivot).into_owned();
+        matrix.ger(-1.0 / share, &column, &column, 1.0);
+        matrix.row_mut(pivot).fill(0.0);
+        matrix.column_mut(pivot).fill(0.0);
     }
 }
 

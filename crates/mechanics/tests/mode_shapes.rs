@@ -1,6 +1,10 @@
 //! Mode shapes against closed forms, and their derivatives against differences.
 
+#[path = "support/finite_differences.rs"]
+mod finite_differences;
+
 use autodiff::Scalar;
+use finite_differences::extrapolated_differences;
 use linkwright_mechanics::derivatives::modal::{About, differentiate_modes};
 use linkwright_mechanics::derivatives::mode_shapes::{differentiate_mode_shapes, mode_shapes};
 use linkwright_mechanics::motion::Fixed;
@@ -93,19 +97,11 @@ fn derivatives_of_shapes_with_joints_about_an_equilibrium() {
     let plain = mode_shapes(&Hanging, &b, about, 0.0, &which).unwrap();
     let of = |b: &[f64]| mode_shapes(&Hanging, b, about, 0.0, &which).unwrap();
     for variable in 0..b.len() {
-        let h = 1e-4 * b[variable];
-        let moved = |h: f64| {
-            let mut moved = b;
-            moved[variable] += h;
-            of(&moved)
-        };
-        let runs = [h, -h, 2.0 * h, -2.0 * h].map(moved);
+        let differences = extrapolated_differences(&b, variable, 2e-4 * b[variable], of);
         for mode in which {
             for output in 0..plain[mode].len() {
                 assert_eq!(plain[mode][output].to_bits(), found.values[mode][output].to_bits());
-                let at = |k: usize| runs[k][mode][output];
-                let difference = (8.0 * (at(0) - at(1)) - (at(2) - at(3))) / (12.0 * h);
-                close(found.gradients[mode][output][variable], difference, 1e-7);
+                close(found.gradients[mode][output][variable], differences[mode][output], 1e-7);
             }
         }
     }

@@ -16,7 +16,7 @@ pub struct EnergyDrift {
     pub largest: f64,
     /// Time in s of this change.
     pub time: f64,
-    /// Time in s at which the change is first larger than [`NOTABLE`] of the largest kinetic energy, if it is.
+    /// First time in s at which the change exceeds [`NOTABLE`] times the largest kinetic energy, if it does.
     pub notable_from: Option<f64>,
     /// Largest kinetic energy in J.
     pub kinetic: f64,

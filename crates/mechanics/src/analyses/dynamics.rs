@@ -1,18 +1,14 @@
 //! Simulation of a mechanism over time, by implicit or explicit steps.
 
 use crate::Result;
-use crate::analyses::conservation::{EnergyDrift, EnergyWatch};
-use crate::analyses::doubtful_states::StateWatch;
-use crate::analyses::negative_coefficients::CoefficientWatch;
+use crate::analyses::conservation::EnergyDrift;
+use crate::analyses::motion_watch::MotionWatch;
 use crate::analyses::sampling::OutputRecorder;
-use crate::analyses::small_motion::DisplacementWatch;
-use crate::analyses::tensioned_beams::TensionWatch;
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
 use crate::checkpointing::trajectory_store::{Checkpointable, TrajectoryStore};
 use crate::events::Event;
+use crate::events::condition::{HOLDS_FROM_START, not_happened};
 use crate::events::held_outputs::HeldOutputs;
-use crate::events::when::{HOLDS_FROM_START, not_happened};
-use crate::initial_velocities::velocities_that_do_not_fit;
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
 use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
@@ -138,7 +134,8 @@ fn finished((mut history, stepper): (History, TimeStepper<'_>), settings: &Dynam
     Ok(History { work: stepper.work(), ..history })
 }
 
-/// Adds the events of a motion that is at `state`, has the last output time `end` (s) and `has_ended` at an event or not.
+/// Adds the events of a motion to its `history`, and warnings about events that have not happened. The motion is at
+/// `state`, `end` (s) is its last output time, and `has_ended` is true if an event has ended it.
 ///
 /// # Errors
 ///
@@ -345,10 +342,7 @@ fn record_outputs<S: Simulation>(
 ) -> Result<(History, S)> {
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     let (mut y, mut at) = (Vec::new(), simulation.start());
-    let (mut energy, mut coefficients) = (EnergyWatch::new(mechanism, &at), CoefficientWatch::new(mechanism));
-    let mut displacements = DisplacementWatch::new(&at);
-    let velocities = velocities_that_do_not_fit(mechanism, &at);
-    let (mut states, mut tension) = (StateWatch::default(), TensionWatch::new(mechanism));
+    let mut watch = MotionWatch::new(mechanism, &at);
     for &t in times {
         while simulation.is_before(t) {
             simulation.step()?;
@@ -357,33 +351,20 @@ fn record_outputs<S: Simulation>(
         store.iter_mut().for_each(|store| store.mark_output(t));
         simulation.sample(t, &mut y, &mut at)?;
         recorder.record_held(mechanism, &at, simulation.held())?;
-        energy.add(mechanism, &at);
-        coefficients.add(mechanism, &at);
-        tension.add(mechanism, &at);
-        states.add(mechanism, &at);
-        displacements.add(&at);
+        watch.add(mechanism, &at);
     }
-    let (names, times, energy_drift) = (mechanism.output_names(), times.to_vec(), energy.finish());
-    let mut warnings = coefficients.warnings(mechanism);
-    warnings.extend(velocities);
-    warnings.extend(tension.warning(mechanism));
-    warnings.extend(states.warnings());
-    warnings.extend(energy_drift.and_then(|drift| drift.warning()));
-    warnings.extend(simulation.tolerance().and_then(|tolerance| displacements.warning(tolerance)));
-    let (values, impacts, work) = (recorder.series, Vec::new(), Work::default());
-    Ok((
-        History {
-            names,
-            times,
-            values,
-            last: at,
-            impacts,
-            work,
-            energy_drift,
-            constraint_drift: None,
-            coordinates: Coordinates::Absolute,
-            warnings,
-        },
-        simulation,
-    ))
+    let (energy_drift, warnings) = watch.finish(mechanism, simulation.tolerance());
+    let history = History {
+        names: mechanism.output_names(),
+        times: times.to_vec(),
+        values: recorder.series,
+        last: at,
+        impacts: Vec::new(),
+        work: Work::default(),
+        energy_drift,
+        constraint_drift: None,
+        coordinates: Coordinates::Absolute,
+        warnings,
+    };
+    Ok((history, simulation))
 }

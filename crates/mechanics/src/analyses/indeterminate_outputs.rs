@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::constraint_rank::self_stresses;
 use crate::elements::element::ElementWorkspace;
-use crate::events::settling::{assemble_closed, settle_start};
+use crate::events::mode_transition::{assemble_closed, set_initial_modes};
 use crate::initial_conditions::{Assembly, assemble, make_velocities_consistent};
 use crate::mechanism::scalars::ElementScalar;
 use crate::mechanism::{ElementInstance, Mechanism};
@@ -77,7 +77,7 @@ pub fn warn_of_indeterminate_outputs(mechanism: &Mechanism<f64>, assembly: Assem
     let (mut system, mut state) = (System::new(mechanism)?, State::built(mechanism, t));
     assemble(&mut system, mechanism, &mut state, assembly)?;
     make_velocities_consistent(&mut system, mechanism, &mut state)?;
-    if settle_start(&mut system, mechanism, &mut state)? {
+    if set_initial_modes(&mut system, mechanism, &mut state)? {
         assemble_closed(&mut system, mechanism, &mut state, assembly)?;
     }
     let warning = |name: String| {

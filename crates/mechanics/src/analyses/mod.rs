@@ -1,14 +1,15 @@
 //! Analyses of a mechanism at one design.
 
 pub mod conservation;
-pub(crate) mod doubtful_states;
 pub mod dynamics;
+pub(crate) mod element_warnings;
 pub mod indeterminate_outputs;
 pub mod kinematics;
 pub mod modal;
+pub(crate) mod motion_watch;
 pub(crate) mod negative_coefficients;
 pub mod sampling;
-pub(crate) mod small_motion;
+pub(crate) mod small_displacements;
 pub mod statics;
 pub mod step_comparison;
 pub mod tensioned_beams;

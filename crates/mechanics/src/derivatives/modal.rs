@@ -1,6 +1,6 @@
 //! Derivatives of natural frequencies with respect to the design.
 
-use crate::analyses::modal::modes;
+use crate::analyses::modal::{VibrationModes, modes};
 use crate::analyses::statics::{Statics, find_equilibrium};
 use crate::derivatives::forward::initial_conditions::{InitialDerivatives, ProjectedPart, equilibrium};
 use crate::derivatives::seeding::{build_chunks, set_values};
@@ -105,39 +105,71 @@ fn differentiate_seeded(
             return Err(Error::unsupported("modes", why, "separate the frequencies, or reduce these forces"));
         }
         let square = cluster.clone().map(|k| squares[k]).sum::<f64>() / cluster.len() as f64;
-        let column = |of: &DMatrix<f64>, k: usize| -> Vec<f64> { of.column(k).iter().copied().collect() };
-        let shapes: Vec<_> = cluster.clone().map(|k| column(&natural.shapes, k)).collect();
-        let reactions: Vec<_> = shapes.iter().map(|shape| matrices.reactions(shape, square, false)).collect();
-        let weights: Vec<_> = cluster
-            .clone()
-            .map(|k| {
-                let left = column(&natural.left, k);
-                let reactions = matrices.reactions(&left, square, true);
-                let weight = |unknown: &Unknown| match *unknown {
-                    Unknown::Coordinate(i) => left[i],
-                    Unknown::Multiplier(m) => reactions[m],
-                };
-                system.unknowns().iter().map(weight).collect::<Vec<f64>>()
-            })
-            .collect();
+        let eigenspace = Eigenspace::new(&system, &matrices, &natural, cluster.clone(), square);
         for (c, (mechanism, state)) in chunks.iter().zip(&states).enumerate() {
-            let rows = |(shape, reactions): (&Vec<f64>, &Vec<f64>)| {
-                let accelerations: Vec<f64> = shape.iter().map(|x| -square * x).collect();
-                let vibration = Vibration { positions: shape, accelerations: &accelerations, reactions };
-                mode_rows(&system, mechanism, state, &vibration)
-            };
-            let rows: Vec<_> = shapes.iter().zip(&reactions).map(rows).collect();
+            let rows = eigenspace.rows(&system, mechanism, state);
             for k in 0..WIDTH.min(variables - c * WIDTH) {
-                let dot =
-                    |i: usize, j: usize| weights[i].iter().zip(&rows[j]).map(|(x, row)| x * row.eps[k]).sum::<f64>();
-                let pairs = DMatrix::from_fn(rows.len(), rows.len(), |i, j| 0.5 * (dot(i, j) + dot(j, i)));
-                let mut derivatives: Vec<f64> = pairs.symmetric_eigenvalues().iter().copied().collect();
-                derivatives.sort_by(f64::total_cmp);
+                let derivatives = eigenspace.derivatives(&rows, k);
                 cluster.clone().zip(derivatives).for_each(|(mode, x)| gradients[mode][c * WIDTH + k] = x);
             }
         }
     }
     Ok(ModeSensitivities { squares, gradients })
+}
+
+/// The modes of one frequency, which may be repeated.
+struct Eigenspace {
+    /// ω² in rad²/s².
+    square: f64,
+    /// Mode shapes by coordinate.
+    shapes: Vec<Vec<f64>>,
+    /// Their reactions by multiplier.
+    reactions: Vec<Vec<f64>>,
+    /// Left vectors by equation.
+    weights: Vec<Vec<f64>>,
+}
+
+impl Eigenspace {
+    fn new(
+        system: &System,
+        matrices: &VibrationMatrices,
+        natural: &VibrationModes,
+        modes: Range<usize>,
+        square: f64,
+    ) -> Self {
+        let column = |of: &DMatrix<f64>, k: usize| -> Vec<f64> { of.column(k).iter().copied().collect() };
+        let shapes: Vec<_> = modes.clone().map(|k| column(&natural.shapes, k)).collect();
+        let reactions = shapes.iter().map(|shape| matrices.reactions(shape, square, false)).collect();
+        let weights = |k: usize| {
+            let left = column(&natural.left, k);
+            let reactions = matrices.reactions(&left, square, true);
+            let weight = |unknown: &Unknown| match *unknown {
+                Unknown::Coordinate(i) => left[i],
+                Unknown::Multiplier(m) => reactions[m],
+            };
+            system.unknowns().iter().map(weight).collect()
+        };
+        Self { square, shapes, reactions, weights: modes.map(weights).collect() }
+    }
+
+    /// The rows of each mode, with their derivatives.
+    fn rows(&self, system: &System, mechanism: &Mechanism<Dual8>, state: &State<Dual8>) -> Vec<Vec<Dual8>> {
+        let rows = |(shape, reactions): (&Vec<f64>, &Vec<f64>)| {
+            let accelerations: Vec<f64> = shape.iter().map(|x| -self.square * x).collect();
+            let vibration = Vibration { positions: shape, accelerations: &accelerations, reactions };
+            mode_rows(system, mechanism, state, &vibration)
+        };
+        self.shapes.iter().zip(&self.reactions).map(rows).collect()
+    }
+
+    /// Derivatives of ω² with respect to design variable `k` of the `rows`, increasing.
+    fn derivatives(&self, rows: &[Vec<Dual8>], k: usize) -> Vec<f64> {
+        let dot = |i: usize, j: usize| self.weights[i].iter().zip(&rows[j]).map(|(x, row)| x * row.eps[k]).sum::<f64>();
+        let pairs = DMatrix::from_fn(rows.len(), rows.len(), |i, j| 0.5 * (dot(i, j) + dot(j, i)));
+        let mut derivatives: Vec<f64> = pairs.symmetric_eigenvalues().iter().copied().collect();
+        derivatives.sort_by(f64::total_cmp);
+        derivatives
+    }
 }
 
 /// Ranges of increasing squares that count as equal.

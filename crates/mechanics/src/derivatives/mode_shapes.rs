@@ -162,8 +162,28 @@ impl Mode {
         if variables == 0 {
             return Ok(Vec::new());
         }
-        let n = system.size();
         let matrix = self.bordered(system, matrices);
+        let right = self.right_sides(system, (chunks, states), variables);
+        let solution = if system.allows_redundancy() {
+            matrix.svd(true, true).solve(&right, 1e-12).ok()
+        } else {
+            matrix.lu().solve(&right)
+        };
+        let solution = solution.ok_or_else(|| {
+            let why = "the shape of a mode has no derivative: the constraints depend on each other";
+            Error::unsupported("modes", why, "remove redundant joints")
+        })?;
+        Ok((0..variables).map(|column| self.derivative(system, solution.column(column).as_slice())).collect())
+    }
+
+    /// Right sides of the bordered equations, one column per design variable.
+    fn right_sides(
+        &self,
+        system: &System,
+        (chunks, states): (&[Mechanism<Dual8>], &[State<Dual8>]),
+        variables: usize,
+    ) -> DMatrix<f64> {
+        let n = system.size();
         let mut right = DMatrix::zeros(n + 1, variables);
         let accelerations: Vec<f64> = self.shape.iter().map(|x| -self.square * x).collect();
         let zeros = vec![0.0; self.shape.len()];
@@ -183,30 +203,23 @@ impl Mode {
                 }
             }
         }
-        let solution = if system.allows_redundancy() {
-            matrix.svd(true, true).solve(&right, 1e-12).ok()
-        } else {
-            matrix.lu().solve(&right)
+        right
+    }
+
+    /// The derivative from a solution of the bordered equations.
+    fn derivative(&self, system: &System, solution: &[f64]) -> ModeDerivative {
+        let mut derivative = ModeDerivative {
+            shape: vec![0.0; self.shape.len()],
+            reactions: vec![0.0; self.reactions.len()],
+            square: solution[system.size()],
         };
-        let solution = solution.ok_or_else(|| {
-            let why = "the shape of a mode has no derivative: the constraints depend on each other";
-            Error::unsupported("modes", why, "remove redundant joints")
-        })?;
-        let derivative = |column: usize| {
-            let mut derivative = ModeDerivative {
-                shape: vec![0.0; self.shape.len()],
-                reactions: vec![0.0; self.reactions.len()],
-                square: solution[(n, column)],
-            };
-            for (i, unknown) in system.unknowns().iter().enumerate() {
-                match *unknown {
-                    Unknown::Coordinate(coordinate) => derivative.shape[coordinate] = solution[(i, column)],
-                    Unknown::Multiplier(m) => derivative.reactions[m] = solution[(i, column)],
-                }
+        for (unknown, value) in system.unknowns().iter().zip(solution) {
+            match *unknown {
+                Unknown::Coordinate(i) => derivative.shape[i] = *value,
+                Unknown::Multiplier(m) => derivative.reactions[m] = *value,
             }
-            derivative
-        };
-        Ok((0..variables).map(derivative).collect())
+        }
+        derivative
     }
 
     /// The bordered matrix, see [`differentiate_mode_shapes`].

@@ -1,7 +1,7 @@
 //! Elements by their declarations: adding any of them to a mechanism from values of its inputs.
 
 use crate::elements::state_function::StateFunction;
-use crate::mechanism::element::{AnyElement, ElementDescriptor, Role};
+use crate::mechanism::element::{AnyElement, ElementDescriptor, Input, Role};
 use crate::mechanism::{Coordinate, ElementIndex, Marker, Marker3, Mechanism};
 use crate::motion::Motion;
 use autodiff::Scalar;
@@ -59,6 +59,63 @@ pub enum Added {
     Element(ElementIndex),
     /// A prescribed motion of this coordinate.
     Motion(Coordinate),
+}
+
+/// Values of the inputs of an element, by their use.
+struct ElementInputs<S, F, L> {
+    coordinates: Vec<Coordinate>,
+    parameters: Vec<S>,
+    of_time: Option<F>,
+    of_state: Option<L>,
+    /// The joint on which the element acts, and the kinds of joints on which it can act.
+    on_joint: Option<(ElementIndex, &'static [&'static str])>,
+}
+
+impl<S, F, L> Default for ElementInputs<S, F, L> {
+    fn default() -> Self {
+        Self { coordinates: Vec::new(), parameters: Vec::new(), of_time: None, of_state: None, on_joint: None }
+    }
+}
+
+impl<S: Scalar, F, L> ElementInputs<S, F, L> {
+    /// Adds the value of one input.
+    ///
+    /// # Panics
+    /// If the value does not match the input.
+    fn add(&mut self, input: &Input, value: InputValue<S, F, L>) {
+        match (input.role, value) {
+            (Role::Marker, InputValue::Marker(marker)) => {
+                self.coordinates.extend(marker.body.coordinates());
+                self.parameters.extend([marker.x, marker.y]);
+            }
+            (Role::Body, InputValue::Marker(marker)) => self.coordinates.extend(marker.body.coordinates()),
+            (Role::Translations, InputValue::Marker(marker)) => {
+                self.coordinates.extend([marker.body.x, marker.body.y]);
+            }
+            (Role::Marker3, InputValue::Marker3(marker)) => {
+                self.coordinates.extend(marker.body.coordinates());
+                self.parameters.extend(marker.parameters());
+            }
+            (Role::Body3, InputValue::Marker3(marker)) => self.coordinates.extend(marker.body.coordinates()),
+            (Role::Translations3, InputValue::Marker3(marker)) => {
+                self.coordinates.extend([marker.body.x, marker.body.y, marker.body.z]);
+            }
+            (Role::Coordinate, InputValue::Coordinate(coordinate)) => self.coordinates.push(coordinate),
+            (Role::Parameter | Role::Gravity, InputValue::Parameter(value)) => self.parameters.push(value),
+            (Role::Profile, InputValue::Profile(points)) => self.parameters.extend(points.into_iter().flatten()),
+            (Role::Joint(kinds), InputValue::Joint(joint)) => self.on_joint = Some((joint, kinds)),
+            (Role::TimeFunction, InputValue::TimeFunction(function, own)) => {
+                self.of_time = Some(function);
+                self.parameters.extend(own);
+            }
+            (Role::StateFunction, InputValue::StateFunction(function, observed, own)) => {
+                self.of_state = Some(function);
+                self.coordinates.extend(observed);
+                self.parameters.extend(own);
+            }
+            _ => panic!("the value of `{}` does not suit {:?}", input.name, input.role),
+        }
+    }
 }
 
 impl<F: Motion, L: StateFunction> ElementKind<F, L> {
@@ -128,42 +185,9 @@ impl<F: Motion, L: StateFunction> ElementKind<F, L> {
         values: Vec<InputValue<S, F, L>>,
     ) -> Added {
         assert_eq!(values.len(), self.descriptor.inputs.len(), "values for the inputs of {}", self.descriptor.kind);
-        let (mut coordinates, mut parameters) = (vec![], vec![]);
-        let (mut of_time, mut of_state, mut on_joint) = (None, None, None);
-        for (input, value) in self.descriptor.inputs.iter().zip(values) {
-            match (input.role, value) {
-                (Role::Marker, InputValue::Marker(marker)) => {
-                    coordinates.extend(marker.body.coordinates());
-                    parameters.extend([marker.x, marker.y]);
-                }
-                (Role::Body, InputValue::Marker(marker)) => coordinates.extend(marker.body.coordinates()),
-                (Role::Translations, InputValue::Marker(marker)) => {
-                    coordinates.extend([marker.body.x, marker.body.y]);
-                }
-                (Role::Marker3, InputValue::Marker3(marker)) => {
-                    coordinates.extend(marker.body.coordinates());
-                    parameters.extend(marker.parameters());
-                }
-                (Role::Body3, InputValue::Marker3(marker)) => coordinates.extend(marker.body.coordinates()),
-                (Role::Translations3, InputValue::Marker3(marker)) => {
-                    coordinates.extend([marker.body.x, marker.body.y, marker.body.z]);
-                }
-                (Role::Coordinate, InputValue::Coordinate(coordinate)) => coordinates.push(coordinate),
-                (Role::Parameter | Role::Gravity, InputValue::Parameter(value)) => parameters.push(value),
-                (Role::Profile, InputValue::Profile(points)) => parameters.extend(points.into_iter().flatten()),
-                (Role::Joint(kinds), InputValue::Joint(joint)) => on_joint = Some((joint, kinds)),
-                (Role::TimeFunction, InputValue::TimeFunction(function, own)) => {
-                    of_time = Some(function);
-                    parameters.extend(own);
-                }
-                (Role::StateFunction, InputValue::StateFunction(function, observed, own)) => {
-                    of_state = Some(function);
-                    coordinates.extend(observed);
-                    parameters.extend(own);
-                }
-                _ => panic!("the value of `{}` does not suit {:?}", input.name, input.role),
-            }
-        }
+        let mut inputs = ElementInputs::default();
+        self.descriptor.inputs.iter().zip(values).for_each(|(input, value)| inputs.add(input, value));
+        let ElementInputs { coordinates, mut parameters, of_time, of_state, on_joint } = inputs;
         let declared = "a declared function has a value";
         let element = match &self.constructor {
             Constructor::Element(element) => element.clone(),

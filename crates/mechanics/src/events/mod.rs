@@ -5,9 +5,9 @@
 //! | `event` | contacts and switches of a mechanism, the record of an event |
 //! | `impact` | jump of the velocities at an impact, accelerations after a switch |
 //! | `repeated_impacts` | impacts of several contacts that end at a finite time |
-//! | `when` | events by a condition: joints that are released, forces that are switched, the end of a motion |
+//! | `condition` | events by a condition: joints that are released, forces that are switched, the end of a motion |
 //! | `unilateral` | rigid contacts that last, dry friction that sticks |
-//! | `settling` | their modes after an event and at the start |
+//! | `mode_transition` | their modes after an event and at the start |
 //! | `consistent_modes` | these modes where releasing one part after the other does not find them |
 //! | `complementarity` | forces within limits and accelerations of several parts |
 //! | `held_outputs` | outputs that keep their value from an event on |
@@ -16,15 +16,15 @@
 //! semi-analytical ones. Explicit steps reject switches, kinematics and equilibria reject all mechanisms with events.
 
 pub(crate) mod complementarity;
+pub(crate) mod condition;
 pub(crate) mod consistent_modes;
 pub(crate) mod event;
 pub(crate) mod held_outputs;
 pub(crate) mod impact;
+pub(crate) mod mode_transition;
 pub(crate) mod repeated_impacts;
-pub(crate) mod settling;
 pub(crate) mod unilateral;
-pub(crate) mod when;
 
 pub use crate::system::modes::Modes;
+pub use condition::{Action, EventIndex};
 pub use event::Event;
-pub use when::{Action, EventIndex};

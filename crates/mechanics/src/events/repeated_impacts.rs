@@ -17,16 +17,17 @@ const AT_REST: f64 = 1e-9;
 /// Largest number of impacts that are computed.
 const MOST_IMPACTS: usize = 10_000;
 
-/// The contacts other than `contact` with which the impacts at it follow each other without end, until all of them rest.
+/// The other contacts at which impacts alternate with those at `contact`, infinitely many in a finite time, until all
+/// of them rest.
 ///
 /// * `state`: the one before the impact at `contact`, with the modes during the impact;
 /// * `shortest`: time in s; the contacts considered are those that close within it, or whose gap is a rounding error.
 ///
-/// In the positions of `state`, an impact at the contact k changes the rates of the gaps by ġ_j − (1 + e_k) ġ_k G_jk / G_kk, where G = Φ_q M⁻¹ Φ_qᵀ
-/// with the joints. The contact that approaches fastest, by ġ_k / √G_kk, is the next one. If the rates decrease to zero, the result equals that of one
-/// impact after which the contacts remain closed: both changes are combinations of the same columns of G. If no contact
-/// approaches any more after a number of impacts, these happen one by one, and the result is empty. Contacts that are at rest because
-/// others are stay open.
+/// In the positions of `state`, an impact at the contact k changes the rates of the gaps by ġ_j − (1 + e_k) ġ_k G_jk /
+/// G_kk, where G = Φ_q M⁻¹ Φ_qᵀ with the joints. The contact that approaches fastest, by ġ_k / √G_kk, is the next one.
+/// If the rates decrease to zero, the result equals that of one impact after which the contacts remain closed: both
+/// changes are combinations of the same columns of G. If no contact approaches any more after a number of impacts,
+/// these happen one by one, and the result is empty. Contacts that rest only because others do stay open.
 pub(crate) fn dying_out(
     system: &mut System,
     mechanism: &Mechanism<f64>,

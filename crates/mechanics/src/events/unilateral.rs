@@ -8,7 +8,7 @@
 //! Where drives, closed contacts or other friction prevent sliding as well, the force of friction at rest is not determined. Such friction
 //! *rests*: it has no constraint, and no force, or its Coulomb force if it has broken away and others still prevent sliding.
 //!
-//! `settling` finds the modes after an event.
+//! `mode_transition` finds the modes after an event.
 //!
 //! # Sources
 //!
@@ -194,7 +194,8 @@ impl<S> EventElement<S> {
         self.unilateral.is_some_and(|law| law.is_resting(modes))
     }
 
-    /// Returns whether it is free and at rest, in the step after its release or with a function of no more than zero.
+    /// Returns whether it is free and at rest: it was released at the beginning of the step, or its function is at most
+    /// zero.
     ///
     /// Its function is then zero except for rounding, and does not determine the direction of the motion.
     pub(crate) fn is_unilateral_at_rest(&self, modes: &Modes, value: f64, has_begun: bool) -> bool {
@@ -222,9 +223,10 @@ impl EventElement<f64> {
 }
 
 impl<S> Mechanism<S> {
-    /// Returns whether events of implicit steps have velocities that satisfy the constraints, which those of the steps do up to an error only:
-    /// with dry friction, which something else that sticks may hold at rest, and where a condition uses forces or accelerations, whose
-    /// rates would have an error of the order of the step.
+    /// Returns whether the velocities at events of implicit steps are made consistent with the constraints, which those
+    /// of the steps satisfy only up to an error. Dry friction needs this, because other parts that stick may hold it at
+    /// rest. Conditions that use forces or accelerations need it, because their rates would have an error of the order
+    /// of the step.
     pub(crate) fn has_consistent_velocities(&self) -> bool {
         let is_friction = |event: &EventElement<S>| matches!(event.unilateral, Some(Unilateral::Friction { .. }));
         let uses_forces = |event: &EventElement<S>| event.when.as_ref().is_some_and(|when| when.uses_forces());

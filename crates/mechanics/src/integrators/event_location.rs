@@ -5,12 +5,12 @@ use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{
     POSITION_ROUNDING, TIME_ROUNDING, are_coupled, gap_rounding, locked_with, simultaneous_switches,
 };
-use crate::events::settling::{SHORTEST_FLIGHT, passage, state_after, triggered_events};
+use crate::events::mode_transition::{SHORTEST_FLIGHT, find_transition, state_after, triggered_events};
 use crate::events::unilateral::{AT_REST, TOUCHING};
 use crate::integrators::consistent_ends;
 use crate::integrators::generalized_alpha::{Integrator, Step};
 use crate::integrators::settings::StepSize;
-use crate::mechanism::{EventElement, Mechanism, Unilateral};
+use crate::mechanism::{EventCondition, EventElement, Mechanism, Unilateral};
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
@@ -40,7 +40,7 @@ const SIMULTANEOUS_STEP: f64 = 1e-9;
 /// Length of a step that ends at an event, in nominal steps, up to which its end is extrapolated from its beginning.
 const VERY_SHORT: f64 = 1e-6;
 
-/// Time after a step's beginning, in nominal steps, at which a condition that is at its border becomes true or not.
+/// Time after the beginning of a step, in nominal steps, that decides whether a condition at its border becomes true.
 const AHEAD: f64 = 1e-3;
 
 /// Opening at the beginning of a mode, used instead of a value that consists of rounding errors.
@@ -69,7 +69,7 @@ pub(crate) trait TrialStep {
     fn solve(&mut self, h: f64) -> Result<()>;
 
     /// Repeats the step with the length `h` (s), starting from the step `earlier`, which ends before a switch.
-    fn solve_after(&mut self, earlier: &Before, h: f64) -> Result<()>;
+    fn solve_after(&mut self, earlier: &StepBeforeSwitch, h: f64) -> Result<()>;
 
     /// The current solution, of the length `h` (s).
     fn solution(&self, h: f64) -> Self::Solution;
@@ -106,7 +106,7 @@ impl TrialStep for Integrator<'_> {
     }
 
     /// Starts from accelerations and multipliers extrapolated linearly from the beginning of the step and the earlier end.
-    fn solve_after(&mut self, earlier: &Before, h: f64) -> Result<()> {
+    fn solve_after(&mut self, earlier: &StepBeforeSwitch, h: f64) -> Result<()> {
         let share = if earlier.h > 0.0 { (h - earlier.h) / earlier.h } else { 0.0 };
         let step = &mut self.step;
         let extrapolate = |to: &mut [f64], old: &[f64], end: &[f64]| {
@@ -227,10 +227,10 @@ impl EventLocator {
             held.hold(mechanism, &at_event, &consistent_ends::at_event(system, mechanism, end));
         }
         let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
-        let passage = passage(system, mechanism, (contact, &at_event), end, self.step.nominal())?;
-        self.is_bounce = is_impact && !passage.stays;
+        let transition = find_transition(system, mechanism, (contact, &at_event), end, self.step.nominal())?;
+        self.is_bounce = is_impact && !transition.stays;
         let longest = self.step.switch_offset();
-        let state = state_after(system, mechanism, (contact, &at_event), passage, end, longest)?;
+        let state = state_after(system, mechanism, (contact, &at_event), transition, end, longest)?;
         for &k in [contact].iter().chain(&self.simultaneous) {
             let event = Event { contact: mechanism.events[k].gap.name.clone(), t: state.t };
             let is_same =
@@ -280,24 +280,17 @@ impl EventLocator {
         step.begin()?;
         let mut later = Vec::new();
         while let Some(contact) = self.first_closed(step, h, &later) {
-            let earlier = self.closed.map(|_| step.solution(h));
+            let earlier = self.closed.map(|other| (other, step.solution(h)));
             let Some(found) = self.close(step, contact, h)? else {
                 later.push(contact);
                 continue;
             };
-            if let (Some(other), Some(earlier)) = (self.closed, earlier) {
-                let both_are_impacts = [contact, other].iter().all(|&k| is_impact(step, k));
-                let rounding = if both_are_impacts { SAME_TIME } else { TIME_ROUNDING } * (h + step.ends()[1].t.abs());
-                let is_simultaneous = both_are_impacts && (found - h).abs() <= rounding;
-                if is_simultaneous && are_coupled(step.mechanism(), step.ends()[1], [other, contact])? {
-                    return Err(simultaneous(step, [other, contact]));
-                }
-                if is_simultaneous || found >= h - rounding {
-                    // The other one is the first, or a switch crosses zero with it.
-                    step.restore(earlier)?;
-                    later.push(contact);
-                    continue;
-                }
+            if let Some((other, solution)) = earlier
+                && is_later(step, [other, contact], [h, found])?
+            {
+                step.restore(solution)?;
+                later.push(contact);
+                continue;
             }
             (h, self.closed) = (found, Some(contact));
         }
@@ -324,75 +317,32 @@ impl EventLocator {
         contact: usize,
         h: f64,
     ) -> [f64; 2] {
-        let impact = &mechanism.events[contact];
-        let (before, after) = (impact.gap(old), impact.gap(new));
-        if let Some(when) = &impact.when {
-            if old.modes.has_happened(contact) {
-                return [1.0, 1.0];
-            }
-            if let Some(shift) = when.just_above_zero(old, AHEAD * self.step.nominal()) {
-                return [shift, after + shift];
-            }
-            let rate = impact.rate(old, &old.v);
-            return match before {
-                before if before > 0.0 => [before, after],
-                0.0 if rate > 0.0 => [rate, after / h],
-                _ => [1.0, 1.0], // it holds, and has to become false first
+        let event = &mechanism.events[contact];
+        let has_begun = self.opened == Some(contact) || self.simultaneous.contains(&contact);
+        let change = GapChange { event, old, new, before: event.gap(old), after: event.gap(new), h, has_begun };
+        if let Some(condition) = &event.when {
+            return match old.modes.has_happened(contact) {
+                true => [1.0, 1.0],
+                false => change.of_condition(condition, AHEAD * self.step.nominal()),
             };
         }
-        let has_begun = self.opened == Some(contact) || self.simultaneous.contains(&contact);
-        let has_bounced = self.opened == Some(contact) && self.is_bounce;
-        let is_touching = impact.is_open_contact(&old.modes) && before.abs() <= TOUCHING;
-        let is_opening = is_touching && impact.rate(old, &old.v) > TOUCHING;
-        if is_touching && !has_begun && before <= gap_rounding(impact, old, 0.0) {
-            // It closes at the time of the event at the beginning of the step, if its velocity after that event is a closing one.
-            let rate = impact.rate(old, &old.v);
-            if rate < -TOUCHING {
-                let flight = (SIMULTANEOUS_STEP * self.step.nominal()).max(TIME_ROUNDING * old.t.abs());
-                let overlap = -rate * flight - before.min(0.0);
-                return [overlap, after + overlap];
-            }
+        if let Some(openings) = change.closing_at_once(self.step.nominal()) {
+            return openings;
         }
         // Other parts hold the contact where it touches.
-        let rests = |state: &State<f64>, gap: f64| {
-            gap.abs() <= gap_rounding(impact, state, 0.0) && impact.rate(state, &state.v).abs() <= TOUCHING
-        };
-        if impact.is_open_contact(&old.modes) && rests(old, before) && rests(new, after) {
+        if change.touches_throughout(|state| gap_rounding(event, state, 0.0)) {
             return [INITIAL_OPENING; 2];
         }
-        if !has_bounced && !is_opening && impact.is_unilateral_at_rest(&old.modes, before, has_begun) {
-            let rate = impact.rate(old, &old.v);
-            let is_at_rest =
-                |state: &State<f64>, gap: f64| gap.abs() <= TOUCHING && impact.rate(state, &state.v).abs() <= TOUCHING;
-            // Other parts hold the contact where it touches.
-            let is_held_open = impact.is_open_contact(&old.modes) && is_at_rest(old, before) && is_at_rest(new, after);
-            let is_leaving = has_begun || after > before || is_held_open;
-            let has_opened = impact.is_open_contact(&old.modes) && has_begun;
-            return match impact.is_sliding(&old.modes) && rate > 0.0 && has_begun {
-                // The velocity has the error of the step, even where friction begins to slide.
-                true => [rate, (after - before.min(0.0)) / h],
-                // It may have returned in the step; an overlap of the size of rounding errors does not count.
-                false if has_opened => [TOUCHING, after + TOUCHING - before.min(0.0)],
-                false if begins_to_slide(impact, old) => match (-AT_REST..=0.0).contains(&after) {
-                    true => [INITIAL_OPENING; 2],
-                    false => [INITIAL_OPENING, after],
-                },
-                false if is_leaving => [INITIAL_OPENING; 2],
-                false => [INITIAL_OPENING, after],
-            };
+        let has_bounced = self.opened == Some(contact) && self.is_bounce;
+        let is_at_rest = event.is_unilateral_at_rest(&old.modes, change.before, has_begun);
+        if is_at_rest && !has_bounced && !change.is_opening() {
+            return change.at_rest();
         }
-        if impact.is_held(&old.modes) || impact.is_resting(&old.modes) {
-            return [before.max(INITIAL_OPENING), if after == 0.0 { INITIAL_OPENING } else { after }];
+        if event.is_held(&old.modes) || event.is_resting(&old.modes) {
+            let end = if change.after == 0.0 { INITIAL_OPENING } else { change.after };
+            return [change.before.max(INITIAL_OPENING), end];
         }
-        let is_at_zero = is_opening || has_begun || before == 0.0;
-        // A switch has crossed zero with a gap of rounding size, from which it returns; a contact may overlap by as much.
-        let passed = if impact.restitution.is_none() { before } else { before.min(0.0) };
-        let [begin, end] = match is_at_zero {
-            true => [impact.rate(old, &old.v), (after - passed) / h],
-            false => [before, after],
-        };
-        let side = if impact.restitution.is_none() && begin < 0.0 { -1.0 } else { 1.0 };
-        [side * begin, side * end]
+        change.of_gap()
     }
 
     /// Returns whether an event happens between two `states`, a time `h` (s) apart.
@@ -436,7 +386,7 @@ impl EventLocator {
                 if before.is_none() && begins_to_slide && !(begin > INITIAL_OPENING) {
                     return Ok(None);
                 }
-                let at_begin = || Before { h: 0.0, opening: begin, state: step.ends()[0].clone() };
+                let at_begin = || StepBeforeSwitch { h: 0.0, opening: begin, state: step.ends()[0].clone() };
                 if before.is_none() && !(begin > INITIAL_OPENING) {
                     return Err(immediate(step.mechanism(), step.ends()[0], contact));
                 }
@@ -451,16 +401,16 @@ impl EventLocator {
         Ok(found)
     }
 
-    /// A shorter step at whose end the force of a held part, which begins at a limit, is inside its limits, or friction that begins to slide has
-    /// moved. `None` if none is found.
-    fn open_inside(&self, step: &mut impl TrialStep, contact: usize, h: f64) -> Result<Option<Before>> {
+    /// A shorter step for a part that begins at its limit: at its end, the force of a held part is inside its limits,
+    /// or friction that begins to slide has moved. `None` if none is found.
+    fn open_inside(&self, step: &mut impl TrialStep, contact: usize, h: f64) -> Result<Option<StepBeforeSwitch>> {
         let mut trial = h;
         for _ in 0..MAX_HALVINGS {
             trial *= 0.5;
             step.solve(trial)?;
             let opening = self.openings(step, contact, trial)[1];
             if opening > INITIAL_OPENING {
-                return Ok(Some(Before { h: trial, opening, state: step.ends()[1].clone() }));
+                return Ok(Some(StepBeforeSwitch { h: trial, opening, state: step.ends()[1].clone() }));
             }
         }
         step.solve(h)?;
@@ -528,42 +478,20 @@ impl EventLocator {
         &self,
         step: &mut impl TrialStep,
         switch: usize,
-        (mut before, h): (Before, f64),
+        (mut before, h): (StepBeforeSwitch, f64),
         end: f64,
     ) -> Result<Option<f64>> {
         let (start, begin) = (before.h, before.opening);
-        let (mut root, mut part) = (start + (h - start) * begin / (begin - end), MOST);
+        let root = start + (h - start) * begin / (begin - end);
         let mut longest = h;
         if end > 0.0 {
             longest = 2.0 * root - h;
-            before = Before { h, opening: end, state: step.ends()[1].clone() };
+            before = StepBeforeSwitch { h, opening: end, state: step.ends()[1].clone() };
         }
-        for _ in 0..MAX_TRIALS {
-            let trial = before.h + part * (root.min(longest) - before.h);
-            if !(trial > before.h) {
-                break;
-            }
-            let opening = match step.solve_after(&before, trial) {
-                Ok(()) => self.openings(step, switch, trial)[1],
-                Err(_) => 0.0,
-            };
-            if !(opening > 0.0) {
-                if opening < 0.0 && opening >= -stopping_error(step, switch, trial) {
-                    return Ok(Some(trial));
-                }
-                part *= 0.5;
-                continue;
-            }
-            root = trial + (trial - before.h) * opening / (before.opening - opening);
-            if !(root > trial) {
-                root = longest; // the gap increases
-            }
-            before = Before { h: trial, opening, state: step.ends()[1].clone() };
-            part = MOST;
-            if is_at_switch(step, switch, trial) {
-                return Ok(Some(trial));
-            }
-        }
+        let before = match self.approach(step, switch, before, [root, longest]) {
+            Approach::Reached(h) => return Ok(Some(h)),
+            Approach::Stopped(before) => before,
+        };
         if before.h == 0.0 {
             return Err(immediate(step.mechanism(), step.ends()[0], switch));
         }
@@ -576,10 +504,161 @@ impl EventLocator {
         }
         Ok(Some(before.h))
     }
+
+    /// Repeats the step so that its end approaches a switch from `before`, with the estimate `root` of the time of the switch and the `longest`
+    /// length of the step (s).
+    fn approach(
+        &self,
+        step: &mut impl TrialStep,
+        switch: usize,
+        mut before: StepBeforeSwitch,
+        [mut root, longest]: [f64; 2],
+    ) -> Approach {
+        let mut part = MOST;
+        for _ in 0..MAX_TRIALS {
+            let trial = before.h + part * (root.min(longest) - before.h);
+            if !(trial > before.h) {
+                break;
+            }
+            let opening = match step.solve_after(&before, trial) {
+                Ok(()) => self.openings(step, switch, trial)[1],
+                Err(_) => 0.0,
+            };
+            if !(opening > 0.0) {
+                if opening < 0.0 && opening >= -stopping_error(step, switch, trial) {
+                    return Approach::Reached(trial);
+                }
+                part *= 0.5;
+                continue;
+            }
+            root = trial + (trial - before.h) * opening / (before.opening - opening);
+            if !(root > trial) {
+                root = longest; // the gap increases
+            }
+            before = StepBeforeSwitch { h: trial, opening, state: step.ends()[1].clone() };
+            part = MOST;
+            if is_at_switch(step, switch, trial) {
+                return Approach::Reached(trial);
+            }
+        }
+        Approach::Stopped(before)
+    }
+}
+
+/// Result of trial steps towards a switch.
+enum Approach {
+    /// The step has this length in s and ends at the switch.
+    Reached(f64),
+    /// The last trial step before the switch.
+    Stopped(StepBeforeSwitch),
+}
+
+/// Gap of a contact, or value of a switch, in two states of a step.
+struct GapChange<'a> {
+    event: &'a EventElement<f64>,
+    old: &'a State<f64>,
+    new: &'a State<f64>,
+    /// Gap in the old state.
+    before: f64,
+    /// Gap in the new one.
+    after: f64,
+    /// Time between the states in s.
+    h: f64,
+    /// True if the event happens at the beginning of the step.
+    has_begun: bool,
+}
+
+impl GapChange<'_> {
+    /// Rate of the gap in the old state.
+    fn rate(&self) -> f64 {
+        self.event.rate(self.old, &self.old.v)
+    }
+
+    fn is_open_contact(&self) -> bool {
+        self.event.is_open_contact(&self.old.modes)
+    }
+
+    /// Returns whether an open contact touches in the old state.
+    fn is_touching(&self) -> bool {
+        self.is_open_contact() && self.before.abs() <= TOUCHING
+    }
+
+    /// Returns whether an open contact touches in the old state and opens.
+    fn is_opening(&self) -> bool {
+        self.is_touching() && self.rate() > TOUCHING
+    }
+
+    /// Returns whether an open contact touches at rest in both states, with a gap of at most `tolerance`.
+    fn touches_throughout(&self, tolerance: impl Fn(&State<f64>) -> f64) -> bool {
+        let rests = |state: &State<f64>, gap: f64| {
+            gap.abs() <= tolerance(state) && self.event.rate(state, &state.v).abs() <= TOUCHING
+        };
+        self.is_open_contact() && rests(self.old, self.before) && rests(self.new, self.after)
+    }
+
+    /// Openings of an event by a `condition` that has not happened; `ahead` is a short time in s.
+    fn of_condition(&self, condition: &EventCondition<f64>, ahead: f64) -> [f64; 2] {
+        if let Some(shift) = condition.just_above_zero(self.old, ahead) {
+            return [shift, self.after + shift];
+        }
+        let rate = self.rate();
+        match self.before {
+            before if before > 0.0 => [before, self.after],
+            0.0 if rate > 0.0 => [rate, self.after / self.h],
+            _ => [1.0, 1.0], // it holds, and has to become false first
+        }
+    }
+
+    /// Openings of a contact that closes at the time of the event at the beginning of the step, because its velocity after that event is a closing
+    /// one; `None` otherwise. `nominal` is the nominal length of the steps in s.
+    fn closing_at_once(&self, nominal: f64) -> Option<[f64; 2]> {
+        let is_closed = self.is_touching() && !self.has_begun && self.before <= gap_rounding(self.event, self.old, 0.0);
+        (is_closed && self.rate() < -TOUCHING).then(|| {
+            let flight = (SIMULTANEOUS_STEP * nominal).max(TIME_ROUNDING * self.old.t.abs());
+            let overlap = -self.rate() * flight - self.before.min(0.0);
+            [overlap, self.after + overlap]
+        })
+    }
+
+    /// Openings of a free part that is at rest in the old state.
+    fn at_rest(&self) -> [f64; 2] {
+        let Self { event, old, before, after, h, has_begun, .. } = *self;
+        let rate = self.rate();
+        // Other parts hold the contact where it touches.
+        let is_held_open = self.touches_throughout(|_| TOUCHING);
+        let is_leaving = has_begun || after > before || is_held_open;
+        let has_opened = self.is_open_contact() && has_begun;
+        match event.is_sliding(&old.modes) && rate > 0.0 && has_begun {
+            // The velocity has the error of the step, even where friction begins to slide.
+            true => [rate, (after - before.min(0.0)) / h],
+            // It may have returned in the step; an overlap of the size of rounding errors does not count.
+            false if has_opened => [TOUCHING, after + TOUCHING - before.min(0.0)],
+            false if begins_to_slide(event, old) => match (-AT_REST..=0.0).contains(&after) {
+                true => [INITIAL_OPENING; 2],
+                false => [INITIAL_OPENING, after],
+            },
+            false if is_leaving => [INITIAL_OPENING; 2],
+            false => [INITIAL_OPENING, after],
+        }
+    }
+
+    /// Openings by the gap, or by its mean rate if it begins at zero.
+    fn of_gap(&self) -> [f64; 2] {
+        let Self { event, before, after, h, .. } = *self;
+        let is_at_zero = self.is_opening() || self.has_begun || before == 0.0;
+        // A switch has crossed zero with a gap of rounding size, from which it returns; a contact may overlap by as much.
+        let passed = if event.restitution.is_none() { before } else { before.min(0.0) };
+        let [begin, end] = match is_at_zero {
+            true => [self.rate(), (after - passed) / h],
+            false => [before, after],
+        };
+        let side = if event.restitution.is_none() && begin < 0.0 { -1.0 } else { 1.0 };
+        [side * begin, side * end]
+    }
 }
 
 /// The end of a trial step before a switch.
-pub(crate) struct Before {
+pub(crate) struct StepBeforeSwitch {
     /// Length of the step in s.
     h: f64,
     /// Opening of the switch.
@@ -607,6 +686,22 @@ fn is_at_switch(step: &impl TrialStep, switch: usize, h: f64) -> bool {
 
 fn is_impact(step: &impl TrialStep, contact: usize) -> bool {
     step.mechanism().events[contact].is_open_contact(&step.ends()[0].modes)
+}
+
+/// Returns whether the second of two events, after steps of the `lengths` (s), is later than the first one or at the same time. The step ends at
+/// the second one.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] for two contacts that close at the same time and affect each other.
+fn is_later(step: &impl TrialStep, events: [usize; 2], [first, second]: [f64; 2]) -> Result<bool> {
+    let both_are_impacts = events.iter().all(|&k| is_impact(step, k));
+    let rounding = if both_are_impacts { SAME_TIME } else { TIME_ROUNDING } * (first + step.ends()[1].t.abs());
+    let is_simultaneous = both_are_impacts && (second - first).abs() <= rounding;
+    if is_simultaneous && are_coupled(step.mechanism(), step.ends()[1], events)? {
+        return Err(simultaneous(step, events));
+    }
+    Ok(is_simultaneous || second >= first - rounding)
 }
 
 /// The error of two contacts that close at the same time.

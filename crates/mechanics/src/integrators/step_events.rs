@@ -1,4 +1,4 @@
-//! Events at the ends of a step, and what of the step depends on them.
+//! Events at the ends of a step, and the times and lengths that depend on them.
 
 use crate::integrators::generalized_alpha::WITHOUT_HISTORY;
 

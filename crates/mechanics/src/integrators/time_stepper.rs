@@ -2,7 +2,7 @@
 
 use crate::analyses::sampling::interpolate;
 use crate::elements::spatial::bodies::normalization::normalized_frame;
-use crate::events::settling::{assemble_closed, settle_start};
+use crate::events::mode_transition::{assemble_closed, set_initial_modes};
 use crate::events::unilateral::refuse_friction;
 use crate::initial_conditions::{
     AccelerationSolver, Projection, assemble, equilibrium_reactions, make_velocities_consistent,
@@ -85,7 +85,7 @@ impl<'m> TimeStepper<'m> {
             projection.position = equilibrium_reactions(&mut system, mechanism, &mut state, statics)?;
         }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
-        if settle_start(&mut system, mechanism, &mut state)? {
+        if set_initial_modes(&mut system, mechanism, &mut state)? {
             let InitialConfiguration::Built = settings.initial_configuration else {
                 return Err(closed_in_equilibrium(mechanism, &state));
             };
@@ -160,7 +160,8 @@ impl<'m> TimeStepper<'m> {
         !self.has_ended() && is_before(self.settings.start, self.integrator.step.new.t, t)
     }
 
-    /// Writes the state at the time `t` (s) in the current step to `at`, or that at an event which ends the motion before.
+    /// Writes the state at the time `t` (s) in the current step to `at`, or the state at an earlier event that ends the
+    /// motion.
     pub(crate) fn sample(&mut self, t: f64, at: &mut State<f64>) {
         let t = if self.has_ended() { t.min(self.integrator.step.new.t) } else { t };
         let Self { integrator: Integrator { mechanism, step, .. }, inspector, locator, .. } = self;

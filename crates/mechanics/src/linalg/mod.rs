@@ -2,7 +2,8 @@
 //!
 //! | type | method | used for |
 //! |---|---|---|
-//! | [`StaticOrderLu`] | no interchanges, minimum-fill order, operations planned once | most mechanisms: chains, loops, beams |
+//! | [`StaticOrderLu`] | no interchanges, minimum-fill order, operations determined once | most mechanisms: chains,
+//! loops, beams |
 //! | [`Banded`] | row interchanges in a band, numbered by [`reverse_cuthill_mckee`] | matrices with small pivots and a narrow band |
 //! | [`Sparse`] | faer's sparse LU, COLAMD, partial pivoting | matrices with a wide band |
 //! | [`Factor`] | chooses one of them, by the pattern and then by the pivots | [`System`](crate::system::System) |

@@ -1,4 +1,4 @@
-//! Sparse LU without interchanges, with the order and all operations planned once per pattern.
+//! Sparse LU without interchanges, with the order and all operations determined once per pattern.
 
 use crate::linalg::ordering::minimum_fill;
 use crate::linalg::simd::{Substitute, substitute, subtract};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Vanderbei, *SIAM J. Optim.* 5 (1995) 100–113, for the order of quasidefinite matrices.
 #[derive(Clone, Debug)]
 pub struct StaticOrderLu {
-    plan: Arc<EliminationPlan>,
+    symbolic: Arc<SymbolicFactorization>,
     entries: Vec<f64>,
     factors: Vec<f64>,
     inverses: Vec<f64>,
@@ -25,13 +25,13 @@ pub struct StaticOrderLu {
 
 /// Positions of all entries and operations, shared by all matrices of one pattern.
 #[derive(Debug)]
-struct EliminationPlan {
+struct SymbolicFactorization {
     /// Columns of each row of the matrix, increasing, and the first entry of each row.
     columns: Vec<usize>,
     starts: Vec<usize>,
     /// Position of each entry of the matrix in the factors.
     positions: Vec<u32>,
-    rows: Vec<PlannedRow>,
+    rows: Vec<FactorRow>,
     /// Column of each factor entry: its unknown, and the number of the step that eliminates it.
     unknowns: Vec<u32>,
     steps: Vec<u32>,
@@ -41,7 +41,7 @@ struct EliminationPlan {
 
 /// A row of the factors: L from `first`, the diagonal at `diagonal`, U up to `end`.
 #[derive(Clone, Copy, Debug)]
-struct PlannedRow {
+struct FactorRow {
     unknown: usize,
     first: usize,
     diagonal: usize,
@@ -60,21 +60,21 @@ impl StaticOrderLu {
     /// diagonals of `multipliers` are zero. `None` if factorizing takes more than `most` multiplications.
     pub fn new(rows: &[Vec<usize>], multipliers: &[bool], most: usize) -> Option<Self> {
         let eliminated = minimum_fill(rows, multipliers, most)?;
-        let plan = EliminationPlan::new(rows, &eliminated);
-        let (entries, factors) = (vec![0.0; plan.columns.len()], vec![0.0; plan.unknowns.len()]);
+        let symbolic = SymbolicFactorization::new(rows, &eliminated);
+        let (entries, factors) = (vec![0.0; symbolic.columns.len()], vec![0.0; symbolic.unknowns.len()]);
         let inverses = vec![0.0; rows.len()];
-        Some(Self { plan: Arc::new(plan), entries, factors, inverses })
+        Some(Self { symbolic: Arc::new(symbolic), entries, factors, inverses })
     }
 
     /// Number of multiplications of a factorization.
     pub fn work(&self) -> usize {
-        self.plan.targets.len()
+        self.symbolic.targets.len()
     }
 
     /// Position of the entry (`i`, `j`) of the pattern in [`StaticOrderLu::entries_mut`].
     pub fn slot(&self, i: usize, j: usize) -> usize {
-        let columns = &self.plan.columns[self.plan.starts[i]..self.plan.starts[i + 1]];
-        self.plan.starts[i] + columns.binary_search(&j).expect("the entry is in the pattern")
+        let columns = &self.symbolic.columns[self.symbolic.starts[i]..self.symbolic.starts[i + 1]];
+        self.symbolic.starts[i] + columns.binary_search(&j).expect("the entry is in the pattern")
     }
 
     /// The entries, by slot.
@@ -84,23 +84,23 @@ impl StaticOrderLu {
 
     /// All entries with their row and column.
     pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
-        let rows = self.plan.starts.windows(2).enumerate().flat_map(|(i, s)| (s[0]..s[1]).map(move |k| (i, k)));
-        rows.map(|(i, k)| (i, self.plan.columns[k], self.entries[k]))
+        let rows = self.symbolic.starts.windows(2).enumerate().flat_map(|(i, s)| (s[0]..s[1]).map(move |k| (i, k)));
+        rows.map(|(i, k)| (i, self.symbolic.columns[k], self.entries[k]))
     }
 
     /// Factorizes and keeps the entries. The error is the unknown of a rejected pivot.
     pub fn factorize(&mut self) -> Result<(), usize> {
-        let Self { plan, entries, factors, inverses } = self;
+        let Self { symbolic, entries, factors, inverses } = self;
         factors.fill(0.0);
-        for (&position, &entry) in plan.positions.iter().zip(&*entries) {
+        for (&position, &entry) in symbolic.positions.iter().zip(&*entries) {
             factors[position as usize] = entry;
         }
-        let mut targets = plan.targets.as_slice();
-        for (step, row) in plan.rows.iter().enumerate() {
+        let mut targets = symbolic.targets.as_slice();
+        for (step, row) in symbolic.rows.iter().enumerate() {
             let mut size = factors[row.diagonal].abs();
             for entry in row.first..row.diagonal {
-                let eliminated = plan.steps[entry] as usize;
-                let (above, factor) = (&plan.rows[eliminated], factors[entry] * inverses[eliminated]);
+                let eliminated = symbolic.steps[entry] as usize;
+                let (above, factor) = (&symbolic.rows[eliminated], factors[entry] * inverses[eliminated]);
                 factors[entry] = factor;
                 let upper = above.diagonal + 1..above.end;
                 let (own, rest) = targets.split_at(upper.len());
@@ -130,18 +130,18 @@ impl StaticOrderLu {
 
     /// Solves Aᵀ X = B in place for `W` right-hand sides.
     pub fn solve_transposed<const W: usize>(&self, b: &mut [[f64; W]]) {
-        let plan = &*self.plan;
-        for (row, inverse) in plan.rows.iter().zip(&self.inverses) {
+        let symbolic = &*self.symbolic;
+        for (row, inverse) in symbolic.rows.iter().zip(&self.inverses) {
             let x = b[row.unknown].map(|x| x * inverse);
             b[row.unknown] = x;
             for entry in row.diagonal + 1..row.end {
-                subtract(&mut b[plan.unknowns[entry] as usize], self.factors[entry], &x);
+                subtract(&mut b[symbolic.unknowns[entry] as usize], self.factors[entry], &x);
             }
         }
-        for row in plan.rows.iter().rev() {
+        for row in symbolic.rows.iter().rev() {
             let x = b[row.unknown];
             for entry in row.first..row.diagonal {
-                subtract(&mut b[plan.unknowns[entry] as usize], self.factors[entry], &x);
+                subtract(&mut b[symbolic.unknowns[entry] as usize], self.factors[entry], &x);
             }
         }
     }
@@ -150,26 +150,26 @@ impl StaticOrderLu {
 impl Substitute for StaticOrderLu {
     #[inline(always)]
     fn substitute<const W: usize>(&self, b: &mut [[f64; W]]) {
-        let plan = &*self.plan;
-        for row in &plan.rows {
+        let symbolic = &*self.symbolic;
+        for row in &symbolic.rows {
             let mut x = b[row.unknown];
             for entry in row.first..row.diagonal {
-                subtract(&mut x, self.factors[entry], &b[plan.unknowns[entry] as usize]);
+                subtract(&mut x, self.factors[entry], &b[symbolic.unknowns[entry] as usize]);
             }
             b[row.unknown] = x;
         }
-        for (row, inverse) in plan.rows.iter().zip(&self.inverses).rev() {
+        for (row, inverse) in symbolic.rows.iter().zip(&self.inverses).rev() {
             let mut x = b[row.unknown];
             for entry in row.diagonal + 1..row.end {
-                subtract(&mut x, self.factors[entry], &b[plan.unknowns[entry] as usize]);
+                subtract(&mut x, self.factors[entry], &b[symbolic.unknowns[entry] as usize]);
             }
             b[row.unknown] = x.map(|x| x * inverse);
         }
     }
 }
 
-impl EliminationPlan {
-    /// Plan for unknowns in the order of elimination, each with those that it is coupled with when it is eliminated.
+impl SymbolicFactorization {
+    /// Factorization of unknowns in the order of elimination, each with those that it is coupled with when it is eliminated.
     fn new(matrix: &[Vec<usize>], eliminated: &[(usize, Vec<usize>)]) -> Self {
         let n = eliminated.len();
         let mut step_of = vec![0; n];
@@ -187,7 +187,7 @@ impl EliminationPlan {
             let first = steps.len();
             steps.extend(row.iter().map(|&column| column as u32));
             let diagonal = first + row.iter().position(|&column| column == k).expect("the diagonal is in the pattern");
-            rows.push(PlannedRow { unknown: eliminated[k].0, first, diagonal, end: steps.len() });
+            rows.push(FactorRow { unknown: eliminated[k].0, first, diagonal, end: steps.len() });
         }
         let position = |k: usize, column: usize| {
             let offset = pattern[k].binary_search(&column).expect("an elimination changes what is in the pattern");

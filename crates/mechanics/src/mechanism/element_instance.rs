@@ -82,7 +82,7 @@ pub(crate) struct EventElement<S> {
     /// Coefficient of restitution; `None` for a switch.
     pub restitution: Option<S>,
     /// Condition and effects of an event that happens once; the gap then has only its name.
-    pub when: Option<When<S>>,
+    pub when: Option<EventCondition<S>>,
     /// Modes of a rigid contact or of dry friction.
     pub unilateral: Option<Unilateral>,
 }
@@ -105,7 +105,7 @@ pub(crate) fn refuse_switches<S>(events: &[EventElement<S>], why: &str, remedy: 
 }
 
 /// Condition and effects of an event.
-pub(crate) struct When<S> {
+pub(crate) struct EventCondition<S> {
     /// Quantities of the function g whose rise through zero is the event.
     pub terms: Vec<WeightedQuantity<S>>,
     /// The function g of these quantities and of the time.

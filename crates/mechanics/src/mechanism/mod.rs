@@ -15,7 +15,7 @@ pub(crate) mod vector;
 pub use body::{Body, Body3, Coordinate, Marker, Marker3, Pose, Pose3};
 pub use clock::SimulationClock;
 pub use element_instance::ElementIndex;
-pub(crate) use element_instance::{ElementInstance, EventElement, Unilateral, When, refuse_switches};
+pub(crate) use element_instance::{ElementInstance, EventCondition, EventElement, Unilateral, refuse_switches};
 pub use output::{AnyFormula, Formula, FormulaIn, WeightedQuantity};
 pub(crate) use output::{MeasuredQuantity, OutputData};
 pub use rotation::{EulerSequence, Rotation};

@@ -9,8 +9,8 @@ use autodiff::Scalar;
 /// It is stored as Euler parameters (a unit quaternion) e = (cos ½α, u sin ½α) of the rotation by the angle α about the unit
 /// vector u. A rotation maps components in the rotated axes to components in the axes of reference.
 ///
-/// An axis of length zero gives a rotation that is not a number. An analysis then rejects the mechanism, naming the part
-/// that uses it.
+/// An axis of length zero gives a rotation of NaN. An analysis then rejects the mechanism, naming the part that uses
+/// it.
 ///
 /// # Examples
 ///
@@ -174,7 +174,7 @@ impl<S: Scalar> Rotation<S> {
     }
 }
 
-/// The unit vector along `v`, of any length but zero; of that length, no number.
+/// The unit vector along `v`; NaN if its length is zero.
 fn unit<S: Scalar>(v: [S; 3]) -> [S; 3] {
     // The square of a very long or very short vector may overflow or underflow.
     let largest = v.iter().fold(0.0f64, |most, x| most.max(x.re().abs()));
@@ -182,7 +182,7 @@ fn unit<S: Scalar>(v: [S; 3]) -> [S; 3] {
     scaled(v, dot(v, v).sqrt().recip())
 }
 
-/// The unit vector along the part of `v` normal to the unit vector `axis`; no number if both are parallel.
+/// The unit vector along the part of `v` normal to the unit vector `axis`; NaN if both are parallel.
 fn normal_part<S: Scalar>(v: [S; 3], axis: [S; 3]) -> [S; 3] {
     let v = unit(v);
     let part = subtract(v, scaled(axis, dot(axis, v)));

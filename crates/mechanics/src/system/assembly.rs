@@ -1,6 +1,7 @@
 //! Assembly of the residual in any number type, and of the matrix with its right-hand side.
 
 use crate::elements::element::{ElementState, ElementWorkspace, JacobianWorkspace};
+use crate::linalg::factor::Factor;
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::System;
@@ -176,6 +177,22 @@ fn scatter<T: StateScalar>(
     }
 }
 
+/// Adds the equations λ = 0 of an element that is not active, times the `scale` of the constraints.
+fn add_inactive(
+    instance: &ElementInstance<f64>,
+    map: &DofMap,
+    (state, scale): (&State<f64>, f64),
+    factor: &mut Factor,
+    rows: &mut [[f64; 1]],
+) {
+    let n = instance.coordinates.len();
+    for (&r, &equation) in map.active.iter().zip(&map.equations).filter(|(r, _)| **r >= n) {
+        rows[equation][0] += state.l[instance.first_multiplier + r - n] * scale;
+        let slot = factor.slot(equation, equation);
+        factor.entries_mut()[slot] += scale;
+    }
+}
+
 impl System {
     /// Assembles the residual into `rows` and the matrix, to be factorized by [`System::factorize`].
     pub fn assemble(
@@ -197,13 +214,7 @@ impl System {
                 continue;
             }
             if !state.modes.is_active(instance) {
-                // λ = 0 for each multiplier.
-                let n = instance.coordinates.len();
-                for (&r, &equation) in map.active.iter().zip(&map.equations).filter(|(r, _)| **r >= n) {
-                    rows[equation][0] += state.l[instance.first_multiplier + r - n] * linearization.constraint_scale;
-                    let slot = self.factor.slot(equation, equation);
-                    self.factor.entries_mut()[slot] += linearization.constraint_scale;
-                }
+                add_inactive(instance, map, (state, linearization.constraint_scale), &mut self.factor, rows);
                 continue;
             }
             gather(instance, state, &mut self.workspace);

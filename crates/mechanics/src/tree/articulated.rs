@@ -13,8 +13,8 @@
 
 use crate::tree::joint::{Joint, turned};
 use crate::tree::placement::TreeGeometry;
-use crate::tree::plan::Tree;
 use crate::tree::space::articulated::{Articulated3, Inertia3};
+use crate::tree::topology::Tree;
 use crate::{Error, Result};
 use error::Seconds;
 

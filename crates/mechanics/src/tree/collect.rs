@@ -4,8 +4,8 @@ use crate::mechanism::scalars::StateScalar;
 use crate::tree::joint::TreeBody;
 use crate::tree::joint::{Joint, Levers, dot, turned};
 use crate::tree::placement::TreeGeometry;
-use crate::tree::plan::Tree;
 use crate::tree::space::placed::Twist;
+use crate::tree::topology::Tree;
 
 impl Tree {
     /// Adds the rows of every body to those of its parent, and writes the rows of the joint coordinates to `out`.

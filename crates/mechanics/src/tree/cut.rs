@@ -20,8 +20,8 @@ use crate::system::assembly::constraint_jets;
 use crate::system::state::{State, gather};
 use crate::tree::articulated::{Articulated, ArticulatedWorkspace};
 use crate::tree::placement::TreeGeometry;
-use crate::tree::plan::{CutRow, Tree};
 use crate::tree::space::placed::Twist;
+use crate::tree::topology::{CutRow, Tree};
 
 /// Workspace for the Jacobian of cut joints.
 #[derive(Clone, Default)]

@@ -9,10 +9,10 @@ use crate::system::state::{State, evaluate};
 use crate::tree::articulated::{ArticulatedInertia, ArticulatedWorkspace, TreeInertias};
 use crate::tree::cut::{self, CutWorkspace, ProjectionFactor, TreeFactor};
 use crate::tree::placement::{TreeGeometry, TreeParameters};
-use crate::tree::plan::Tree;
 use crate::tree::space::articulated::Inertia3;
 use crate::tree::space::placed::{PlacedBody, Twist};
 use crate::tree::space::rigid::RigidProperties;
+use crate::tree::topology::Tree;
 use crate::{Error, Result};
 use error::Seconds;
 
@@ -220,6 +220,32 @@ fn add_rows<T: StateScalar>(
     instance.coordinates.iter().zip(&workspace.dynamics).for_each(|(&i, row)| rows[i] += *row);
 }
 
+/// Inertia of each body of a tree in the plane, and masses by coordinate of those that belong to no body: they are constant.
+fn constant_masses(tree: &Tree, mechanism: &Mechanism<f64>, system: &System) -> (Vec<ArticulatedInertia>, Vec<f64>) {
+    let n = mechanism.coordinates.len();
+    let mut place_of = vec![None; n];
+    for (k, node) in tree.nodes.iter().enumerate() {
+        for (slot, &i) in node.coordinates.iter().enumerate() {
+            if mechanism.coordinates[i].motion.is_none() {
+                place_of[i] = Some((k, slot));
+            }
+        }
+    }
+    let (mut inertias, mut masses) = (vec![[0.0; 6]; tree.nodes.len()], vec![0.0; n]);
+    for &k in tree.bodies.iter().chain(&tree.forces) {
+        let instance = &mechanism.elements[k];
+        for entry in system.coefficients(k) {
+            let [i, j] = [entry.row, entry.coordinate].map(|local| instance.coordinates[local]);
+            match (place_of[i], place_of[j]) {
+                (Some((node, a)), Some((_, b))) if a <= b => inertias[node][PLACES[a][b]] += entry.values[2],
+                (None, None) if i == j => masses[i] += entry.values[2],
+                _ => {}
+            }
+        }
+    }
+    (inertias, masses)
+}
+
 /// Accelerations of the joint coordinates of a tree.
 #[derive(Clone)]
 pub(crate) struct TreeDynamics {
@@ -245,9 +271,9 @@ pub(crate) struct TreeDynamics {
     masses: Vec<f64>,
     /// Rows of the bodies' weights, by coordinate.
     weights: Vec<f64>,
-    /// Inertia − force by coordinate; after an evaluation, wrenches of the parts of the tree.
+    /// Inertia − force by coordinate; after an evaluation, wrenches of the subtrees.
     pub rows: Vec<f64>,
-    /// Inertia − force of each body in space; after an evaluation, wrenches of the parts of the trees.
+    /// Inertia − force of each body in space; after an evaluation, wrenches of the subtrees.
     pub wrenches: Vec<Twist<f64>>,
     /// Inertia − force of each body in space alone, after [`Self::complete`].
     pub own_wrenches: Vec<Twist<f64>>,
@@ -262,29 +288,10 @@ impl TreeDynamics {
     /// Accelerations of `mechanism` with the equations `system`.
     pub fn new(tree: Tree, mechanism: &Mechanism<f64>, system: &System) -> Self {
         let n = mechanism.coordinates.len();
-        let mut place_of = vec![None; n];
-        for (k, node) in tree.nodes.iter().enumerate() {
-            for (slot, &i) in node.coordinates.iter().enumerate() {
-                if mechanism.coordinates[i].motion.is_none() {
-                    place_of[i] = Some((k, slot));
-                }
-            }
-        }
-        let (mut inertias, mut masses) = (vec![[0.0; 6]; tree.nodes.len()], vec![0.0; n]);
+        let (inertias, masses) = constant_masses(&tree, mechanism, system);
         let mut weights = vec![0.0; n];
         let rest = State { v: vec![0.0; n], a: vec![0.0; n], ..State::built(mechanism, 0.0) };
         let mut workspace = ElementWorkspace::default();
-        for &k in tree.bodies.iter().chain(&tree.forces) {
-            let instance = &mechanism.elements[k];
-            for entry in system.coefficients(k) {
-                let [i, j] = [entry.row, entry.coordinate].map(|local| instance.coordinates[local]);
-                match (place_of[i], place_of[j]) {
-                    (Some((node, a)), Some((_, b))) if a <= b => inertias[node][PLACES[a][b]] += entry.values[2],
-                    (None, None) if i == j => masses[i] += entry.values[2],
-                    _ => {}
-                }
-            }
-        }
         for &k in &tree.bodies {
             add_rows(mechanism, k, &rest, &mut workspace, &mut weights);
         }

@@ -21,7 +21,7 @@ use crate::tree::articulated::ArticulatedInertia;
 use crate::tree::dynamics::{TreeDynamics, TreeResidual};
 use crate::tree::joint::TreeBody;
 use crate::tree::joint::{Joint, JointParameters, Levers, dot, rotated, turned};
-use crate::tree::plan::Tree;
+use crate::tree::topology::Tree;
 use autodiff::WIDTH;
 use pulp::{Scalar, Simd};
 
@@ -41,7 +41,7 @@ struct JointLinearization {
     /// Of a prismatic joint, with respect to the direction of its line and to the displacement: of position, velocity, acceleration.
     by_direction: [[f64; 2]; 3],
     by_displacement: [[f64; 2]; 3],
-    /// Force of the part of the tree from the body on.
+    /// Force of the wrench of the subtree that begins with the body.
     force: [f64; 2],
 }
 
@@ -138,7 +138,7 @@ pub(crate) struct TreeGradients<const W: usize> {
 }
 
 impl<const W: usize> TreeGradients<W> {
-    /// Those of `chunks` of [`WIDTH`] design variables.
+    /// Derivatives from `chunks` of [`WIDTH`] design variables.
     pub fn new(tree: &Tree, chunks: &[Mechanism<Dual8>]) -> Self {
         let parameters: Vec<Vec<JointParameters<Dual8>>> =
             chunks.iter().map(|chunk| tree.parameters(chunk).plane).collect();
@@ -168,6 +168,50 @@ impl<const W: usize> TreeGradients<W> {
             joints: (0..tree.nodes.len()).map(joint).collect(),
             masses: (0..coordinates).map(mass).filter(is_active).collect(),
         }
+    }
+}
+
+/// Derivatives of the reference point of a body.
+struct PointGradients<const W: usize> {
+    position: [Gradient<W>; 2],
+    velocity: [Gradient<W>; 2],
+    acceleration: [Gradient<W>; 2],
+}
+
+impl<const W: usize> PointGradients<W> {
+    /// Adds those by the points of the joint in its parent and in the body.
+    #[inline(always)]
+    fn add_levers(&mut self, joint: &JointLinearization, gradients: &JointGradients<W>) {
+        let levers = [(&gradients.parent, 1.0), (&gradients.child, -1.0)];
+        for (k, (parameter, sign)) in levers.into_iter().enumerate() {
+            let lever = rotated_pair(joint.levers.rotations[k], parameter);
+            let (spin, turn) = (joint.spins[k], joint.turns[k]);
+            add_turned(&mut self.acceleration, sign * turn, &lever);
+            add_turned(&mut self.velocity, sign * spin, &lever);
+            for i in 0..2 {
+                add(&mut self.acceleration[i], -sign * spin * spin, &lever[i]);
+                add(&mut self.position[i], sign, &lever[i]);
+            }
+        }
+    }
+
+    /// Adds those by the `direction` of the line of a prismatic joint, and by its displacement, speed and acceleration.
+    #[inline(always)]
+    fn add_slide(
+        &mut self,
+        joint: &JointLinearization,
+        direction: &Gradient<W>,
+        [displacement, speed, acceleration]: [&Gradient<W>; 3],
+    ) {
+        let axis = joint.levers.axis;
+        let all = [&mut self.position, &mut self.velocity, &mut self.acceleration];
+        for (k, out) in all.into_iter().enumerate() {
+            add_pair(out, joint.by_direction[k], direction);
+            add_pair(out, joint.by_displacement[k], displacement);
+        }
+        add_pair(&mut self.velocity, axis, speed);
+        add_pair(&mut self.acceleration, scaled(turned(axis), 2.0 * joint.spins[0]), speed);
+        add_pair(&mut self.acceleration, axis, acceleration);
     }
 }
 
@@ -261,8 +305,9 @@ impl TreeLinearization {
         }
     }
 
-    /// From the ground to the tips: writes the derivatives of all coordinates to `sources`, in the order of positions, velocities,
-    /// accelerations; those of prescribed coordinates are there. Positions and velocities x and y are written if `all` is true.
+    /// Writes the derivatives of all coordinates to `sources`, from the ground to the tips: positions, then velocities,
+    /// then accelerations. Those of prescribed coordinates are given in `sources`. Positions x and y and their
+    /// velocities are written only if `all` is true.
     #[inline(always)]
     pub fn place<S: Simd, const W: usize>(
         &self,
@@ -326,45 +371,28 @@ impl TreeLinearization {
                 sources[2 * n + ct] = zero;
             }
             (sources[ct], sources[n + ct]) = (child_rotation, child_spin);
-            let [mut position, mut velocity] = [[zero; 2]; 2];
+            let mut point = PointGradients { position: [zero; 2], velocity: [zero; 2], acceleration: change };
             if all {
-                position = [sources[px], sources[py]];
-                velocity = [sources[n + px], sources[n + py]];
+                point.position = [sources[px], sources[py]];
+                point.velocity = [sources[n + px], sources[n + py]];
                 let rates = [(&rotation, &spin, 0), (&child_rotation, &child_spin, 1)];
                 for (rotation, spin, k) in rates {
-                    add_pair(&mut position, joint.by_rotations[0][k], rotation);
-                    add_pair(&mut velocity, joint.by_rotations[1][k], rotation);
-                    add_pair(&mut velocity, joint.by_spins[0][k], spin);
+                    add_pair(&mut point.position, joint.by_rotations[0][k], rotation);
+                    add_pair(&mut point.velocity, joint.by_rotations[1][k], rotation);
+                    add_pair(&mut point.velocity, joint.by_spins[0][k], spin);
                 }
             }
             if gradients.is_active {
-                let levers = [(&gradients.parent, 1.0), (&gradients.child, -1.0)];
-                for (k, (parameter, sign)) in levers.into_iter().enumerate() {
-                    let lever = rotated_pair(joint.levers.rotations[k], parameter);
-                    let (spin, turn) = (joint.spins[k], joint.turns[k]);
-                    add_turned(&mut change, sign * turn, &lever);
-                    add_turned(&mut velocity, sign * spin, &lever);
-                    for i in 0..2 {
-                        add(&mut change[i], -sign * spin * spin, &lever[i]);
-                        add(&mut position[i], sign, &lever[i]);
-                    }
-                }
+                point.add_levers(joint, gradients);
             }
             if node.joint == Joint::Prismatic {
-                let direction = direction(node, gradients, sources);
-                let axis = joint.levers.axis;
-                for (k, out) in [&mut position, &mut velocity, &mut change].into_iter().enumerate() {
-                    add_pair(out, joint.by_direction[k], &direction);
-                    add_pair(out, joint.by_displacement[k], &q[node.first]);
-                }
-                add_pair(&mut velocity, axis, &v[node.first]);
-                add_pair(&mut change, scaled(turned(axis), 2.0 * joint.spins[0]), &v[node.first]);
-                add_pair(&mut change, axis, &acceleration(node.first));
+                let own = [&q[node.first], &v[node.first], &acceleration(node.first)];
+                point.add_slide(joint, &direction(node, gradients, sources), own);
             }
-            [sources[2 * n + cx], sources[2 * n + cy]] = change;
+            [sources[2 * n + cx], sources[2 * n + cy]] = point.acceleration;
             if all {
-                [sources[cx], sources[cy]] = position;
-                [sources[n + cx], sources[n + cy]] = velocity;
+                [sources[cx], sources[cy]] = point.position;
+                [sources[n + cx], sources[n + cy]] = point.velocity;
             }
         }
         for (k, &i) in tree.singles.iter().enumerate() {
@@ -373,8 +401,8 @@ impl TreeLinearization {
         }
     }
 
-    /// From the tips to the ground: the derivatives of the rows of the joints, negative, to `out`, from those of the forces on the
-    /// bodies in `rows`; those of the wrenches remain there.
+    /// Writes the negative derivatives of the rows of the joints to `out`, from the tips to the ground. `wrenches` has
+    /// the derivatives of the forces on the bodies; on return it has those of the wrenches of the subtrees.
     #[inline(always)]
     pub fn collect<S: Simd, const W: usize>(
         &self,

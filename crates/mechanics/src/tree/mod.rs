@@ -12,7 +12,7 @@
 //!
 //! | file | contents |
 //! |---|---|
-//! | `plan` | the tree: bodies in the order from the ground to the tips, and what relative coordinates do not support |
+//! | `topology` | the tree: bodies in the order from the ground to the tips, and what relative coordinates do not support |
 //! | `joint` | one body with its joint: parameters and levers, joint coordinates of given positions |
 //! | `placement` | from the ground to the tips: positions, velocities and accelerations of the bodies, any scalar |
 //! | `collect` | from the tips to the ground: rows of the joints, wrenches and reactions, any scalar |
@@ -30,12 +30,12 @@ pub(crate) mod dynamics;
 pub(crate) mod joint;
 pub(crate) mod linearize;
 pub(crate) mod placement;
-pub(crate) mod plan;
 pub(crate) mod space;
+pub(crate) mod topology;
 pub(crate) mod transpose;
 
 pub(crate) use dynamics::TreeDynamics;
-pub(crate) use plan::Tree;
+pub(crate) use topology::Tree;
 
 /// The error of a part that relative coordinates do not support.
 pub(crate) fn unsupported(what: &str, why: &str) -> crate::Error {

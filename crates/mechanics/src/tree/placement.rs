@@ -4,9 +4,9 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::scalars::StateScalar;
 use crate::system::state::State;
 use crate::tree::joint::{Joint, JointParameters, Levers, joint_coordinate, motion_of, rotated, turned};
-use crate::tree::plan::Tree;
 use crate::tree::space::joint::JointMarkers;
 use crate::tree::space::placed::{PlacedBody, Twist};
+use crate::tree::topology::Tree;
 
 /// Parameters of all joints, from parent to child in the tree.
 #[derive(Clone)]

@@ -6,9 +6,9 @@ use crate::tree::collect::prismatic_opening;
 use crate::tree::joint::TreeBody;
 use crate::tree::joint::{Joint, Levers, dot, rotated, turned};
 use crate::tree::placement::TreeGeometry;
-use crate::tree::plan::Tree;
 use crate::tree::space::placed::Twist;
 use crate::tree::space::transpose::{BodyAdjoint, NodeJacobian, SpacePoint};
+use crate::tree::topology::Tree;
 
 /// A state of a tree in which its sweeps are transposed.
 pub(crate) struct TreePoint<'a> {
@@ -19,9 +19,9 @@ pub(crate) struct TreePoint<'a> {
     /// Accelerations of the joint coordinates.
     pub a: &'a [f64],
     pub geometry: &'a TreeGeometry<f64>,
-    /// Wrenches of the parts of the tree, from [`Tree::collect`] at these accelerations.
+    /// Wrenches of the subtrees, from [`Tree::collect`] at these accelerations.
     pub wrenches: &'a [f64],
-    /// Wrenches of the parts of the trees in space, and those of each body alone.
+    /// Wrenches of the subtrees in space, and those of each body alone.
     pub in_space: [&'a [Twist<f64>]; 2],
     /// Derivatives of the bodies in space.
     pub jacobians: &'a [NodeJacobian],
@@ -38,8 +38,8 @@ pub(crate) struct VirtualDisplacements<'a> {
 }
 
 impl Tree {
-    /// Converts the derivatives with respect to `bodies` into those with respect to the joint coordinates and their velocities, `out`; derivatives of the
-    /// power of `psi` are included.
+    /// Converts the derivatives with respect to `bodies` into those with respect to the joint coordinates and their
+    /// velocities, `out`, including those of the power of `psi`.
     ///
     /// `add` receives the derivatives with respect to the parameters of joints: element, number of the parameter, derivative. On
     /// return `bodies` has those with respect to prescribed coordinates.
@@ -58,8 +58,7 @@ impl Tree {
         by_v.fill(0.0);
         let [wrenches, own] = x.in_space;
         let point = SpacePoint { state: x.state, joints: [q, v, x.a], placed: &x.geometry.placed, wrenches, own };
-        let displacements = (psi.joints, psi.bodies, psi.gaps);
-        self.space.transpose(&point, x.jacobians, displacements, bodies, [by_q, by_v], &mut add);
+        self.space.transpose(&point, x.jacobians, psi, bodies, [by_q, by_v], &mut add);
         for k in (0..self.nodes.len()).rev() {
             let node = &self.nodes[k];
             if let Joint::Free { .. } = node.joint {
@@ -80,6 +79,34 @@ impl Tree {
     }
 }
 
+/// Derivatives with respect to the reference point of a body.
+struct PointAdjoint {
+    position: [f64; 2],
+    velocity: [f64; 2],
+    acceleration: [f64; 2],
+    /// With respect to its virtual displacement.
+    virtual_displacement: [f64; 2],
+}
+
+/// Σ factor · r.
+fn sum<const N: usize>(terms: [(f64, [f64; 2]); N]) -> [f64; 2] {
+    terms.iter().fold([0.0; 2], |s, (factor, r)| [s[0] + factor * r[0], s[1] + factor * r[1]])
+}
+
+impl PointAdjoint {
+    /// Derivatives with respect to a lever whose tip moves the point by `sign` times its own motion: with the angular velocity `spin`, the angular
+    /// acceleration `turn` and the virtual rotation `psi`.
+    fn by_lever(&self, sign: f64, [spin, turn, psi]: [f64; 3]) -> [f64; 2] {
+        sum([
+            (sign, self.position),
+            (-sign * spin, turned(self.velocity)),
+            (-sign * turn, turned(self.acceleration)),
+            (-sign * spin * spin, self.acceleration),
+            (-sign * psi, turned(self.virtual_displacement)),
+        ])
+    }
+}
+
 /// Transposes one joint. Returns the derivatives with respect to its coordinate and velocity.
 fn transpose_joint(
     node: &TreeBody,
@@ -92,61 +119,28 @@ fn transpose_joint(
 ) -> [f64; 2] {
     let ([px, py, pt], [cx, cy, ct]) = (node.parent, node.coordinates);
     let State { q, v, a, .. } = x.state;
-    let Levers { base, parent, child, axis, .. } = x.geometry.levers[k];
-    // Derivatives with respect to position, velocity and acceleration of the body, and to its virtual displacement.
-    let [by_q, by_v, by_a] = [&bodies.q, &bodies.v, &bodies.a].map(|bar| [bar[cx], bar[cy]]);
-    let by_psi = [x.wrenches[cx], x.wrenches[cy]];
-    let sum = |terms: [(f64, [f64; 2]); 5]| {
-        terms.iter().fold([0.0; 2], |s, (factor, r)| [s[0] + factor * r[0], s[1] + factor * r[1]])
+    let Levers { base, parent, child, .. } = x.geometry.levers[k];
+    let point = PointAdjoint {
+        position: [bodies.q[cx], bodies.q[cy]],
+        velocity: [bodies.v[cx], bodies.v[cy]],
+        acceleration: [bodies.a[cx], bodies.a[cy]],
+        virtual_displacement: [x.wrenches[cx], x.wrenches[cy]],
     };
-    let (spin, turn, child_spin, child_turn) = (v[pt], a[pt], v[ct], a[ct]);
-    let by_parent = sum([
-        (1.0, by_q),
-        (-spin, turned(by_v)),
-        (-turn, turned(by_a)),
-        (-spin * spin, by_a),
-        (-psi.bodies[pt], turned(by_psi)),
-    ]);
+    let (by_v, by_a) = (point.velocity, point.acceleration);
+    let by_parent = point.by_lever(1.0, [v[pt], a[pt], psi.bodies[pt]]);
     let psi_turn = if node.joint == Joint::Pin { 0.0 } else { psi.bodies[ct] };
-    let by_child = sum([
-        (-1.0, by_q),
-        (child_spin, turned(by_v)),
-        (child_turn, turned(by_a)),
-        (child_spin * child_spin, by_a),
-        (psi_turn, turned(by_psi)),
-    ]);
-    bodies.v[pt] += dot(by_v, turned(parent)) - 2.0 * spin * dot(by_a, parent);
-    bodies.v[ct] += -dot(by_v, turned(child)) + 2.0 * child_spin * dot(by_a, child);
+    let by_child = point.by_lever(-1.0, [v[ct], a[ct], psi_turn]);
+    bodies.v[pt] += dot(by_v, turned(parent)) - 2.0 * v[pt] * dot(by_a, parent);
+    bodies.v[ct] += -dot(by_v, turned(child)) + 2.0 * v[ct] * dot(by_a, child);
     bodies.a[pt] += dot(by_a, turned(parent));
     bodies.a[ct] -= dot(by_a, turned(child));
-    let [mut coordinate, mut rate] = [0.0; 2];
-    let numbers = node.parameter_numbers().zip(node.element);
-    if node.joint == Joint::Prismatic {
-        let (displacement, speed, acceleration) = (x.y[node.first], x.y[n + node.first], x.a[node.first]);
-        let (along, _) = prismatic_opening(node, displacement, &psi.gaps[node.first_multiplier..]);
-        let sideways = turned(axis);
-        let by_axis = sum([
-            (speed, by_v),
-            (acceleration, by_a),
-            (-2.0 * spin * speed, turned(by_a)),
-            (displacement, by_parent),
-            (1.0, [0, 1].map(|i| psi.joints[node.first] * by_psi[i] - along * turned(by_psi)[i])),
-        ]);
-        coordinate += dot(by_parent, axis);
-        if node.is_reversed {
-            coordinate += psi.gaps[node.first_multiplier + 1] * dot(by_psi, sideways);
-        }
-        rate += dot(by_v, axis) + 2.0 * spin * dot(by_a, sideways);
-        bodies.v[pt] += 2.0 * speed * dot(by_a, sideways);
-        let by_direction = dot(by_axis, sideways);
-        bodies.q[node.first_body()[2]] += by_direction;
-        if let Some((numbers, element)) = numbers {
-            numbers.line.into_iter().for_each(|line| add(element, line, by_direction));
-        }
-    }
+    let [mut coordinate, mut rate] = match node.joint {
+        Joint::Prismatic => transpose_slide(node, (k, n), x, psi, (&point, by_parent), bodies, add),
+        _ => [0.0; 2],
+    };
     bodies.q[pt] += dot(by_parent, turned(base));
     bodies.q[ct] += dot(by_child, turned(child));
-    if let Some((numbers, element)) = numbers {
+    if let Some((numbers, element)) = node.parameter_numbers().zip(node.element) {
         for (angle, by, points) in [(q[pt], by_parent, numbers.parent), (q[ct], by_child, numbers.child)] {
             let (sin, cos) = angle.sin_cos();
             let own = rotated((-sin, cos), by);
@@ -154,7 +148,7 @@ fn transpose_joint(
         }
         numbers.angle.into_iter().for_each(|angle| add(element, angle, node.sign() * bodies.q[ct]));
     }
-    for (bar, by) in [(&mut bodies.q, by_q), (&mut bodies.v, by_v), (&mut bodies.a, by_a)] {
+    for (bar, by) in [(&mut bodies.q, point.position), (&mut bodies.v, by_v), (&mut bodies.a, by_a)] {
         bar[px] += by[0];
         bar[py] += by[1];
         (bar[cx], bar[cy]) = (0.0, 0.0);
@@ -169,4 +163,40 @@ fn transpose_joint(
         }
     }
     [coordinate, rate]
+}
+
+/// Transposes the displacement along the line of a prismatic joint, number `k` of a tree with `n` joint coordinates. Returns the derivatives with
+/// respect to displacement and speed.
+fn transpose_slide(
+    node: &TreeBody,
+    (k, n): (usize, usize),
+    x: &TreePoint<'_>,
+    psi: &VirtualDisplacements<'_>,
+    (point, by_parent): (&PointAdjoint, [f64; 2]),
+    bodies: &mut BodyAdjoint,
+    add: &mut impl FnMut(usize, usize, f64),
+) -> [f64; 2] {
+    let (pt, axis) = (node.parent[2], x.geometry.levers[k].axis);
+    let (by_v, by_a, by_psi) = (point.velocity, point.acceleration, point.virtual_displacement);
+    let (displacement, speed, acceleration) = (x.y[node.first], x.y[n + node.first], x.a[node.first]);
+    let (along, _) = prismatic_opening(node, displacement, &psi.gaps[node.first_multiplier..]);
+    let (spin, sideways) = (x.state.v[pt], turned(axis));
+    let by_axis = sum([
+        (speed, by_v),
+        (acceleration, by_a),
+        (-2.0 * spin * speed, turned(by_a)),
+        (displacement, by_parent),
+        (1.0, [0, 1].map(|i| psi.joints[node.first] * by_psi[i] - along * turned(by_psi)[i])),
+    ]);
+    let mut by_displacement = dot(by_parent, axis);
+    if node.is_reversed {
+        by_displacement += psi.gaps[node.first_multiplier + 1] * dot(by_psi, sideways);
+    }
+    bodies.v[pt] += 2.0 * speed * dot(by_a, sideways);
+    let by_direction = dot(by_axis, sideways);
+    bodies.q[node.first_body()[2]] += by_direction;
+    if let Some((numbers, element)) = node.parameter_numbers().zip(node.element) {
+        numbers.line.into_iter().for_each(|line| add(element, line, by_direction));
+    }
+    [by_displacement, dot(by_v, axis) + 2.0 * spin * dot(by_a, sideways)]
 }

@@ -1,6 +1,7 @@
 //! Events along explicit steps: values and derivatives against exact solutions, second derivatives against differences.
 
 use crate::derivative_methods::deviation;
+use crate::finite_differences::extrapolated_differences;
 use crate::models::{
     BARS, BOUNCING, Bouncing, DoublePendulum, OnRope, PUSHED, Pushed, ROPE, SLING, Sling, bouncing, on_rope, pushed,
     sling,
@@ -137,21 +138,13 @@ fn all_methods_agree_through_events_of_explicit_steps() {
 fn second_derivatives_through_an_impact_with_joints_are_differences_of_gradients() {
     let settings = Explicit::eighth_order(1e-6).with_step_control(StepControl::Fixed(0.005));
     let times = [0.4, 0.8, 1.1];
-    let gradients = |b: &[f64]| differentiate_explicitly(&DoublePendulum, b, &settings, &times).unwrap().gradients;
-    let second = differentiate_explicitly_twice(&DoublePendulum, &BARS, &settings, &times, HessianPart::Full).unwrap();
-    let difference = |k: usize, step: f64| {
-        let at = |by: f64| {
-            let mut b = BARS;
-            b[k] += by * step * BARS[k].abs();
-            gradients(&b)
-        };
-        let (above, below) = (at(1.0), at(-1.0));
-        move |output: usize, point: usize, i: usize| {
-            (above[output][point][i] - below[output][point][i]) / (2.0 * step * BARS[k].abs())
-        }
+    let gradients = |b: &[f64]| -> Vec<Vec<f64>> {
+        let found = differentiate_explicitly(&DoublePendulum, b, &settings, &times).unwrap().gradients;
+        found.into_iter().map(|series| series.concat()).collect()
     };
+    let second = differentiate_explicitly_twice(&DoublePendulum, &BARS, &settings, &times, HessianPart::Full).unwrap();
     for k in 0..BARS.len() {
-        let (coarse, fine) = (difference(k, 2e-4), difference(k, 1e-4));
+        let differences = extrapolated_differences(&BARS, k, 2e-4 * BARS[k].abs(), gradients);
         for output in 0..4 {
             for point in 0..times.len() {
                 let hessian = second.hessian(output, point).unwrap();
@@ -159,7 +152,7 @@ fn second_derivatives_through_an_impact_with_joints_are_differences_of_gradients
                     .flat_map(|i| (0..BARS.len()).map(move |j| (i, j)))
                     .fold(0.0f64, |all, (i, j)| all.max((hessian[(i, j)] * BARS[i] * BARS[j]).abs()));
                 for i in 0..BARS.len() {
-                    let expected = (4.0 * fine(output, point, i) - coarse(output, point, i)) / 3.0;
+                    let expected = differences[output][point * BARS.len() + i];
                     let error = (hessian[(i, k)] - expected).abs() * (BARS[i] * BARS[k]).abs();
                     assert!(error < 2e-6 * size, "output {output} at {point}, ({i}, {k}): {error:.1e} of {size:.1e}");
                 }

@@ -4,6 +4,8 @@ mod balls;
 mod coupled_friction;
 mod derivative_methods;
 mod explicit;
+#[path = "../support/finite_differences.rs"]
+mod finite_differences;
 mod lasting;
 mod models;
 mod orders;

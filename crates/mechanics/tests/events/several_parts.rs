@@ -1,6 +1,7 @@
 //! Several contacts and friction forces whose states depend on each other: sliders, and boxes that land on two corners.
 
 use crate::derivative_methods::{check_adjoint_by, check_semi_analytical_by, deviation};
+use crate::finite_differences::extrapolated_differences;
 use crate::models::outputs;
 use autodiff::Scalar;
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
@@ -410,17 +411,7 @@ fn derivatives_between_the_ground_and_a_belt_are_differences() {
     let adaptive = differentiate(&BetweenGroundAndBelt, &b, &Dynamics::adaptive(1e-8), &ends).unwrap();
     let at = |b: &[f64]| simulate_explicitly(&BetweenGroundAndBelt.build(b).unwrap(), &settings, &ends).unwrap().values;
     for k in 0..b.len() {
-        let difference = |step: f64| {
-            let shifted = |by: f64| {
-                let mut b = b;
-                b[k] *= 1.0 + by;
-                at(&b)
-            };
-            let (above, below) = (shifted(step), shifted(-step));
-            move |point: usize| (above[0][point] - below[0][point]) / (2.0 * step * b[k])
-        };
-        let (coarse, fine) = (difference(2e-4), difference(1e-4));
-        let exact = [0, 1, 2].map(|point| (4.0 * fine(point) - coarse(point)) / 3.0);
+        let exact = extrapolated_differences(&b, k, 2e-4 * b[k], at).swap_remove(0);
         let largest = exact.iter().fold(0.0f64, |largest, slope| largest.max(slope.abs()));
         for (point, exact) in exact.into_iter().enumerate() {
             let slope = direct.gradients[0][point][k];

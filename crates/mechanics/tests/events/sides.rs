@@ -1,6 +1,7 @@
 //! Ropes and compliant contacts along explicit steps, which end where these become taut or slack, close or open.
 
 use crate::derivative_methods::deviation;
+use crate::finite_differences::extrapolated_differences;
 use crate::models::{OnRope, ROPE, outputs};
 use autodiff::{Scalar, gradient, hessian};
 use linkwright_mechanics::analyses::dynamics::{replayed_steps, simulate_explicitly, simulate_with_steps};
@@ -106,16 +107,10 @@ fn derivatives_through_contacts_and_ropes_with_damping_are_differences() {
             simulate_explicitly(&Damped.build(b).unwrap(), &exact, &TIMES).unwrap().values
         };
         for variable in 0..DAMPED.len() {
-            let at = |by: f64| {
-                let mut b = DAMPED;
-                b[variable] *= 1.0 + by;
-                values(&b)
-            };
-            let all = [1e-5, -1e-5, 2e-5, -2e-5].map(at);
+            let differences = extrapolated_differences(&DAMPED, variable, 2e-5 * DAMPED[variable], values);
             for output in [0, 1] {
                 for k in 0..TIMES.len() {
-                    let slope = |i: usize, h: f64| (all[i][output][k] - all[i + 1][output][k]) / (2.0 * h);
-                    let expected = (4.0 * slope(0, 1e-5) - slope(2, 2e-5)) / 3.0;
+                    let expected = differences[output][k] * DAMPED[variable];
                     let ours = direct.gradients[output][k][variable] * DAMPED[variable];
                     let off = (ours - expected).abs() / expected.abs().max(1.0);
                     println!("{} {output} at {} by {variable}: {ours:.6e}, {off:.1e}", settings.method.name, TIMES[k]);
@@ -152,20 +147,8 @@ fn derivatives_through_compliant_contacts_become_better_with_the_tolerance() {
         simulate_explicitly(&Bouncing.build(b).unwrap(), &exact, &TIMES).unwrap().values
     };
     let differences: Vec<_> = (0..BOUNCING.len())
-        .map(|variable| {
-            let at = |by: f64| {
-                let mut b = BOUNCING;
-                b[variable] *= 1.0 + by;
-                values(&b)
-            };
-            [1e-4, -1e-4, 2e-4, -2e-4].map(at)
-        })
+        .map(|variable| extrapolated_differences(&BOUNCING, variable, 2e-4 * BOUNCING[variable], values))
         .collect();
-    let expected = |output: usize, k: usize, variable: usize| {
-        let all = &differences[variable];
-        let slope = |i: usize, h: f64| (all[i][output][k] - all[i + 1][output][k]) / (2.0 * h);
-        (4.0 * slope(0, 1e-4) - slope(2, 2e-4)) / 3.0
-    };
     let orders = [
         (Explicit::adaptive as fn(f64) -> Explicit, [(1e-8, 1e-3), (1e-10, 1e-4), (1e-11, 3e-5)]),
         (Explicit::eighth_order, [(1e-8, 6e-4), (1e-10, 3e-5), (1e-12, 2e-6)]),
@@ -178,7 +161,7 @@ fn derivatives_through_compliant_contacts_become_better_with_the_tolerance() {
                 differentiate_explicitly_twice(&Bouncing, &BOUNCING, &settings, &TIMES, HessianPart::Full).unwrap();
             let mut largest = 0.0f64;
             for (output, k, variable) in (0..12).flat_map(|i| (0..3).map(move |j| (i % 2, i / 2, j))) {
-                let expected = expected(output, k, variable);
+                let expected = differences[variable][output][k] * BOUNCING[variable];
                 for slopes in [&direct.gradients[output][k][..], &second.gradient(output, k)] {
                     let off = (slopes[variable] * BOUNCING[variable] - expected).abs() / expected.abs().max(1e-3);
                     largest = largest.max(off);

@@ -1,6 +1,7 @@
 //! Derivatives of spatial mechanisms: direct ones against extrapolated differences, adjoint ones against direct ones, second
 //! ones against differences of first ones.
 
+use crate::finite_differences::extrapolated_differences;
 use crate::watch;
 use autodiff::Scalar;
 use linkwright_mechanics::derivatives::adjoint::{
@@ -379,21 +380,6 @@ impl ParametricMechanism for FourBar {
     }
 }
 
-/// Central differences with steps `h` and h/2, extrapolated: `[output][time]`.
-fn extrapolated(b: &[f64], k: usize, h: f64, run: &impl Fn(&[f64]) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    let at = |step: f64| {
-        let mut moved = b.to_vec();
-        moved[k] += step;
-        run(&moved)
-    };
-    let [a, c, d, e] = [h, -h, 0.5 * h, -0.5 * h].map(at);
-    let value = |o: usize, p: usize| {
-        let (coarse, fine) = ((a[o][p] - c[o][p]) / (2.0 * h), (d[o][p] - e[o][p]) / h);
-        (4.0 * fine - coarse) / 3.0
-    };
-    (0..a.len()).map(|o| (0..a[o].len()).map(|p| value(o, p)).collect()).collect()
-}
-
 /// Size of a design variable.
 fn size(b: f64) -> f64 {
     b.abs().max(1e-2)
@@ -417,7 +403,7 @@ fn check_differences(
     let mut worst = 0.0f64;
     for k in 0..b.len() {
         let of_step = |h: f64| {
-            let differences = extrapolated(b, k, h * size(b[k]), &run);
+            let differences = extrapolated_differences(b, k, h * size(b[k]), &run);
             let mut worst = 0.0f64;
             for (o, series) in history.gradients.iter().enumerate() {
                 for (gradient, difference) in series.iter().zip(&differences[o]) {
@@ -466,7 +452,7 @@ fn check_hessian(label: &str, b: &[f64], hessians: &HessianHistory, gradients: i
             let history = gradients(b);
             history.gradients.into_iter().map(|series| series.concat()).collect()
         };
-        let differences = extrapolated(b, j, 2e-3 * size(b[j]), &of_gradient);
+        let differences = extrapolated_differences(b, j, 2e-3 * size(b[j]), of_gradient);
         for o in 0..outputs {
             for p in 0..points {
                 let hessian = hessians.hessian(o, p).unwrap();

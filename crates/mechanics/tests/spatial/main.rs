@@ -4,6 +4,8 @@ mod beam_references;
 mod beams;
 mod derivatives;
 mod elements;
+#[path = "../support/finite_differences.rs"]
+mod finite_differences;
 mod joints;
 mod linkages;
 mod platforms;

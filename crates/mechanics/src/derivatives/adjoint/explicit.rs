@@ -3,22 +3,19 @@
 use crate::Result;
 use crate::analyses::dynamics::simulate_with_recording;
 use crate::checkpointing::recording::ExplicitRecording;
-use crate::checkpointing::reverse_playback::ReversePlayback;
-use crate::checkpointing::trajectory_store::Checkpointable;
 use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues, add};
 use crate::derivatives::adjoint::batch::AdjointBatch;
 use crate::derivatives::adjoint::element_vjp::ElementVjp;
-use crate::derivatives::adjoint::initial_conditions::gradients_from_start;
 use crate::derivatives::adjoint::problem::{
     AdjointFunctional, AdjointProblem, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
 };
 use crate::derivatives::adjoint::relative::solve_relative;
+use crate::derivatives::adjoint::stage_replay::StageReplay;
 use crate::derivatives::forward::explicit::dual_steps::propagate_repeated;
 use crate::derivatives::forward::explicit::explicit_steps::LinearizedStages;
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::indeterminate::check_outputs;
-use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
-use crate::integrators::explicit::ode_driver::OdeDriver;
+use crate::integrators::explicit::mechanism::{SAMPLE, start};
 use crate::integrators::explicit::settings::Explicit;
 use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::explicit::switching::HeldSides;
@@ -122,27 +119,16 @@ fn solve(
     let mut steps = ReverseExplicitSteps::new(problem, settings, times, recording)?;
     propagate_backwards(problem, &mut steps)?;
     steps.finish()?;
-    let ReverseExplicitSteps { mut adjoints, playback, .. } = steps;
-    let statistics = ReplayStatistics::of(recording.store.steps(), &playback);
-    let batches = adjoints.iter_mut().map(|adjoint| &mut adjoint.batch).collect();
-    Ok((gradients_from_start(problem, recording, batches)?, statistics))
+    steps.replay.gradients(problem, steps.adjoints.iter_mut().map(|adjoint| &mut adjoint.batch).collect())
 }
 
 /// The explicit steps of a motion, repeated for their stages, with the adjoint states of all responses.
 struct ReverseExplicitSteps<'m> {
     adjoints: Vec<StageAdjoint>,
-    playback: ReversePlayback<'m, OdeDriver<MechanismRhs<'m>>>,
-    recording: &'m ExplicitRecording,
-    /// Repeats the steps and stores their stages.
-    driver: OdeDriver<MechanismRhs<'m>>,
+    replay: StageReplay<'m>,
     stages: AdjointStages<'m>,
-    /// Time, state and rates at the start of the motion.
-    first: Vec<f64>,
     /// End in s and sides of switching functions of the step to load next.
     next: Option<(f64, HeldSides)>,
-    /// True after the evaluation of an output inside the step.
-    is_dense: bool,
-    at: Vec<f64>,
 }
 
 impl<'m> ReverseExplicitSteps<'m> {
@@ -153,14 +139,14 @@ impl<'m> ReverseExplicitSteps<'m> {
         recording: &'m ExplicitRecording,
     ) -> Result<Self> {
         let AdjointProblem { mechanism, activity, .. } = problem;
-        let playback = ReversePlayback::new(&recording.store, || Ok(start(mechanism, settings, times, false)?.0))?;
-        let (driver, begin) = start(mechanism, settings, times, true)?;
-        let system = &driver.stepper.rhs.system;
+        let (replay, begin) = StageReplay::new(problem, settings, times, recording)?;
+        let stepper = &replay.driver.stepper;
+        let system = &stepper.rhs.system;
         let linearizer = Linearizer::new(mechanism, activity, system, &Modes::initial(mechanism));
         let stages = AdjointStages {
             problem,
-            method: driver.stepper.method,
-            linearized: LinearizedStages::new(&linearizer, &begin.state),
+            method: stepper.method,
+            linearized: LinearizedStages::new(&linearizer, &begin),
             sources: vec![[0.0; BATCH]; linearizer.sources()],
             linearizer,
             unknowns: system.unknowns().to_vec(),
@@ -168,17 +154,12 @@ impl<'m> ReverseExplicitSteps<'m> {
             h: 0.0,
         };
         let adjoints = (0..problem.batches()).map(|_| StageAdjoint::new(&stages)).collect();
-        let (mut first, at) = (Vec::new(), driver.stepper.old.clone());
-        driver.write(&mut first);
-        let (next, is_dense) = (None, false);
-        Ok(Self { adjoints, playback, recording, driver, stages, first, next, is_dense, at })
+        Ok(Self { adjoints, replay, stages, next: None })
     }
 
     /// Propagates from the rates at the start of the motion to the positions and velocities there.
     fn finish(&mut self) -> Result<()> {
-        let OdeDriver { stepper, scratch, .. } = &mut self.driver;
-        scratch.resize(stepper.old.len(), 0.0);
-        stepper.rhs.rates(0, stepper.t[0], &stepper.old, scratch)?;
+        self.replay.evaluate_start()?;
         self.with_record(|adjoints, stages| {
             stages.linearize(0..1);
             adjoints.iter_mut().for_each(|adjoint| adjoint.finish(stages));
@@ -188,26 +169,28 @@ impl<'m> ReverseExplicitSteps<'m> {
 
     /// Moves the record of the step from the equations to the stages while `action` runs.
     fn with_record(&mut self, action: impl FnOnce(&mut [StageAdjoint], &mut AdjointStages<'m>)) {
-        self.stages.linearized.take_record(&mut self.driver.stepper.rhs.record);
+        let record = &mut self.replay.driver.stepper.rhs.record;
+        self.stages.linearized.take_record(record);
         action(&mut self.adjoints, &mut self.stages);
-        self.stages.linearized.return_record(&mut self.driver.stepper.rhs.record);
+        self.stages.linearized.return_record(record);
     }
 }
 
 impl ReverseSteps for ReverseExplicitSteps<'_> {
     fn steps_to(&self, t: f64) -> usize {
-        self.recording.store.steps_to(t)
+        self.replay.steps_to(t)
     }
 
     fn load_step(&mut self, k: usize) -> Result<()> {
-        let stepper = &mut self.driver.stepper;
+        let StageReplay { playback, driver, first, is_dense, .. } = &mut self.replay;
+        let stepper = &mut driver.stepper;
         let numbers = 1 + 2 * stepper.old.len();
         let end_of = |row: &[f64]| (row[0], HeldSides::read(&row[numbers..]));
         let (end, HeldSides { sides, grading }) = match self.next.take() {
             Some(next) => next,
-            None => end_of(self.playback.row(k)?),
+            None => end_of(playback.row(k)?),
         };
-        let begin = if k > 0 { self.playback.row(k - 1)? } else { &self.first };
+        let begin = if k > 0 { playback.row(k - 1)? } else { &*first };
         stepper.put(begin, false);
         let last = end_of(begin);
         stepper.rhs.hold_sides(&sides);
@@ -217,7 +200,7 @@ impl ReverseSteps for ReverseExplicitSteps<'_> {
             stepper.restart_rates()?;
         }
         stepper.attempt(end, None)?;
-        (self.stages.h, self.is_dense, self.next) = (stepper.length(), false, Some(last));
+        (self.stages.h, *is_dense, self.next) = (stepper.length(), false, Some(last));
         Ok(())
     }
 
@@ -226,11 +209,9 @@ impl ReverseSteps for ReverseExplicitSteps<'_> {
     }
 
     fn add_outputs(&mut self, t: f64, terms: &[OutputTerm]) -> Result<()> {
-        let is_dense = sample(&mut self.driver, &mut self.at, t)?;
-        let stepper = &self.driver.stepper;
-        let weights = is_dense
-            .then(|| stepper.method.graded_dense_weights((t - stepper.t[0]) / stepper.length(), stepper.grading));
-        self.is_dense |= is_dense;
+        let fraction = self.replay.sample(t)?;
+        let stepper = &self.replay.driver.stepper;
+        let weights = fraction.map(|fraction| stepper.method.graded_dense_weights(fraction, stepper.grading));
         self.with_record(|adjoints, stages| {
             stages.linearize(SAMPLE..SAMPLE + 1);
             for (k, adjoint) in adjoints.iter_mut().enumerate() {
@@ -244,7 +225,7 @@ impl ReverseSteps for ReverseExplicitSteps<'_> {
     }
 
     fn propagate_to_step_start(&mut self) -> Result<()> {
-        let is_dense = self.is_dense;
+        let is_dense = self.replay.is_dense;
         self.with_record(|adjoints, stages| {
             stages.linearize(if stages.linearized.is_restarted { 0 } else { 1 }..stages.method.end + 1);
             if is_dense {
@@ -258,9 +239,10 @@ impl ReverseSteps for ReverseExplicitSteps<'_> {
     }
 
     fn load_start(&mut self) -> Result<()> {
-        let stepper = &mut self.driver.stepper;
-        stepper.put(&self.first, false);
-        stepper.rhs.hold_sides(&HeldSides::read(&self.first[1 + 2 * stepper.old.len()..]).sides);
+        let StageReplay { driver, first, .. } = &mut self.replay;
+        let stepper = &mut driver.stepper;
+        stepper.put(first, false);
+        stepper.rhs.hold_sides(&HeldSides::read(&first[1 + 2 * stepper.old.len()..]).sides);
         self.stages.h = 0.0;
         Ok(())
     }

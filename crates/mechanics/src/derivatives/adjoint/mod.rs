@@ -18,6 +18,7 @@
 //! | `event_window` | steps around an event |
 //! | `explicit` | motions by explicit steps |
 //! | `relative` | motions by explicit steps in relative coordinates |
+//! | `stage_replay` | explicit steps in reverse, repeated for their stages |
 //! | `instants` | equilibria, and kinematics with inverse dynamics |
 //! | `initial_conditions` | transposes of assembly, consistent velocities and accelerations, initial equilibrium |
 //! | `problem` | responses, the loop over recorded steps, and the gradients with respect to the design |
@@ -37,6 +38,7 @@ pub(crate) mod instants;
 pub(crate) mod output_vjp;
 pub(crate) mod problem;
 pub(crate) mod relative;
+mod stage_replay;
 
 pub use dynamics::differentiate_backwards;
 pub use dynamics::differentiate_backwards_within;

@@ -14,7 +14,7 @@ use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::simultaneous_switches;
-use crate::events::settling::triggered_events;
+use crate::events::mode_transition::triggered_events;
 use crate::integrators::generalized_alpha::Step;
 use crate::integrators::velocity_violation::consistent_velocities;
 use crate::linalg::factor::{Factor, SolveWorkspace};
@@ -116,8 +116,9 @@ where
 /// Change of a gap with the design, as a fraction of its terms, below which two events stay simultaneous.
 const SIMULTANEOUS: f64 = 1e-6;
 
-/// Checks that two events at the time `t` (s) stay simultaneous in neighbouring designs: the derivatives of the gap of the second one do not
-/// change from those at a `fixed` time to those at the time of the first one, which `moved` with the design.
+/// Checks that two events at the time `t` (s) stay simultaneous in neighbouring designs. The derivatives of the gap of
+/// the second event are given at a `fixed` time, and at the time of the first event, which `moved` with the design:
+/// they must be equal.
 ///
 /// # Errors
 ///

@@ -16,7 +16,7 @@ use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::seeding::take_values;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{self, BorderedSystem, Jump, switch_offset};
-use crate::events::settling::passage;
+use crate::events::mode_transition::find_transition;
 use crate::initial_conditions::AccelerationSolver;
 use crate::integrators::settings::StepSize;
 use crate::mechanism::Mechanism;
@@ -75,13 +75,13 @@ where
         held.hold(mechanism, &at_event, &before);
     }
     let is_impact = plain.events[contact].is_open_contact(&values.modes);
-    let passage = passage(system, plain, (contact, &at_event), &values, step.nominal())?;
-    (state.modes, values.modes) = (passage.jump.clone(), passage.jump);
+    let transition = find_transition(system, plain, (contact, &at_event), &values, step.nominal())?;
+    (state.modes, values.modes) = (transition.jump.clone(), transition.jump);
     let mut values = match is_impact {
-        true => apply_impact(plain, mechanism, system, (contact, passage.stays), &values, state)?,
+        true => apply_impact(plain, mechanism, system, (contact, transition.stays), &values, state)?,
         false => make_consistent(plain, mechanism, system, &values, state)?,
     };
-    (state.modes, values.modes) = (passage.after.clone(), passage.after);
+    (state.modes, values.modes) = (transition.after.clone(), transition.after);
     let offset = switch_offset(plain, &at_event, &values, step.switch_offset());
     apply_switch(plain, mechanism, system, offset, &values, state)
 }

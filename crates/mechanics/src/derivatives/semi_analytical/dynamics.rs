@@ -14,7 +14,7 @@ use crate::derivatives::semi_analytical::central_difference::{CentralDifference,
 use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
 use crate::elements::element::ElementWorkspace;
 use crate::events::impact::{apply_impact, apply_switch, make_consistent, simultaneous_switches, switch_offset};
-use crate::events::settling::{passage, triggered_events};
+use crate::events::mode_transition::{find_transition, triggered_events};
 use crate::integrators::consistent_ends::at_event;
 use crate::integrators::generalized_alpha::Step;
 use crate::integrators::velocity_violation::consistent_velocities;
@@ -94,8 +94,8 @@ const PASSES: usize = 4;
 const SETTLED: f64 = 1e-9;
 const UNSETTLED: f64 = 1e-3;
 
-/// Displacement in m or rad, for a change of the design variable by its own size, that is zero but for rounding: where nothing moves and
-/// all positions are zero, derivatives of positions have no scale of their own.
+/// Displacement in m or rad, for a change of the design variable by its own size, that counts as rounding. It is the
+/// scale of the derivatives of positions where nothing moves and all positions are zero.
 const NOWHERE: f64 = 1e-24;
 
 /// The derivatives of a motion with respect to one design variable, which are propagated along implicit steps.
@@ -323,7 +323,7 @@ impl<'m> DifferenceSensitivity<'m> {
         self.hold_outputs(&at_event, &values);
         let Self { difference, sensitivity, plain, settings, time_rates, .. } = self;
         let is_impact = plain.events[contact].is_open_contact(&values.modes);
-        let passage = passage(
+        let transition = find_transition(
             &mut System::at(plain, settings.start)?,
             plain,
             (contact, &at_event),
@@ -334,12 +334,12 @@ impl<'m> DifferenceSensitivity<'m> {
         let mut apply = |mechanism: &Mechanism<f64>, mut state: State<f64>| -> Result<State<f64>> {
             // The matrix of the equations has the constant masses of its mechanism.
             let mut system = System::at(mechanism, settings.start)?;
-            state.modes = passage.jump.clone();
+            state.modes = transition.jump.clone();
             match is_impact {
-                true => apply_impact(&mut system, mechanism, (contact, passage.stays), &mut state)?,
+                true => apply_impact(&mut system, mechanism, (contact, transition.stays), &mut state)?,
                 false => make_consistent(&mut system, mechanism, &mut state)?,
             };
-            state.modes = passage.after.clone();
+            state.modes = transition.after.clone();
             let longest = settings.step.switch_offset();
             let offset = *offset.get_or_insert_with(|| switch_offset(plain, &at_event, &state, longest));
             apply_switch(&mut system, mechanism, offset, &mut state)?;

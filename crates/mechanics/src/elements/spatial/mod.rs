@@ -4,10 +4,10 @@
 //! its orientation, with the constraint |e| = 1. All coordinates lie in a vector space with q̇ = v, so that all analyses and all
 //! methods for derivatives apply to spatial mechanisms as to planar ones.
 //!
-//! Joints connect markers: points with axes ([`Marker3`](crate::mechanism::Marker3)). Angles and displacements of joints are
-//! coordinates ([`Mechanism::joint_angle`](crate::mechanism::Mechanism::joint_angle) and its neighbours). Elements that act on
-//! coordinates then act on joints: prescribed motions, springs, friction, loads, gears, flywheels and sensors. An angle is not
-//! limited to one turn.
+//! Joints connect markers: points with axes ([`Marker3`](crate::mechanism::Marker3)). Angles and displacements of
+//! joints are coordinates ([`Mechanism::joint_angle`](crate::mechanism::Mechanism::joint_angle) and similar methods).
+//! Elements that act on coordinates then act on joints: prescribed motions, springs, friction, loads, gears, flywheels
+//! and sensors. An angle is not limited to one turn.
 //!
 //! Rotation matrices, angular velocities and torques are those of e/|e|, so that they do not depend on |e|. The constraint
 //! |e| = 1 therefore has the multiplier zero.

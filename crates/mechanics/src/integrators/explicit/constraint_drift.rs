@@ -11,8 +11,8 @@ pub struct ConstraintDrift {
     pub position: f64,
     /// Largest |Φ̇| in m/s or rad/s.
     pub velocity: f64,
-    /// Time in s at which a violation is first larger than [`NOTABLE`] of the largest position or velocity so far, and than
-    /// [`NEGLIGIBLE`], if it is.
+    /// First time in s at which a violation exceeds [`NOTABLE`] times the largest position or velocity so far, and
+    /// [`NEGLIGIBLE`], if it does.
     pub notable_from: Option<f64>,
     /// Largest position and velocity so far.
     sizes: [f64; 2],

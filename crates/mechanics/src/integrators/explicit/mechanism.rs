@@ -5,9 +5,9 @@ pub use crate::integrators::explicit::tableau::SAMPLE;
 use crate::constraint_rank::singular_position;
 use crate::diagnostics::not_finite;
 use crate::elements::element::{ElementState, ElementWorkspace, SwitchSides};
-use crate::events::settling::{assemble_closed, settle_start};
+use crate::events::mode_transition::{assemble_closed, set_initial_modes};
 use crate::initial_conditions::{Projection, assemble, make_velocities_consistent};
-use crate::integrators::event_location::{Before, EventLocator, TrialStep};
+use crate::integrators::event_location::{EventLocator, StepBeforeSwitch, TrialStep};
 use crate::integrators::explicit::constraint_drift::ConstraintDrift;
 use crate::integrators::explicit::ode_driver::OdeDriver;
 use crate::integrators::explicit::relative::{RelativeRhs, relative_tree};
@@ -422,7 +422,7 @@ impl TrialStep for Repeated<'_, '_> {
         self.stepper.attempt(self.stepper.t[0] + h, None).map(|_| ())
     }
 
-    fn solve_after(&mut self, _earlier: &Before, h: f64) -> Result<()> {
+    fn solve_after(&mut self, _earlier: &StepBeforeSwitch, h: f64) -> Result<()> {
         self.solve(h)
     }
 
@@ -528,7 +528,7 @@ pub(crate) fn start<'m>(
     let mut state = State::built(mechanism, settings.start);
     let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
     projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
-    if settle_start(&mut system, mechanism, &mut state)? {
+    if set_initial_modes(&mut system, mechanism, &mut state)? {
         projection = assemble_closed(&mut system, mechanism, &mut state, settings.assembly)?;
     }
     state.l.fill(0.0);

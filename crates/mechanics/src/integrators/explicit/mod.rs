@@ -8,7 +8,7 @@
 //! | `stepper` | one step, its error, dense output |
 //! | `constraint_drift` | violation of the constraints along the steps |
 //! | `switching` | adaptive steps that end where contacts close or open |
-//! | `defect` | check of long steps for what acts between their stages |
+//! | `defect` | check of long steps for loads that act between their stages |
 //! | `grading` | stages that are graded towards the start and the end of a contact |
 //! | `ode_driver` | step control |
 //! | `ode` | systems of ordinary differential equations |

@@ -130,8 +130,8 @@ impl SwitchLocator {
         stepper.restart_rates()
     }
 
-    /// Changes the sides of functions that leave zero at the beginning of the completed step for the other side. Returns whether there are
-    /// any: the step then has to be repeated.
+    /// Changes the sides of functions that are zero at the beginning of the completed step and leave it to the other
+    /// side. Returns whether there are any: the step then has to be repeated.
     pub fn correct_beginning<F: OdeRhs>(&mut self, stepper: &mut Stepper<F>) -> Result<bool> {
         if self.held.is_empty() || !self.is_crossed(stepper, AT_END, false) {
             return Ok(false);

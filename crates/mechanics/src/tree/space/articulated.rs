@@ -11,8 +11,8 @@ use crate::mechanism::rotation::{e_times, e_transposed_times, square};
 use crate::mechanism::vector::{cross, product};
 use crate::tree::space::joint::Joint3;
 use crate::tree::space::placed::{PlacedBody, Twist};
-use crate::tree::space::plan::{Node3, Slot, Space};
 use crate::tree::space::rigid::RigidProperties;
+use crate::tree::space::topology::{Node3, Slot, Space};
 
 /// Inertia of a body about its reference point, in world axes: moment = rotation·α + coupling·a, force = couplingᵀ·α + mass·a.
 #[derive(Clone, Copy, Debug, Default)]
@@ -200,7 +200,7 @@ impl Articulated3 {
         work.clear();
         work.resize(space.nodes.len(), [zero; 6]);
         let mut next = 0;
-        // Inwards: forces that the parts of the tree exert on their parents.
+        // Inwards: forces that subtrees exert on their parents.
         for (k, node) in space.nodes.iter().enumerate().rev() {
             let (factor, mut p) = (&self.nodes[k], work[k]);
             let rows = JointRows::of(node);

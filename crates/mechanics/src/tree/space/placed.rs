@@ -7,7 +7,7 @@ use crate::tree::space::joint::{BodyMotion, angular_bias, angular_velocity};
 /// A motion (rotation, translation of the reference point) or a wrench (moment about it, force), in world axes.
 pub(crate) type Twist<T> = [T; 6];
 
-/// A body of a tree at an instant, in world axes, and the joint by which it hangs on its parent.
+/// A body of a tree at an instant, in world axes, and the joint that connects it to its parent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedBody<T> {
     pub origin: [T; 3],

@@ -9,7 +9,7 @@ use crate::tree::space::joint::{
     BodyMotion, Joint3, JointAxis, JointMarkers, RelativeMotion, angular_velocity, joint_coordinates,
 };
 use crate::tree::space::placed::{PlacedBody, Twist, halves, joined, moment_of_rows, of_body, power, rows_of_moment};
-use crate::tree::space::plan::{Node3, Slot, Space};
+use crate::tree::space::topology::{Node3, Slot, Space};
 
 /// Places a body on its parent: everything but accelerations. `own` has the Euler parameters and angular velocity of a body whose
 /// rotation is prescribed.
@@ -23,46 +23,75 @@ pub(crate) fn place_joint<T: StateScalar>(
     v: &[T; 4],
 ) -> PlacedBody<T> {
     let motion = RelativeMotion::new(node.joint, q, v);
-    let [a, b] = markers;
-    let sign = node.sign();
-    let signed = |x: [T; 3]| x.map(|x| x * sign);
     let mut placed = PlacedBody::zero();
-    let slide;
+    place_points(node, markers, parent, own, &motion, &mut placed);
+    set_velocities(node, parent, own, &motion, &mut placed);
+    set_columns(node, &motion, &mut placed);
+    placed
+}
+
+/// `x`, or −`x` for a joint whose first marker is on the body.
+#[inline(always)]
+fn signed<T: StateScalar>(node: &Node3, x: [T; 3]) -> [T; 3] {
+    let sign = node.sign();
+    x.map(|x| x * sign)
+}
+
+/// Sets the rotation of a body, the axes of its joint, and the vectors from both bodies to the joint.
+#[inline(always)]
+fn place_points<T: StateScalar>(
+    node: &Node3,
+    [a, b]: &JointMarkers<T>,
+    parent: &PlacedBody<T>,
+    own: &PlacedBody<T>,
+    motion: &RelativeMotion<T>,
+    placed: &mut PlacedBody<T>,
+) {
+    let is_pin = node.joint == Joint3::Pin;
+    if is_pin {
+        (placed.e, placed.rotation) = (own.e, own.rotation);
+    }
     if node.is_reversed {
         let marker_b = quaternion_product(&parent.e, &b.e);
         let marker_a = quaternion_product(&marker_b, &conjugate(&motion.e));
-        placed.e = quaternion_product(&marker_a, &conjugate(&a.e)).map(|x| x * node.e_sign);
-        placed.rotation = matrix(&placed.e);
         placed.axes = matrix(&marker_a);
-        slide = product(&placed.axes, motion.displacement);
         placed.arm = product(&parent.rotation, b.point);
-        placed.tip = add(slide, product(&placed.rotation, a.point));
+        if is_pin {
+            placed.tip = product(&placed.rotation, a.point);
+        } else {
+            placed.e = quaternion_product(&marker_a, &conjugate(&a.e)).map(|x| x * node.e_sign);
+            placed.rotation = matrix(&placed.e);
+            let slide = product(&placed.axes, motion.displacement);
+            placed.tip = add(slide, product(&placed.rotation, a.point));
+        }
     } else {
         let marker_a = quaternion_product(&parent.e, &a.e);
         placed.axes = matrix(&marker_a);
-        slide = product(&placed.axes, motion.displacement);
+        let slide = product(&placed.axes, motion.displacement);
         placed.arm = add(slide, product(&parent.rotation, a.point));
-        if node.joint == Joint3::Pin {
-            (placed.e, placed.rotation) = (own.e, own.rotation);
-        } else {
+        if !is_pin {
             let marker_b = quaternion_product(&marker_a, &motion.e);
             placed.e = quaternion_product(&marker_b, &conjugate(&b.e)).map(|x| x * node.e_sign);
             placed.rotation = matrix(&placed.e);
         }
         placed.tip = product(&placed.rotation, b.point);
     }
-    if node.joint == Joint3::Pin {
-        if node.is_reversed {
-            (placed.e, placed.rotation) = (own.e, own.rotation);
-            placed.tip = product(&placed.rotation, a.point);
-        }
-        placed.spin = own.spin;
-    }
-    let change = signed(product(&placed.axes, motion.spin));
-    if node.joint != Joint3::Pin {
-        placed.spin = add(parent.spin, change);
-    }
-    let slide_rate = signed(product(&placed.axes, motion.rate));
+}
+
+/// Sets position and velocity of a body whose points are placed, and its acceleration at zero accelerations of the parent and of the joint
+/// coordinates.
+#[inline(always)]
+fn set_velocities<T: StateScalar>(
+    node: &Node3,
+    parent: &PlacedBody<T>,
+    own: &PlacedBody<T>,
+    motion: &RelativeMotion<T>,
+    placed: &mut PlacedBody<T>,
+) {
+    let is_pin = node.joint == Joint3::Pin;
+    let change = signed(node, product(&placed.axes, motion.spin));
+    placed.spin = if is_pin { own.spin } else { add(parent.spin, change) };
+    let slide_rate = signed(node, product(&placed.axes, motion.rate));
     placed.lever = subtract(placed.arm, placed.tip);
     placed.origin = add(parent.origin, placed.lever);
     let turning = subtract(cross(parent.spin, placed.arm), cross(placed.spin, placed.tip));
@@ -72,27 +101,29 @@ pub(crate) fn place_joint<T: StateScalar>(
     let mut bias = subtract(centripetal(parent.spin, placed.arm), centripetal(placed.spin, placed.tip));
     bias = add(bias, scaled(cross(carrier, slide_rate), T::from(2.0)));
     let mut turn = [T::from(0.0); 3];
-    if node.joint != Joint3::Pin {
-        turn = add(signed(product(&placed.axes, motion.bias)), cross(parent.spin, change));
+    if !is_pin {
+        turn = add(signed(node, product(&placed.axes, motion.bias)), cross(parent.spin, change));
         bias = subtract(bias, cross(turn, placed.tip));
     }
     placed.bias = joined([turn, bias]);
-    let column = |k: usize| signed([0, 1, 2].map(|i| placed.axes[i][k]));
-    let turned = |axis: [T; 3]| joined([axis, cross(placed.tip, axis)]);
-    let zero = [T::from(0.0); 3];
+}
+
+/// Sets the motions of a body, whose points are placed, at the rate one of each joint coordinate.
+#[inline(always)]
+fn set_columns<T: StateScalar>(node: &Node3, motion: &RelativeMotion<T>, placed: &mut PlacedBody<T>) {
+    let PlacedBody { axes, tip, columns, .. } = placed;
+    let column = |k: usize| signed(node, [0, 1, 2].map(|i| axes[i][k]));
+    let turned = |axis: [T; 3]| joined([axis, cross(*tip, axis)]);
     if node.joint == Joint3::Spherical {
-        placed.columns = [0, 1, 2].map(|k| turned(column(k)));
+        *columns = [0, 1, 2].map(|k| turned(column(k)));
     }
-    let mut columns = placed.columns;
     for (to, axis) in columns.iter_mut().zip(node.joint.axes()) {
         *to = match *axis {
             JointAxis::Turn => turned(column(2)),
-            JointAxis::Cross => turned(signed(product(&placed.axes, motion.cross))),
-            JointAxis::Slide(k) => joined([zero, column(k)]),
+            JointAxis::Cross => turned(signed(node, product(axes, motion.cross))),
+            JointAxis::Slide(k) => joined([[T::from(0.0); 3], column(k)]),
         };
     }
-    placed.columns = columns;
-    placed
 }
 
 /// Accelerates a body on its parent, for the accelerations `a` of the joint coordinates. `own` has those of a body whose rotation is

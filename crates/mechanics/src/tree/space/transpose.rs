@@ -10,8 +10,9 @@ use crate::mechanism::vector::cross;
 use crate::system::state::State;
 use crate::tree::space::joint::{BodyMotion, Joint3, angular_velocity, markers};
 use crate::tree::space::placed::{PlacedBody, Twist, halves, joined, of_body, rates, rows_of_moment};
-use crate::tree::space::plan::{Node3, Slot, Space};
 use crate::tree::space::sweep::{accelerate_joint, normalized, place_joint, reaction_column};
+use crate::tree::space::topology::{Node3, Slot, Space};
+use crate::tree::transpose::VirtualDisplacements;
 use autodiff::WIDTH;
 
 /// A variable on which a body depends through its joint.
@@ -44,7 +45,7 @@ pub(crate) struct SpacePoint<'a> {
     /// Joint coordinates, their velocities and their accelerations.
     pub joints: [&'a [f64]; 3],
     pub placed: &'a [PlacedBody<f64>],
-    /// Wrenches of the parts of the trees, and those of the elements on each body alone.
+    /// Wrenches of the subtrees, and those of the elements on each body alone.
     pub wrenches: &'a [Twist<f64>],
     pub own: &'a [Twist<f64>],
 }
@@ -55,6 +56,13 @@ pub(crate) struct BodyAdjoint {
     pub q: Vec<f64>,
     pub v: Vec<f64>,
     pub a: Vec<f64>,
+}
+
+impl BodyAdjoint {
+    /// Sets all derivatives to zero.
+    pub fn clear(&mut self) {
+        [&mut self.q, &mut self.v, &mut self.a].into_iter().for_each(|all| all.fill(0.0));
+    }
 }
 
 /// The seven coordinates of a body in numbers that are seeded.
@@ -95,51 +103,15 @@ impl NodeJacobian {
         (has_parameters, has_reactions): (bool, bool),
     ) -> Self {
         let node = &space.nodes[k];
-        let State { q, v, a, .. } = x.state;
-        let of = |coordinates: &[usize; 7]| [q, v, a].map(|x| of_body(x, coordinates));
-        let mut inputs = Vec::new();
-        let add_body = |inputs: &mut Vec<BodyInput>, c: &[usize; 7]| {
-            (0..3).for_each(|order| inputs.extend(c.iter().map(|&i| BodyInput::Coordinate(order, i))));
-        };
-        add_body(&mut inputs, &node.parent);
-        let is_pin = node.joint == Joint3::Pin;
-        if is_pin {
-            add_body(&mut inputs, &node.coordinates);
-        }
-        let width = if node.joint == Joint3::Spherical { 4 } else { node.slots.len() };
-        for order in 0..3 {
-            inputs.extend((0..width).map(|i| match node.slots.get(i) {
-                Some(Slot::Prescribed(coordinate)) => BodyInput::Coordinate(order, *coordinate),
-                Some(Slot::Free(at)) => BodyInput::Joint(order, *at),
-                None => BodyInput::Joint(order, node.first + i),
-            }));
-        }
-        if has_parameters {
-            inputs.extend((0..14).map(BodyInput::Parameter));
-        }
-        let values: [[f64; 4]; 3] = [0, 1, 2].map(|order| space.of_joint(node, x.joints[order], [q, v, a][order]));
+        let inputs = inputs_of(node, has_parameters);
         let mut jacobian = Self { inputs, outputs: 0, values: Vec::new() };
         for first in (0..jacobian.inputs.len()).step_by(WIDTH) {
             let mut seeds = SeededCoordinates { first, next: 0 };
-            let parent = placed_body(of(&node.parent).map(|x| seeds.all(&x)));
-            let own = match is_pin {
-                true => placed_body(of(&node.coordinates).map(|x| seeds.all(&x))),
-                false => PlacedBody::zero(),
-            };
-            let mut joint = values.map(|x| x.map(Dual8::constant));
-            for joint in &mut joint {
-                joint[..width].iter_mut().for_each(|x| *x = seeds.seed(x.re));
-            }
-            let p: Vec<Dual8> = match has_parameters {
-                true => parameters.iter().map(|&p| seeds.seed(p)).collect(),
-                false => parameters.iter().map(|&p| Dual8::constant(p)).collect(),
-            };
-            let mut body = place_joint(node, &markers(&p), &parent, &own, &joint[0], &joint[1]);
-            accelerate_joint(node, &mut body, &parent, &own, (&joint[0], &joint[2]));
+            let (body, joint) = seeded_body(space, node, x, (parameters, has_parameters), &mut seeds);
             let (position, velocity) = body.coordinates();
             let mut outputs: Vec<Dual8> = [position, velocity, body.second()].concat();
             outputs.extend(body.arm);
-            columns(node, &body, &joint[0], &mut outputs);
+            columns(node, &body, &joint, &mut outputs);
             if has_reactions {
                 node.rows.iter().for_each(|row| outputs.extend(reaction_column(node, &body, *row)));
             }
@@ -149,6 +121,63 @@ impl NodeJacobian {
         }
         jacobian
     }
+}
+
+/// Number of the angles, displacements and Euler parameters of a joint, prescribed ones included.
+fn joint_width(node: &Node3) -> usize {
+    if node.joint == Joint3::Spherical { 4 } else { node.slots.len() }
+}
+
+/// The variables on which the body of a node depends, in the order in which [`seeded_body`] seeds them.
+fn inputs_of(node: &Node3, has_parameters: bool) -> Vec<BodyInput> {
+    let mut inputs = Vec::new();
+    let mut add_body = |c: &[usize; 7]| {
+        (0..3).for_each(|order| inputs.extend(c.iter().map(|&i| BodyInput::Coordinate(order, i))));
+    };
+    add_body(&node.parent);
+    if node.joint == Joint3::Pin {
+        add_body(&node.coordinates);
+    }
+    for order in 0..3 {
+        inputs.extend((0..joint_width(node)).map(|i| match node.slots.get(i) {
+            Some(Slot::Prescribed(coordinate)) => BodyInput::Coordinate(order, *coordinate),
+            Some(Slot::Free(at)) => BodyInput::Joint(order, *at),
+            None => BodyInput::Joint(order, node.first + i),
+        }));
+    }
+    if has_parameters {
+        inputs.extend((0..14).map(BodyInput::Parameter));
+    }
+    inputs
+}
+
+/// The body of a node and the coordinates of its joint, with `seeds` in the variables on which they depend.
+fn seeded_body(
+    space: &Space,
+    node: &Node3,
+    x: &SpacePoint<'_>,
+    (parameters, has_parameters): (&[f64], bool),
+    seeds: &mut SeededCoordinates,
+) -> (PlacedBody<Dual8>, [Dual8; 4]) {
+    let State { q, v, a, .. } = x.state;
+    let of = |coordinates: &[usize; 7]| [q, v, a].map(|x| of_body(x, coordinates));
+    let parent = placed_body(of(&node.parent).map(|x| seeds.all(&x)));
+    let own = match node.joint {
+        Joint3::Pin => placed_body(of(&node.coordinates).map(|x| seeds.all(&x))),
+        _ => PlacedBody::zero(),
+    };
+    let joint: [[f64; 4]; 3] = [0, 1, 2].map(|order| space.of_joint(node, x.joints[order], [q, v, a][order]));
+    let mut joint = joint.map(|x| x.map(Dual8::constant));
+    for joint in &mut joint {
+        joint[..joint_width(node)].iter_mut().for_each(|x| *x = seeds.seed(x.re));
+    }
+    let p: Vec<Dual8> = match has_parameters {
+        true => parameters.iter().map(|&p| seeds.seed(p)).collect(),
+        false => parameters.iter().map(|&p| Dual8::constant(p)).collect(),
+    };
+    let mut body = place_joint(node, &markers(&p), &parent, &own, &joint[0], &joint[1]);
+    accelerate_joint(node, &mut body, &parent, &own, (&joint[0], &joint[2]));
+    (body, joint[0])
 }
 
 /// Appends the motions of a body at the rate one of each joint coordinate.
@@ -194,46 +223,10 @@ impl Space {
     ) {
         for (k, node) in self.nodes.iter().enumerate() {
             let body = &placed[k];
-            let mut twist = [0.0; 6];
-            if let Joint3::Free { .. } = node.joint {
-                let mut own = [0.0; 7];
-                for (at, i) in node.free_coordinates() {
-                    let slot = node.coordinates.iter().position(|c| *c == i).unwrap_or(0);
-                    own[slot] = psi[at];
-                }
-                let spin = angular_velocity(&body.e, &[own[3], own[4], own[5], own[6]]);
-                twist = joined([spin, [own[0], own[1], own[2]]]);
-            } else if let Some(parent) = node.parent_node {
-                let [spin, shift] = halves(&twists[parent]);
-                let (lever, spin_of_body) = match node.joint {
-                    Joint3::Pin => (body.arm, [0.0; 3]),
-                    _ => (body.lever, spin),
-                };
-                let swing = cross(spin, lever);
-                twist = joined([spin_of_body, [0, 1, 2].map(|i| shift[i] + swing[i])]);
-            }
-            let mut add = |factor: f64, column: &Twist<f64>| {
-                twist.iter_mut().zip(column).for_each(|(to, from)| *to += factor * from);
-            };
-            if node.joint == Joint3::Spherical {
-                let own = self.of_joint(node, psi, &[]);
-                let spin = angular_velocity(&self.of_joint(node, q, &[]), &own);
-                spin.iter().zip(&body.columns).for_each(|(rate, column)| add(*rate, column));
-            }
-            for (slot, column) in node.slots.iter().zip(&body.columns) {
-                if let Slot::Free(at) = *slot {
-                    add(psi[at], column);
-                }
-            }
+            let mut twist = virtual_twist(node, body, psi, twists);
+            self.add_joint_motion(node, body, (q, psi), &mut twist);
             if let Some(gaps) = gaps {
-                for (k, row) in node.rows.iter().enumerate() {
-                    add(gaps[node.first_multiplier + k], &reaction_column(node, body, *row));
-                }
-                for attached in &node.attached {
-                    if let Slot::Prescribed(_) = node.slots[attached.slot] {
-                        add(-gaps[attached.multiplier], &body.columns[attached.slot]);
-                    }
-                }
+                add_openings(node, body, gaps, &mut twist);
             }
             for attached in &node.attached {
                 if let Slot::Free(at) = node.slots[attached.slot] {
@@ -250,31 +243,45 @@ impl Space {
         }
     }
 
+    /// Adds the motion of a body relative to its parent for the virtual displacements `psi` of the joint coordinates q.
+    fn add_joint_motion(
+        &self,
+        node: &Node3,
+        body: &PlacedBody<f64>,
+        (q, psi): (&[f64], &[f64]),
+        twist: &mut Twist<f64>,
+    ) {
+        if node.joint == Joint3::Spherical {
+            let own = self.of_joint(node, psi, &[]);
+            let spin = angular_velocity(&self.of_joint(node, q, &[]), &own);
+            spin.iter().zip(&body.columns).for_each(|(rate, column)| add_scaled(twist, *rate, column));
+        }
+        for (slot, column) in node.slots.iter().zip(&body.columns) {
+            if let Slot::Free(at) = *slot {
+                add_scaled(twist, psi[at], column);
+            }
+        }
+    }
+
     /// Moves the derivatives `bodies` to the joint coordinates (`by_q`) and their velocities (`by_v`), and those of the power of the
-    /// virtual displacements as well: `psi` of the joint coordinates, `virtuals` of all coordinates, `gaps` of the constraints.
+    /// virtual displacements `psi` as well.
     pub fn transpose(
         &self,
         x: &SpacePoint<'_>,
         jacobians: &[NodeJacobian],
-        (psi, virtuals, gaps): (&[f64], &[f64], &[f64]),
+        psi: &VirtualDisplacements<'_>,
         bodies: &mut BodyAdjoint,
         [by_q, by_v]: [&mut [f64]; 2],
         add: &mut impl FnMut(usize, usize, f64),
     ) {
-        let mut bars = Vec::new();
+        let mut adjoint = Vec::new();
         for (k, (node, jacobian)) in self.nodes.iter().zip(jacobians).enumerate().rev() {
-            let (body, wrench) = (&x.placed[k], &x.wrenches[k]);
-            let [moment, force] = halves(wrench);
             if node.rotates() {
-                // The weights of the rows of the Euler parameters are ½ Eᵀ ψ.
-                let own = virtual_spin(body, node, virtuals);
-                let rows = rows_of_moment(&body.e, halves(&x.own[k])[0]);
-                let by_e = e_transposed_times(&rows, own);
-                (0..4).for_each(|i| bodies.q[node.coordinates[3 + i]] -= 0.5 * by_e[i]);
+                transpose_rows(node, (&x.placed[k], &x.own[k]), psi, bodies);
             }
             if let Joint3::Free { turns, .. } = node.joint {
                 if turns {
-                    self.transpose_turn(node, psi, moment, &body.e, bodies);
+                    self.transpose_turn(node, psi.joints, halves(&x.wrenches[k])[0], &x.placed[k].e, bodies);
                 }
                 for (at, i) in node.free_coordinates() {
                     (by_q[at], by_v[at]) = (std::mem::take(&mut bodies.q[i]), std::mem::take(&mut bodies.v[i]));
@@ -282,60 +289,11 @@ impl Space {
                 }
                 continue;
             }
-            bars.clear();
-            for all in [&bodies.q, &bodies.v, &bodies.a] {
-                bars.extend(node.coordinates.iter().enumerate().map(|(slot, &i)| {
-                    match slot < node.own_coordinates() {
-                        true => all[i],
-                        false => 0.0,
-                    }
-                }));
-            }
-            bars.extend([0.0; 3]);
-            let parent_spin = match node.parent_node {
-                Some(parent) => virtual_spin(&x.placed[parent], &self.nodes[parent], virtuals),
-                None => [0.0; 3],
-            };
-            let by_lever = cross(force, parent_spin);
-            for i in 0..3 {
-                if node.joint == Joint3::Pin {
-                    bars[21 + i] += by_lever[i];
-                } else {
-                    bars[i] += by_lever[i];
-                    bodies.q[node.parent[i]] -= by_lever[i];
-                }
-            }
-            let weights = |factor: f64| wrench.map(|w| factor * w);
-            if node.joint == Joint3::Spherical {
-                (0..4).for_each(|i| bars.extend(weights(psi[node.first + i])));
-            }
-            for (slot, source) in node.slots.iter().enumerate() {
-                let factor = match *source {
-                    Slot::Free(at) => psi[at],
-                    Slot::Prescribed(_) => {
-                        let own = node.attached.iter().find(|attached| attached.slot == slot);
-                        own.map_or(0.0, |attached| -gaps[attached.multiplier])
-                    }
-                };
-                bars.extend(weights(factor));
-            }
-            let reactions = (0..node.rows.len()).map(|k| gaps[node.first_multiplier + k]);
-            reactions.for_each(|gap| bars.extend(weights(gap)));
-            for (order, all) in [&mut bodies.q, &mut bodies.v, &mut bodies.a].into_iter().enumerate() {
-                node.coordinates.iter().take(node.own_coordinates()).for_each(|&i| all[i] = 0.0);
-                for attached in &node.attached {
-                    if let Slot::Free(at) = node.slots[attached.slot] {
-                        let bar = std::mem::take(&mut all[attached.coordinate]);
-                        match order {
-                            0 => by_q[at] += bar,
-                            1 => by_v[at] += bar,
-                            _ => {}
-                        }
-                    }
-                }
-            }
+            self.output_adjoint(k, x, psi, bodies, &mut adjoint);
+            take_own(node, bodies, [&mut *by_q, &mut *by_v]);
+            debug_assert!(jacobian.outputs <= adjoint.len() && jacobian.outputs >= FIXED);
             for (input, values) in jacobian.inputs.iter().zip(jacobian.values.chunks_exact(jacobian.outputs)) {
-                let derivative = values.iter().zip(&bars).map(|(a, b)| a * b).sum::<f64>();
+                let derivative = values.iter().zip(&adjoint).map(|(a, b)| a * b).sum::<f64>();
                 match *input {
                     BodyInput::Coordinate(order, i) => {
                         let to = [&mut bodies.q, &mut bodies.v, &mut bodies.a][order].get_mut(i);
@@ -347,12 +305,11 @@ impl Space {
                     BodyInput::Parameter(i) => node.element.into_iter().for_each(|element| add(element, i, derivative)),
                 }
             }
-            debug_assert!(jacobian.outputs <= bars.len() && jacobian.outputs >= FIXED);
         }
         // ψᵀ e (e·ë + ė·ė), where the second factor is zero.
         let [q, v, a] = x.joints;
         for &first in &self.quaternions {
-            let along: f64 = (first..first + 4).map(|k| psi[k] * q[k]).sum();
+            let along: f64 = (first..first + 4).map(|k| psi.joints[k] * q[k]).sum();
             for k in first..first + 4 {
                 by_q[k] += along * a[k];
                 by_v[k] += 2.0 * along * v[k];
@@ -360,8 +317,57 @@ impl Space {
         }
     }
 
-    /// Adds the derivatives with respect to the part along e of the second derivatives of the Euler parameters of free bodies, which
-    /// [`Space::collect`] leaves out, from those of all coordinates.
+    /// Writes the derivatives with respect to the outputs of the [`NodeJacobian`] of node `k` to `out`; those of the power with respect to the
+    /// position of the parent are subtracted from `bodies`.
+    fn output_adjoint(
+        &self,
+        k: usize,
+        x: &SpacePoint<'_>,
+        psi: &VirtualDisplacements<'_>,
+        bodies: &mut BodyAdjoint,
+        out: &mut Vec<f64>,
+    ) {
+        let (node, wrench) = (&self.nodes[k], &x.wrenches[k]);
+        let [_, force] = halves(wrench);
+        out.clear();
+        for all in [&bodies.q, &bodies.v, &bodies.a] {
+            let is_own = |slot: usize| slot < node.own_coordinates();
+            out.extend(node.coordinates.iter().enumerate().map(|(slot, &i)| if is_own(slot) { all[i] } else { 0.0 }));
+        }
+        out.extend([0.0; 3]);
+        let parent_spin = match node.parent_node {
+            Some(parent) => virtual_spin(&x.placed[parent], &self.nodes[parent], psi.bodies),
+            None => [0.0; 3],
+        };
+        let by_lever = cross(force, parent_spin);
+        for i in 0..3 {
+            if node.joint == Joint3::Pin {
+                out[21 + i] += by_lever[i];
+            } else {
+                out[i] += by_lever[i];
+                bodies.q[node.parent[i]] -= by_lever[i];
+            }
+        }
+        let weights = |factor: f64| wrench.map(|w| factor * w);
+        if node.joint == Joint3::Spherical {
+            (0..4).for_each(|i| out.extend(weights(psi.joints[node.first + i])));
+        }
+        for (slot, source) in node.slots.iter().enumerate() {
+            let factor = match *source {
+                Slot::Free(at) => psi.joints[at],
+                Slot::Prescribed(_) => {
+                    let own = node.attached.iter().find(|attached| attached.slot == slot);
+                    own.map_or(0.0, |attached| -psi.gaps[attached.multiplier])
+                }
+            };
+            out.extend(weights(factor));
+        }
+        let reactions = (0..node.rows.len()).map(|k| psi.gaps[node.first_multiplier + k]);
+        reactions.for_each(|gap| out.extend(weights(gap)));
+    }
+
+    /// Adds the derivatives with respect to the component of ë along e of free bodies, from those with respect to all
+    /// coordinates. [`Space::collect`] does not include them.
     pub fn collect_lengths(&self, placed: &[PlacedBody<f64>], bodies: &[f64], out: &mut [f64]) {
         for (node, body) in self.nodes.iter().zip(placed) {
             if let Joint3::Free { turns: true, .. } = node.joint {
@@ -421,52 +427,126 @@ impl Space {
                 add(at, StartVariable::Velocity(i), [0.0, 1.0]);
             }
             let Some(element) = node.element.filter(|_| node.count() > 0) else { continue };
-            let attached = |slot: usize| node.attached.iter().find(|attached| attached.slot == slot);
-            let own: Vec<(usize, usize)> = match node.joint {
+            let mut own: Vec<(usize, usize)> = match node.joint {
                 Joint3::Spherical => (0..4).map(|k| (k, node.first + k)).collect(),
-                _ => {
-                    let free = node.slots.iter().enumerate().filter_map(|(slot, source)| match *source {
-                        Slot::Free(at) => Some((slot, at)),
-                        Slot::Prescribed(_) => None,
-                    });
-                    free.filter(|(slot, at)| {
-                        let on = attached(*slot);
-                        if let Some(attached) = on {
-                            add(*at, StartVariable::Position(attached.coordinate), [1.0, 0.0]);
-                            add(*at, StartVariable::Velocity(attached.coordinate), [0.0, 1.0]);
-                        }
-                        on.is_none()
-                    })
-                    .collect()
-                }
+                _ => Vec::new(),
             };
-            if own.is_empty() {
-                continue;
-            }
-            let bodies = [&node.parent, &node.coordinates];
-            let mut variables = Vec::new();
-            let mut values = Vec::new();
-            for body in bodies {
-                variables.extend(body.iter().map(|&i| StartVariable::Position(i)));
-                variables.extend(body.iter().map(|&i| StartVariable::Velocity(i)));
-                values.extend(of_body(&state.q, body).into_iter().chain(of_body(&state.v, body)));
-            }
-            variables.extend((0..14).map(|i| StartVariable::Parameter(element, i)));
-            values.extend_from_slice(&parameters(element)[..14]);
-            for first in (0..values.len()).step_by(WIDTH) {
-                let mut seeds = SeededCoordinates { first, next: 0 };
-                let seeded: Vec<Dual8> = values.iter().map(|&x| seeds.seed(x)).collect();
-                let body = |from: usize| {
-                    BodyMotion::of(
-                        &std::array::from_fn(|k| seeded[from + k]),
-                        &std::array::from_fn(|k| seeded[from + 7 + k]),
-                    )
-                };
-                let (q, v) = self.joint_state(node, &markers(&seeded[28..]), [&body(0), &body(14)]);
-                for k in 0..WIDTH.min(values.len() - first) {
-                    for &(slot, at) in &own {
-                        add(at, variables[first + k], [q[slot].eps[k], v[slot].eps[k]]);
+            for (slot, source) in node.slots.iter().enumerate() {
+                let Slot::Free(at) = *source else { continue };
+                match node.attached.iter().find(|attached| attached.slot == slot) {
+                    Some(attached) => {
+                        add(at, StartVariable::Position(attached.coordinate), [1.0, 0.0]);
+                        add(at, StartVariable::Velocity(attached.coordinate), [0.0, 1.0]);
                     }
+                    None => own.push((slot, at)),
+                }
+            }
+            if !own.is_empty() {
+                self.differentiate_joint(node, state, (element, parameters(element)), &own, &mut add);
+            }
+        }
+    }
+
+    /// Calls `add` with the derivatives of the joint coordinates `own` of a node and of their velocities; `own` has their numbers in the joint and
+    /// among all joint coordinates.
+    fn differentiate_joint(
+        &self,
+        node: &Node3,
+        state: &State<f64>,
+        (element, parameters): (usize, &[f64]),
+        own: &[(usize, usize)],
+        add: &mut impl FnMut(usize, StartVariable, [f64; 2]),
+    ) {
+        let mut variables = Vec::new();
+        let mut values = Vec::new();
+        for body in [&node.parent, &node.coordinates] {
+            variables.extend(body.iter().map(|&i| StartVariable::Position(i)));
+            variables.extend(body.iter().map(|&i| StartVariable::Velocity(i)));
+            values.extend(of_body(&state.q, body).into_iter().chain(of_body(&state.v, body)));
+        }
+        variables.extend((0..14).map(|i| StartVariable::Parameter(element, i)));
+        values.extend_from_slice(&parameters[..14]);
+        for first in (0..values.len()).step_by(WIDTH) {
+            let mut seeds = SeededCoordinates { first, next: 0 };
+            let seeded: Vec<Dual8> = values.iter().map(|&x| seeds.seed(x)).collect();
+            let body = |from: usize| {
+                BodyMotion::of(
+                    &std::array::from_fn(|k| seeded[from + k]),
+                    &std::array::from_fn(|k| seeded[from + 7 + k]),
+                )
+            };
+            let (q, v) = self.joint_state(node, &markers(&seeded[28..]), [&body(0), &body(14)]);
+            for k in 0..WIDTH.min(values.len() - first) {
+                for &(slot, at) in own {
+                    add(at, variables[first + k], [q[slot].eps[k], v[slot].eps[k]]);
+                }
+            }
+        }
+    }
+}
+
+/// x += factor · y.
+fn add_scaled(x: &mut Twist<f64>, factor: f64, y: &Twist<f64>) {
+    x.iter_mut().zip(y).for_each(|(to, from)| *to += factor * from);
+}
+
+/// Virtual displacement of a free body, or of a body that does not move relative to its parent, from those of the bodies before it.
+fn virtual_twist(node: &Node3, body: &PlacedBody<f64>, psi: &[f64], twists: &[Twist<f64>]) -> Twist<f64> {
+    if let Joint3::Free { .. } = node.joint {
+        let mut own = [0.0; 7];
+        for (at, i) in node.free_coordinates() {
+            let slot = node.coordinates.iter().position(|c| *c == i).unwrap_or(0);
+            own[slot] = psi[at];
+        }
+        let spin = angular_velocity(&body.e, &[own[3], own[4], own[5], own[6]]);
+        return joined([spin, [own[0], own[1], own[2]]]);
+    }
+    let Some(parent) = node.parent_node else { return [0.0; 6] };
+    let [spin, shift] = halves(&twists[parent]);
+    let (lever, spin_of_body) = match node.joint {
+        Joint3::Pin => (body.arm, [0.0; 3]),
+        _ => (body.lever, spin),
+    };
+    let swing = cross(spin, lever);
+    joined([spin_of_body, [0, 1, 2].map(|i| shift[i] + swing[i])])
+}
+
+/// Adds the motion of a body that opens the constraints of its joint by the negative `gaps`.
+fn add_openings(node: &Node3, body: &PlacedBody<f64>, gaps: &[f64], twist: &mut Twist<f64>) {
+    for (k, row) in node.rows.iter().enumerate() {
+        add_scaled(twist, gaps[node.first_multiplier + k], &reaction_column(node, body, *row));
+    }
+    for attached in &node.attached {
+        if let Slot::Prescribed(_) = node.slots[attached.slot] {
+            add_scaled(twist, -gaps[attached.multiplier], &body.columns[attached.slot]);
+        }
+    }
+}
+
+/// Subtracts the derivatives of the power of the rows of Euler parameters: their weights are ½ Eᵀ ψ. `own` is the wrench on the body alone.
+fn transpose_rows(
+    node: &Node3,
+    (body, own): (&PlacedBody<f64>, &Twist<f64>),
+    psi: &VirtualDisplacements<'_>,
+    bodies: &mut BodyAdjoint,
+) {
+    let spin = virtual_spin(body, node, psi.bodies);
+    let rows = rows_of_moment(&body.e, halves(own)[0]);
+    let by_e = e_transposed_times(&rows, spin);
+    (0..4).for_each(|i| bodies.q[node.coordinates[3 + i]] -= 0.5 * by_e[i]);
+}
+
+/// Moves the derivatives with respect to coordinates of the mechanism that are joint coordinates to these, and clears those of the body.
+fn take_own(node: &Node3, bodies: &mut BodyAdjoint, [by_q, by_v]: [&mut [f64]; 2]) {
+    for (order, all) in [&mut bodies.q, &mut bodies.v, &mut bodies.a].into_iter().enumerate() {
+        node.coordinates.iter().take(node.own_coordinates()).for_each(|&i| all[i] = 0.0);
+        for attached in &node.attached {
+            if let Slot::Free(at) = node.slots[attached.slot] {
+                let derivative = std::mem::take(&mut all[attached.coordinate]);
+                match order {
+                    0 => by_q[at] += derivative,
+                    1 => by_v[at] += derivative,
+                    _ => {}
                 }
             }
         }

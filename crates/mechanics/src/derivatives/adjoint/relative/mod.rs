@@ -9,16 +9,12 @@ mod sweeps;
 
 use crate::Result;
 use crate::checkpointing::recording::ExplicitRecording;
-use crate::checkpointing::reverse_playback::ReversePlayback;
-use crate::checkpointing::trajectory_store::Checkpointable;
-use crate::derivatives::adjoint::initial_conditions::gradients_from_start;
 use crate::derivatives::adjoint::problem::{
     AdjointProblem, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
 };
-use crate::integrators::explicit::mechanism::{MechanismRhs, SAMPLE, sample, start};
-use crate::integrators::explicit::ode_driver::OdeDriver;
+use crate::derivatives::adjoint::stage_replay::StageReplay;
+use crate::integrators::explicit::mechanism::SAMPLE;
 use crate::integrators::explicit::settings::Explicit;
-use crate::integrators::explicit::stepper::OdeRhs;
 use crate::integrators::explicit::tableau::Tableau;
 use crate::tree::dynamics::TreeDynamics;
 use nalgebra::DMatrix;
@@ -36,30 +32,19 @@ pub(crate) fn solve_relative(
     let mut steps = ReverseRelativeSteps::new(problem, settings, times, recording, dynamics)?;
     propagate_backwards(problem, &mut steps)?;
     steps.finish()?;
-    let ReverseRelativeSteps { mut adjoints, playback, .. } = steps;
-    let statistics = ReplayStatistics::of(recording.store.steps(), &playback);
-    let batches = adjoints.iter_mut().map(|adjoint| &mut adjoint.batch).collect();
-    Ok((gradients_from_start(problem, recording, batches)?, statistics))
+    steps.replay.gradients(problem, steps.adjoints.iter_mut().map(|adjoint| &mut adjoint.batch).collect())
 }
 
 /// The explicit steps of a motion, repeated for their stages, with the adjoint states of all responses.
 struct ReverseRelativeSteps<'m> {
     adjoints: Vec<RelativeAdjoint>,
-    playback: ReversePlayback<'m, OdeDriver<MechanismRhs<'m>>>,
-    recording: &'m ExplicitRecording,
-    /// Repeats the steps and stores their stages.
-    driver: OdeDriver<MechanismRhs<'m>>,
+    replay: StageReplay<'m>,
     stage: RelativeStage<'m>,
     method: &'static Tableau,
     /// Length of the step in s.
     h: f64,
-    /// Time, state and rates at the start of the motion.
-    first: Vec<f64>,
     /// End of the step to load next in s: the beginning of the last one.
     next_end: Option<f64>,
-    /// True after the evaluation of an output inside the step.
-    is_dense: bool,
-    at: Vec<f64>,
 }
 
 impl<'m> ReverseRelativeSteps<'m> {
@@ -70,22 +55,17 @@ impl<'m> ReverseRelativeSteps<'m> {
         recording: &'m ExplicitRecording,
         dynamics: TreeDynamics,
     ) -> Result<Self> {
-        let mechanism = &problem.mechanism;
-        let playback = ReversePlayback::new(&recording.store, || Ok(start(mechanism, settings, times, false)?.0))?;
-        let (driver, begin) = start(mechanism, settings, times, true)?;
-        let (method, system) = (driver.stepper.method, &driver.stepper.rhs.system);
-        let new = |_| RelativeAdjoint::new(mechanism, system, &dynamics.tree, method);
+        let (replay, begin) = StageReplay::new(problem, settings, times, recording)?;
+        let (method, system) = (replay.driver.stepper.method, &replay.driver.stepper.rhs.system);
+        let new = |_| RelativeAdjoint::new(&problem.mechanism, system, &dynamics.tree, method);
         let adjoints = (0..problem.batches()).map(new).collect();
-        let stage = RelativeStage::new(problem, system, dynamics, begin.state);
-        let (mut first, at) = (Vec::new(), driver.stepper.old.clone());
-        driver.write(&mut first);
-        let (h, next_end, is_dense) = (0.0, None, false);
-        Ok(Self { adjoints, playback, recording, driver, stage, method, h, first, next_end, is_dense, at })
+        let stage = RelativeStage::new(problem, system, dynamics, begin);
+        Ok(Self { adjoints, replay, stage, method, h: 0.0, next_end: None })
     }
 
     /// Computes the stage in `slot`.
     fn load_stage(&mut self, slot: usize) -> Result<()> {
-        let relative = self.driver.stepper.rhs.relative.as_ref().expect("the coordinates are relative");
+        let relative = self.replay.driver.stepper.rhs.relative.as_ref().expect("the coordinates are relative");
         let stage = &relative.stages.as_ref().expect("the stages are recorded")[slot];
         self.stage.load(stage.t, &stage.y, slot == SAMPLE)
     }
@@ -105,11 +85,9 @@ impl<'m> ReverseRelativeSteps<'m> {
 
     /// Propagates from the rates at the start of the motion to the built state, whose derivatives are then in the batches.
     fn finish(&mut self) -> Result<()> {
-        let OdeDriver { stepper, scratch, .. } = &mut self.driver;
-        scratch.resize(stepper.old.len(), 0.0);
-        stepper.rhs.rates(0, stepper.t[0], &stepper.old, scratch)?;
+        self.replay.evaluate_start()?;
         self.load_stage(0)?;
-        let (end, begin) = (self.method.end, &self.recording.start.state);
+        let (end, begin) = (self.method.end, &self.replay.recording.start.state);
         for adjoint in &mut self.adjoints {
             adjoint.differentiate_rates(&mut self.stage, end);
             adjoint.add_joints(1.0, Target::End);
@@ -121,19 +99,20 @@ impl<'m> ReverseRelativeSteps<'m> {
 
 impl ReverseSteps for ReverseRelativeSteps<'_> {
     fn steps_to(&self, t: f64) -> usize {
-        self.recording.store.steps_to(t)
+        self.replay.steps_to(t)
     }
 
     fn load_step(&mut self, k: usize) -> Result<()> {
+        let StageReplay { playback, driver, first, is_dense, .. } = &mut self.replay;
         let end = match self.next_end {
             Some(end) => end,
-            None => self.playback.row(k)?[0],
+            None => playback.row(k)?[0],
         };
-        let begin = if k > 0 { self.playback.row(k - 1)? } else { &self.first };
+        let begin = if k > 0 { playback.row(k - 1)? } else { &*first };
         self.next_end = Some(begin[0]);
-        self.driver.stepper.put(begin, false);
-        self.driver.stepper.attempt(end, None)?;
-        (self.h, self.is_dense) = (self.driver.stepper.length(), false);
+        driver.stepper.put(begin, false);
+        driver.stepper.attempt(end, None)?;
+        (self.h, *is_dense) = (driver.stepper.length(), false);
         Ok(())
     }
 
@@ -142,10 +121,7 @@ impl ReverseSteps for ReverseRelativeSteps<'_> {
     }
 
     fn add_outputs(&mut self, t: f64, terms: &[OutputTerm]) -> Result<()> {
-        let is_dense = sample(&mut self.driver, &mut self.at, t)?;
-        let stepper = &self.driver.stepper;
-        let weights = is_dense.then(|| stepper.method.dense_weights((t - stepper.t[0]) / stepper.length()));
-        self.is_dense |= is_dense;
+        let weights = self.replay.sample(t)?.map(|fraction| self.method.dense_weights(fraction));
         self.load_stage(SAMPLE)?;
         for (k, adjoint) in self.adjoints.iter_mut().enumerate() {
             let mut terms = terms.iter().filter(|term| term.batch == k).peekable();
@@ -158,7 +134,7 @@ impl ReverseSteps for ReverseRelativeSteps<'_> {
 
     fn propagate_to_step_start(&mut self) -> Result<()> {
         let (method, end) = (self.method, self.method.end);
-        if self.is_dense {
+        if self.replay.is_dense {
             (end + 1..method.slots()).rev().try_for_each(|slot| self.differentiate_stage(slot))?;
         }
         self.load_stage(end)?;
@@ -167,7 +143,7 @@ impl ReverseSteps for ReverseRelativeSteps<'_> {
             adjoint.add_joints(1.0, Target::End);
         }
         // The projection places the bodies elsewhere.
-        let relative = self.driver.stepper.rhs.relative.as_ref().expect("the coordinates are relative");
+        let relative = self.replay.driver.stepper.rhs.relative.as_ref().expect("the coordinates are relative");
         for adjoint in &mut self.adjoints {
             self.stage.dynamics.tree.space.transpose_normalization(&relative.unprojected, &mut adjoint.end);
             if !self.stage.dynamics.tree.cuts.is_empty() {
@@ -181,7 +157,7 @@ impl ReverseSteps for ReverseRelativeSteps<'_> {
     }
 
     fn load_start(&mut self) -> Result<()> {
-        self.driver.stepper.put(&self.first, false);
+        self.replay.driver.stepper.put(&self.replay.first, false);
         self.h = 0.0;
         Ok(())
     }

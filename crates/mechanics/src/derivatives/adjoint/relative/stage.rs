@@ -14,9 +14,9 @@ use crate::system::modes::Modes;
 use crate::system::state::State;
 use crate::tree::cut;
 use crate::tree::dynamics::TreeDynamics;
-use crate::tree::plan::CutRow;
-use crate::tree::plan::Tree;
 use crate::tree::space::transpose::{NodeJacobian, SpacePoint};
+use crate::tree::topology::CutRow;
+use crate::tree::topology::Tree;
 
 /// One stage of a step, which all responses share.
 pub(super) struct RelativeStage<'m> {

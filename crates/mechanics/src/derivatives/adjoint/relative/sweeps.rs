@@ -1,7 +1,7 @@
 //! Adjoint states of a batch of responses at the stages of a step, and their propagation through a stage.
 
 use super::stage::RelativeStage;
-use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues, add};
+use crate::derivatives::adjoint::adjoint_state::{AdjointState, BATCH, BatchValues, add};
 use crate::derivatives::adjoint::batch::AdjointBatch;
 use crate::derivatives::adjoint::element_vjp::ElementRows;
 use crate::derivatives::adjoint::problem::OutputTerm;
@@ -15,10 +15,10 @@ use crate::tree::articulated::ArticulatedWorkspace;
 use crate::tree::dynamics::ProjectionRecord;
 use crate::tree::joint::TreeBody;
 use crate::tree::joint::{Joint, joint_coordinate, motion_of};
-use crate::tree::plan::Tree;
 use crate::tree::space::placed::Twist;
 use crate::tree::space::transpose::BodyAdjoint;
 use crate::tree::space::transpose::StartVariable;
+use crate::tree::topology::Tree;
 use crate::tree::transpose::{TreePoint, VirtualDisplacements};
 use autodiff::WIDTH;
 
@@ -44,7 +44,7 @@ pub(super) struct RelativeAdjoint {
     psi: Vec<BatchValues>,
     body_psi: Vec<BatchValues>,
     work: ArticulatedWorkspace<BATCH>,
-    lane: ResponseSweep,
+    sweep: ResponseSweep,
 }
 
 /// Workspace for the sweeps of one response.
@@ -60,6 +60,33 @@ struct ResponseSweep {
     out: Vec<f64>,
 }
 
+impl ResponseSweep {
+    /// Loads ψ of the joint coordinates for one response, and the derivatives with respect to `reactions`, if it has any.
+    fn load(&mut self, lane: usize, psi: &[BatchValues], reactions: Option<&[BatchValues]>) {
+        self.joints.iter_mut().zip(psi).for_each(|(to, from)| *to = from[lane]);
+        match reactions {
+            Some(reactions) => self.gaps.iter_mut().zip(reactions).for_each(|(to, from)| *to = from[lane]),
+            None => self.gaps.fill(0.0),
+        }
+    }
+
+    /// Loads the derivatives of one response with respect to all coordinates.
+    fn load_adjoint(&mut self, lane: usize, state: &AdjointState) {
+        let BodyAdjoint { q, v, a } = &mut self.adjoint;
+        for (to, from) in [(q, &state.q), (v, &state.v), (a, &state.a)] {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = from[lane]);
+        }
+    }
+
+    /// Stores the derivatives of one response with respect to all coordinates, or adds them to those of `state`.
+    fn store_adjoint(&self, lane: usize, state: &mut AdjointState, is_added: bool) {
+        let BodyAdjoint { q, v, a } = &self.adjoint;
+        for (from, to) in [(q, &mut state.q), (v, &mut state.v), (a, &mut state.a)] {
+            to.iter_mut().zip(from).for_each(|(to, from)| to[lane] = if is_added { to[lane] + from } else { *from });
+        }
+    }
+}
+
 impl RelativeAdjoint {
     pub fn new(mechanism: &Mechanism<f64>, system: &System, tree: &Tree, method: &Tableau) -> Self {
         let count = tree.count;
@@ -68,7 +95,7 @@ impl RelativeAdjoint {
         let (joints, bodies, out) = (vec![0.0; count], vec![0.0; n], vec![0.0; 2 * count]);
         let twists = vec![[0.0; 6]; tree.space.nodes.len()];
         let wrenches = twists.clone();
-        let lane =
+        let sweep =
             ResponseSweep { joints, bodies, twists, wrenches, gaps: vec![0.0; mechanism.multipliers], adjoint, out };
         Self {
             batch: AdjointBatch::new(mechanism, system.size()),
@@ -79,7 +106,7 @@ impl RelativeAdjoint {
             joints: zeros.clone(),
             begin: zeros.clone(),
             end: zeros,
-            lane,
+            sweep,
         }
     }
 
@@ -128,11 +155,12 @@ impl RelativeAdjoint {
         }
     }
 
-    /// Writes the derivatives with respect to accelerations of the joint coordinates, of accelerations of bodies and of reactions.
+    /// Writes the derivatives with respect to accelerations of the joint coordinates to ψ, from those with respect to
+    /// accelerations of bodies and to reactions, which are in the batch.
     pub fn load_reactions(&mut self, stage: &RelativeStage<'_>) {
         let (dynamics, tree, geometry) = (&stage.dynamics, &stage.dynamics.tree, &stage.dynamics.geometry);
         let q = &stage.y[..tree.count];
-        let ResponseSweep { joints, bodies, twists, wrenches, gaps, adjoint, .. } = &mut self.lane;
+        let ResponseSweep { joints, bodies, twists, wrenches, gaps, adjoint, .. } = &mut self.sweep;
         for lane in 0..BATCH {
             joints.fill(0.0);
             gaps.iter_mut().zip(&self.batch.state.l).for_each(|(gap, l)| *gap = l[lane]);
@@ -160,52 +188,65 @@ impl RelativeAdjoint {
     /// Propagates from accelerations of the joint coordinates (in ψ), and from what outputs have added to the batch, to the components
     /// of the current stage and to parameters.
     fn differentiate_accelerations(&mut self, stage: &mut RelativeStage<'_>, has_reactions: bool) {
-        let RelativeStage { problem, dynamics, state, y, accelerations, variables, constants, jacobians, element, cut } =
-            stage;
-        let (tree, mechanism) = (&dynamics.tree, &problem.mechanism);
         self.psi.iter_mut().for_each(|psi| *psi = psi.map(|x| -x));
-        dynamics.factor.solve(tree, &mut self.psi, &mut self.work);
-        let Self {
-            batch, psi, body_psi, lane: ResponseSweep { joints, bodies, twists, gaps, adjoint, out, .. }, ..
-        } = self;
-        let load = |lane: usize, psi: &[BatchValues], l: &[BatchValues], joints: &mut [f64], gaps: &mut [f64]| {
-            joints.iter_mut().zip(psi).for_each(|(to, from)| *to = from[lane]);
-            if has_reactions {
-                gaps.iter_mut().zip(l).for_each(|(to, from)| *to = from[lane]);
-            } else {
-                gaps.fill(0.0);
-            }
-        };
-        for lane in 0..BATCH {
-            load(lane, psi, &batch.state.l, joints, gaps);
-            let open = has_reactions.then_some(&gaps[..]);
-            tree.place_virtual(y, joints, open, &dynamics.geometry, (twists, bodies));
-            body_psi.iter_mut().zip(&*bodies).for_each(|(to, from)| to[lane] = *from);
+        stage.dynamics.factor.solve(&stage.dynamics.tree, &mut self.psi, &mut self.work);
+        self.place_virtual(stage, has_reactions);
+        self.add_element_vjps(stage);
+        if !stage.dynamics.tree.cuts.is_empty() {
+            self.add_cut_vjps(stage);
         }
-        for &([row, coordinate], [stiffness, damping, mass]) in &*constants {
+        self.transpose(stage, has_reactions);
+        self.take_motions(stage);
+    }
+
+    /// Writes the virtual displacements of all coordinates for ψ, and for the derivatives with respect to reactions if `has_reactions`.
+    fn place_virtual(&mut self, stage: &RelativeStage<'_>, has_reactions: bool) {
+        let reactions = has_reactions.then_some(&self.batch.state.l[..]);
+        for lane in 0..BATCH {
+            self.sweep.load(lane, &self.psi, reactions);
+            let ResponseSweep { joints, bodies, twists, gaps, .. } = &mut self.sweep;
+            let gaps = has_reactions.then_some(&gaps[..]);
+            stage.dynamics.tree.place_virtual(&stage.y, joints, gaps, &stage.dynamics.geometry, (twists, bodies));
+            self.body_psi.iter_mut().zip(&*bodies).for_each(|(to, from)| to[lane] = *from);
+        }
+    }
+
+    /// Adds the derivatives of the power of the elements on the virtual displacements.
+    fn add_element_vjps(&mut self, stage: &mut RelativeStage<'_>) {
+        let (Self { batch, body_psi, .. }, mechanism) = (self, &stage.problem.mechanism);
+        for &([row, coordinate], [stiffness, damping, mass]) in &stage.constants {
             let weight = body_psi[row];
             add(&mut batch.state.q[coordinate], stiffness, &weight);
             add(&mut batch.state.v[coordinate], damping, &weight);
             add(&mut batch.state.a[coordinate], mass, &weight);
         }
-        for (k, variables) in &*variables {
+        for (k, variables) in &stage.variables {
             let instance = &mechanism.elements[*k];
             let weights: Vec<BatchValues> = instance.coordinates.iter().map(|&i| body_psi[i]).collect();
             let sets = std::iter::once(&weights[..]);
-            element.evaluate(instance, state, variables, ElementRows::Residual, sets, |_, variable, derivative| {
+            let rows = ElementRows::Residual;
+            stage.element.evaluate(instance, &stage.state, variables, rows, sets, |_, variable, derivative| {
                 batch.add(*k, instance, variable, &derivative);
             });
         }
-        if !tree.cuts.is_empty() {
-            let by_cuts = &psi[tree.count..];
-            cut.add_vjp(batch, body_psi, by_cuts);
-            // The derivatives with respect to prescribed accelerations that depend on the design are among those of the equations.
-            for (gradient, psi) in cut.gradients.iter().zip(by_cuts) {
-                for &(i, x) in gradient.iter().filter(|(i, _)| !cut.linearizer.moving.contains(i)) {
-                    add(&mut batch.state.a[i], x, psi);
-                }
+    }
+
+    /// Adds the derivatives of the equations of the cut joints.
+    fn add_cut_vjps(&mut self, stage: &mut RelativeStage<'_>) {
+        let (Self { batch, body_psi, psi, .. }, cut) = (self, &mut stage.cut);
+        let by_cuts = &psi[stage.dynamics.tree.count..];
+        cut.add_vjp(batch, body_psi, by_cuts);
+        // The derivatives with respect to prescribed accelerations that depend on the design are among those of the equations.
+        for (gradient, psi) in cut.gradients.iter().zip(by_cuts) {
+            for &(i, x) in gradient.iter().filter(|(i, _)| !cut.linearizer.moving.contains(i)) {
+                add(&mut batch.state.a[i], x, psi);
             }
         }
+    }
+
+    /// Propagates from the derivatives with respect to all coordinates to the components of the current stage and to parameters of joints.
+    fn transpose(&mut self, stage: &RelativeStage<'_>, has_reactions: bool) {
+        let RelativeStage { dynamics, state, y, accelerations, jacobians, .. } = stage;
         let point = TreePoint {
             state,
             y,
@@ -215,23 +256,19 @@ impl RelativeAdjoint {
             in_space: [&dynamics.wrenches, &dynamics.own_wrenches],
             jacobians,
         };
+        let AdjointBatch { state: by, design, .. } = &mut self.batch;
         for lane in 0..BATCH {
-            load(lane, psi, &batch.state.l, joints, gaps);
-            bodies.iter_mut().zip(&*body_psi).for_each(|(to, from)| *to = from[lane]);
-            let AdjointBatch { state, design, .. } = batch;
-            for (to, from) in [(&mut adjoint.q, &state.q), (&mut adjoint.v, &state.v), (&mut adjoint.a, &state.a)] {
-                to.iter_mut().zip(from).for_each(|(to, from)| *to = from[lane]);
-            }
+            self.sweep.load(lane, &self.psi, has_reactions.then_some(&by.l[..]));
+            self.sweep.bodies.iter_mut().zip(&self.body_psi).for_each(|(to, from)| *to = from[lane]);
+            self.sweep.load_adjoint(lane, by);
+            let ResponseSweep { joints, bodies, gaps, adjoint, out, .. } = &mut self.sweep;
             let displacements = VirtualDisplacements { joints, bodies, gaps };
-            tree.transpose(&point, &displacements, adjoint, out, |k, i, derivative| {
+            dynamics.tree.transpose(&point, &displacements, adjoint, out, |k, i, derivative| {
                 design.parameters[k][i][lane] += derivative;
             });
-            for (from, to) in [(&adjoint.q, &mut state.q), (&adjoint.v, &mut state.v), (&adjoint.a, &mut state.a)] {
-                to.iter_mut().zip(from).for_each(|(to, from)| to[lane] = *from);
-            }
             self.joints.iter_mut().zip(&*out).for_each(|(to, from)| to[lane] = *from);
+            self.sweep.store_adjoint(lane, by, false);
         }
-        batch.take_motions(mechanism, &problem.activity, state.t);
     }
 
     /// Propagates from the projected end of a step to its end before the projection onto the constraints of cut joints.
@@ -258,12 +295,7 @@ impl RelativeAdjoint {
             let (correction, multipliers) = solution.split_at(n);
             stage.place_at_rest(record.t, &still, Some((correction, multipliers)));
             self.batch.state.clear();
-            for lane in 0..BATCH {
-                let ResponseSweep { joints, bodies, twists, .. } = &mut self.lane;
-                joints.iter_mut().zip(&self.psi).for_each(|(to, from)| *to = from[lane]);
-                stage.dynamics.tree.place_virtual(&still, joints, None, &stage.dynamics.geometry, (twists, bodies));
-                self.body_psi.iter_mut().zip(&*bodies).for_each(|(to, from)| to[lane] = *from);
-            }
+            self.place_virtual(stage, false);
             stage.cut_vjp(&mut self.batch, &self.body_psi, &self.psi[n..], kind);
             self.add_transposed(stage, correction, Some(multipliers));
             self.take_motions(stage);
@@ -283,62 +315,56 @@ impl RelativeAdjoint {
         psi
     }
 
-    /// Adds the derivatives that the batch has with respect to bodies to those with respect to the end of the step, and with multipliers
-    /// those of the powers of the cut joints' reactions: of the `multipliers` on the virtual displacements ψ, and of ψ on `correction`.
-    fn add_transposed(&mut self, stage: &mut RelativeStage<'_>, correction: &[f64], multipliers: Option<&[f64]>) {
-        let RelativeStage { dynamics, state, y, jacobians, cut, .. } = stage;
-        let tree = &dynamics.tree;
-        let n = tree.count;
+    /// Propagates the derivatives with respect to bodies, which are in the batch, to the end of the step. With
+    /// `multipliers` of the cut joints, the derivatives of two powers are added: that of their reactions on the virtual
+    /// displacements ψ, and that of the reactions of ψ on `correction`.
+    fn add_transposed(&mut self, stage: &RelativeStage<'_>, correction: &[f64], multipliers: Option<&[f64]>) {
+        let n = stage.dynamics.tree.count;
         let zeros = vec![0.0; n];
-        let gaps = vec![0.0; state.l.len()];
         for lane in 0..BATCH {
             let by_cuts: Vec<f64> = self.psi[n..].iter().map(|psi| psi[lane]).collect();
             let by_joints: Vec<f64> = self.psi[..n].iter().map(|psi| psi[lane]).collect();
-            let Self { batch, lane: ResponseSweep { bodies, twists, wrenches, adjoint, out, .. }, end, .. } = self;
-            let AdjointBatch { state: by, design, .. } = batch;
-            for (to, from) in [(&mut adjoint.q, &by.q), (&mut adjoint.v, &by.v), (&mut adjoint.a, &by.a)] {
-                to.iter_mut().zip(from).for_each(|(to, from)| *to = from[lane]);
-            }
             let powers: &[(&[f64], &[f64])] = match multipliers {
                 Some(multipliers) => &[(&by_joints, multipliers), (correction, &by_cuts)],
                 None => &[(&zeros, &[])],
             };
+            self.sweep.load_adjoint(lane, &self.batch.state);
             for (number, &(motion, forces)) in powers.iter().enumerate() {
-                let mut rows = vec![0.0; state.q.len()];
-                for (gradient, force) in cut.gradients.iter().zip(forces) {
-                    gradient.iter().for_each(|&(i, x)| rows[i] += force * x);
-                }
-                wrenches.fill([0.0; 6]);
-                tree.space.add_rows(&dynamics.geometry.placed, &rows, wrenches);
-                let own = wrenches.clone();
-                let mut unused = vec![0.0; n];
-                tree.collect(&dynamics.geometry, &y[..n], (&mut rows, wrenches), &mut unused);
-                tree.place_virtual(y, motion, None, &dynamics.geometry, (twists, bodies));
                 if number > 0 {
-                    [&mut adjoint.q, &mut adjoint.v, &mut adjoint.a].into_iter().for_each(|x| x.fill(0.0));
+                    self.sweep.adjoint.clear();
                 }
-                let point = TreePoint {
-                    state,
-                    y,
-                    a: &zeros,
-                    geometry: &dynamics.geometry,
-                    wrenches: &rows,
-                    in_space: [wrenches, &own],
-                    jacobians,
-                };
-                let displacements = VirtualDisplacements { joints: motion, bodies, gaps: &gaps };
-                tree.transpose(&point, &displacements, adjoint, out, |k, i, derivative| {
-                    design.parameters[k][i][lane] += derivative;
-                });
-                end.iter_mut().zip(&*out).for_each(|(to, from)| to[lane] += from);
-                for (from, to) in [(&adjoint.q, &mut by.q), (&adjoint.v, &mut by.v), (&adjoint.a, &mut by.a)] {
-                    // Those with respect to prescribed coordinates remain.
-                    to.iter_mut()
-                        .zip(from)
-                        .for_each(|(to, from)| to[lane] = if number > 0 { to[lane] + from } else { *from });
-                }
+                self.transpose_power(stage, lane, motion, forces);
+                // Those with respect to prescribed coordinates remain.
+                self.sweep.store_adjoint(lane, &mut self.batch.state, number > 0);
             }
         }
+    }
+
+    /// Propagates the derivatives of one response with respect to bodies, which are in the sweep, to the end of the
+    /// step, with those of the power of the cut joints: of their `forces` on the virtual `motion` of the joint
+    /// coordinates.
+    fn transpose_power(&mut self, stage: &RelativeStage<'_>, lane: usize, motion: &[f64], forces: &[f64]) {
+        let RelativeStage { dynamics, state, y, jacobians, cut, .. } = stage;
+        let (tree, geometry) = (&dynamics.tree, &dynamics.geometry);
+        let ResponseSweep { bodies, twists, wrenches, adjoint, out, .. } = &mut self.sweep;
+        let mut rows = vec![0.0; state.q.len()];
+        for (gradient, force) in cut.gradients.iter().zip(forces) {
+            gradient.iter().for_each(|&(i, x)| rows[i] += force * x);
+        }
+        wrenches.fill([0.0; 6]);
+        tree.space.add_rows(&geometry.placed, &rows, wrenches);
+        let own = wrenches.clone();
+        let mut unused = vec![0.0; tree.count];
+        tree.collect(geometry, &y[..tree.count], (&mut rows, wrenches), &mut unused);
+        tree.place_virtual(y, motion, None, geometry, (twists, bodies));
+        let (zeros, gaps) = (vec![0.0; tree.count], vec![0.0; state.l.len()]);
+        let point = TreePoint { state, y, a: &zeros, geometry, wrenches: &rows, in_space: [wrenches, &own], jacobians };
+        let displacements = VirtualDisplacements { joints: motion, bodies, gaps: &gaps };
+        let design = &mut self.batch.design;
+        tree.transpose(&point, &displacements, adjoint, out, |k, i, derivative| {
+            design.parameters[k][i][lane] += derivative;
+        });
+        self.end.iter_mut().zip(&*out).for_each(|(to, from)| to[lane] += from);
     }
 
     /// Converts derivatives with respect to prescribed coordinates into those with respect to the parameters of their motions.

@@ -19,7 +19,7 @@ use crate::diagnostics::check_finite;
 use crate::elements::element::{ElementState, ElementWorkspace, SwitchSides};
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::simultaneous_switches;
-use crate::events::settling::triggered_events;
+use crate::events::mode_transition::triggered_events;
 use crate::initial_conditions::acceleration_rows;
 use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::mechanism::{

@@ -7,7 +7,7 @@ use crate::derivatives::forward::explicit::explicit_steps::{ExplicitSteps, Linea
 use crate::derivatives::forward::explicit::linearize::Linearizer;
 use crate::derivatives::forward::explicit::relative_block::propagate_relative_blocks;
 use crate::derivatives::forward::explicit::relative_steps::propagate_relative;
-use crate::derivatives::forward::explicit::sensitivity_block::{SensitivityBlock, SensitivityPlan};
+use crate::derivatives::forward::explicit::sensitivity_block::{BlockData, SensitivityBlock};
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::indeterminate::check_outputs;
@@ -95,13 +95,13 @@ fn propagate_blocks<'m, const W: usize>(
     let (method, system) = (driver.stepper.method, &mut driver.stepper.rhs.system);
     check_outputs(system, mechanism, &begin.state)?;
     let linearizer = Linearizer::new(mechanism, &Activity::of(chunks, mechanism), system, &Modes::initial(mechanism));
-    let plan = SensitivityPlan::new(method, &linearizer, system);
+    let shared = BlockData::new(method, &linearizer, system);
     let initial =
         |chunk| InitialDerivatives::new(mechanism, chunk, &mut *system).consistent(&begin.state, &begin.projection);
     let states = chunks.iter().map(initial).collect::<Result<Vec<_>>>()?;
     let blocks = chunks.chunks(W / WIDTH).zip(states.chunks(W / WIDTH));
     let block = |(chunks, states)| {
-        SensitivityBlock::<W>::new(&plan, chunks, states, &linearizer, system, &begin.state, times.len())
+        SensitivityBlock::<W>::new(&shared, chunks, states, &linearizer, system, &begin.state, times.len())
     };
     let mut blocks: Vec<_> = blocks.map(block).collect();
     let is_parallel = system.size() * chunks.len() * WIDTH >= WORTH_THREADS;

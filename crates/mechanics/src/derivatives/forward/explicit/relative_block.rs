@@ -53,7 +53,7 @@ pub(crate) fn propagate_relative_blocks<const W: usize>(
     let linearizer = Linearizer::of_elements(mechanism, &activity, (system, &Modes::initial(mechanism)), |k| {
         dynamics.tree.forces.contains(&k)
     });
-    let plan = RelativePlan {
+    let shared = RelativeBlockData {
         method,
         weights: NystromWeights::table(method, Grading::Even),
         tree: dynamics.tree.clone(),
@@ -64,10 +64,10 @@ pub(crate) fn propagate_relative_blocks<const W: usize>(
     let initial =
         |chunk| InitialDerivatives::new(mechanism, chunk, &mut *system).consistent(&begin.state, &begin.projection);
     let states = chunks.iter().map(initial).collect::<Result<Vec<_>>>()?;
-    let block = |(chunks, states)| RelativeBlock::new(&plan, chunks, states, &linearizer, &begin.state, times.len());
+    let block = |(chunks, states)| RelativeBlock::new(&shared, chunks, states, &linearizer, &begin.state, times.len());
     let blocks = chunks.chunks(W / WIDTH).zip(states.chunks(W / WIDTH));
     let mut blocks: Vec<RelativeBlock<'_, W>> = blocks.map(block).collect();
-    let is_parallel = plan.tree.count * chunks.len() * WIDTH >= WORTH_THREADS;
+    let is_parallel = shared.tree.count * chunks.len() * WIDTH >= WORTH_THREADS;
     let mut source = RelativeSource {
         mechanism,
         recorder: OutputRecorder::new(mechanism, times.len()),
@@ -175,7 +175,7 @@ impl StepSource for RelativeSource<'_> {
 }
 
 /// Data that the blocks of all design variables share.
-struct RelativePlan {
+struct RelativeBlockData {
     method: &'static Tableau,
     weights: Vec<NystromWeights>,
     tree: Tree,
@@ -187,7 +187,7 @@ struct RelativePlan {
 
 /// The derivatives of a motion with respect to `W` design variables, which are propagated along explicit steps.
 struct RelativeBlock<'m, const W: usize> {
-    plan: &'m RelativePlan,
+    shared: &'m RelativeBlockData,
     /// Chunk by chunk of [`WIDTH`] design variables.
     outputs: Vec<DualOutputs<'m>>,
     parameters: TreeGradients<W>,
@@ -216,14 +216,14 @@ struct RelativeBlock<'m, const W: usize> {
 impl<'m, const W: usize> RelativeBlock<'m, W> {
     /// Block at the initial state `values` of a motion, and its derivatives `start` in each of the `chunks`.
     fn new(
-        plan: &'m RelativePlan,
+        shared: &'m RelativeBlockData,
         chunks: &'m [Mechanism<Dual8>],
         start: &[State<Dual8>],
         linearizer: &Linearizer,
         values: &State<f64>,
         times: usize,
     ) -> Self {
-        let (n, count, zero) = (values.q.len(), plan.tree.count, [0.0; W]);
+        let (n, count, zero) = (values.q.len(), shared.tree.count, [0.0; W]);
         let (mut sources, mut y) = (vec![zero; linearizer.sources()], vec![zero; 2 * count]);
         for (c, (chunk, state)) in chunks.iter().zip(start).enumerate() {
             let parameters =
@@ -232,24 +232,24 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
             let all = coordinates.iter_mut().zip(state.q.iter().chain(&state.v));
             all.chain(parameter_sources.iter_mut().zip(parameters))
                 .for_each(|(source, x)| columns(source, c).copy_from_slice(&x.eps));
-            let joints = plan.tree.joint_state(chunk, state);
+            let joints = shared.tree.joint_state(chunk, state);
             y.iter_mut().zip(&joints).for_each(|(y, x)| columns(y, c).copy_from_slice(&x.eps));
         }
         let active = sources[3 * n..].iter().map(|derivatives| derivatives.iter().any(|x| *x != 0.0)).collect();
         let outputs = chunks.first().map_or(0, |chunk| chunk.outputs.len());
         Self {
-            plan,
+            shared,
             outputs: chunks.iter().map(|chunk| DualOutputs::new(chunk, values)).collect(),
-            parameters: TreeGradients::new(&plan.tree, chunks),
+            parameters: TreeGradients::new(&shared.tree, chunks),
             step: StepDerivatives::new(values.t, &y),
             y,
             sources,
             active,
             rows: vec![zero; n],
-            forces: vec![zero; plan.unknowns.len()],
+            forces: vec![zero; shared.unknowns.len()],
             accelerations: vec![zero; count],
             joint_rows: vec![zero; count],
-            reactions: vec![zero; plan.multipliers.len()],
+            reactions: vec![zero; shared.multipliers.len()],
             work: ArticulatedWorkspace::default(),
             is_dense: false,
             derivatives: Vec::with_capacity(times * outputs * W),
@@ -258,18 +258,18 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
 
     /// Propagates the derivatives from the beginning of the step between `t[0]` and `t[1]` to its end.
     fn advance(&mut self, stages: &LinearizedTree, t: [f64; 2]) {
-        let end = self.plan.method.end;
+        let end = self.shared.method.end;
         self.is_dense = false;
-        self.step.advance(self.plan.method, t);
+        self.step.advance(self.shared.method, t);
         (1..end).for_each(|slot| self.evaluate(stages, slot));
-        self.step.combine(&self.plan.weights[end], 0..self.plan.tree.count, &mut self.y);
+        self.step.combine(&self.shared.weights[end], 0..self.shared.tree.count, &mut self.y);
         self.step.finish(&self.y);
         self.accelerate(stages, end);
     }
 
     /// Records the derivatives of the outputs at `t`, inside the step (`is_dense`) or at its end.
     fn record_outputs(&mut self, stages: &LinearizedTree, t: f64, is_dense: bool) {
-        let method = self.plan.method;
+        let method = self.shared.method;
         if is_dense && !std::mem::replace(&mut self.is_dense, true) {
             (method.end + 1..method.slots()).for_each(|slot| self.evaluate(stages, slot));
         }
@@ -281,7 +281,7 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
         self.solve(stages, SAMPLE);
         self.complete(stages);
         for (c, outputs) in self.outputs.iter_mut().enumerate() {
-            outputs.evaluate(&stages.state, &self.sources, &self.reactions, &self.plan.multipliers, c);
+            outputs.evaluate(&stages.state, &self.sources, &self.reactions, &self.shared.multipliers, c);
         }
         for output in 0..self.outputs[0].values.len() {
             let first = self.derivatives.len();
@@ -292,7 +292,7 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
 
     /// Derivatives of the joint coordinates and their accelerations at a stage.
     fn evaluate(&mut self, stages: &LinearizedTree, slot: usize) {
-        self.step.combine(&self.plan.weights[slot], 0..self.plan.tree.count, &mut self.y);
+        self.step.combine(&self.shared.weights[slot], 0..self.shared.tree.count, &mut self.y);
         self.accelerate(stages, slot);
     }
 
@@ -308,7 +308,7 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
     fn solve(&mut self, stages: &LinearizedTree, slot: usize) {
         let record = &stages.records.as_ref().expect("the stages are here while derivatives are computed")[slot];
         for (c, outputs) in self.outputs.iter().enumerate() {
-            outputs.prescribe(&self.plan.moving, record.t, c, &mut self.sources);
+            outputs.prescribe(&self.shared.moving, record.t, c, &mut self.sources);
         }
         self.sweep(stages, slot, false);
         dispatch(AccelerationSolve { block: self, record });
@@ -317,9 +317,9 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
     /// Derivatives of the accelerations of all coordinates, and of the reactions, at the stage for outputs.
     fn complete(&mut self, stages: &LinearizedTree) {
         self.sweep(stages, SAMPLE, true);
-        let Self { plan, parameters, y, accelerations, sources, rows, reactions, .. } = self;
+        let Self { shared, parameters, y, accelerations, sources, rows, reactions, .. } = self;
         let directions = Directions { y, a: Some(accelerations) };
-        stages.stages[SAMPLE].reactions(&plan.tree, parameters, (&directions, sources), rows, reactions);
+        stages.stages[SAMPLE].reactions(&shared.tree, parameters, (&directions, sources), rows, reactions);
     }
 
     /// Derivatives of all coordinates, and of the rows of the joints, for fixed accelerations of the joint coordinates, or for those
@@ -331,7 +331,7 @@ impl<'m, const W: usize> RelativeBlock<'m, W> {
         if stage.has_forces() {
             self.forces.fill([0.0; W]);
             stages.forces[slot].subtract(&self.sources, &self.active, &mut self.forces);
-            for (unknown, force) in self.plan.unknowns.iter().zip(&self.forces) {
+            for (unknown, force) in self.shared.unknowns.iter().zip(&self.forces) {
                 if let Unknown::Coordinate(i) = *unknown {
                     self.rows[i] = force.map(|x| -x);
                 }
@@ -362,10 +362,10 @@ struct Outwards<'a, 'm, const W: usize> {
 impl<const W: usize> WideKernel for Outwards<'_, '_, W> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let RelativeBlock { plan, parameters, y, accelerations, sources, .. } = self.block;
+        let RelativeBlock { shared, parameters, y, accelerations, sources, .. } = self.block;
         let directions = Directions { y, a: self.is_complete.then_some(accelerations) };
         let all = self.is_complete || self.stage.has_forces();
-        self.stage.place(simd, &plan.tree, parameters, &directions, all, sources);
+        self.stage.place(simd, &shared.tree, parameters, &directions, all, sources);
     }
 }
 
@@ -379,9 +379,9 @@ struct Inwards<'a, 'm, const W: usize> {
 impl<const W: usize> WideKernel for Inwards<'_, '_, W> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let RelativeBlock { plan, parameters, y, accelerations, sources, rows, joint_rows, .. } = self.block;
+        let RelativeBlock { shared, parameters, y, accelerations, sources, rows, joint_rows, .. } = self.block;
         let directions = Directions { y, a: self.is_complete.then_some(accelerations) };
-        self.stage.collect(simd, &plan.tree, parameters, (&directions, sources), rows, joint_rows);
+        self.stage.collect(simd, &shared.tree, parameters, (&directions, sources), rows, joint_rows);
     }
 }
 
@@ -394,8 +394,8 @@ struct AccelerationSolve<'a, 'm, const W: usize> {
 impl<const W: usize> Kernel for AccelerationSolve<'_, '_, W> {
     #[inline(always)]
     fn run(self) {
-        let RelativeBlock { plan, accelerations, joint_rows, work, .. } = self.block;
+        let RelativeBlock { shared, accelerations, joint_rows, work, .. } = self.block;
         accelerations.copy_from_slice(joint_rows);
-        self.record.factor.solve(&plan.tree, accelerations, work);
+        self.record.factor.solve(&shared.tree, accelerations, work);
     }
 }

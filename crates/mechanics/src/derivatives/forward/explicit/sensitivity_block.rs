@@ -18,7 +18,7 @@ use crate::system::{System, Unknown};
 use autodiff::WIDTH;
 
 /// Data that the blocks of all design variables share.
-pub(crate) struct SensitivityPlan {
+pub(crate) struct BlockData {
     method: &'static Tableau,
     /// Weights of the stages, for each grading.
     weights: [Vec<NystromWeights>; 3],
@@ -29,7 +29,7 @@ pub(crate) struct SensitivityPlan {
     moving: Vec<usize>,
 }
 
-impl SensitivityPlan {
+impl BlockData {
     pub fn new(method: &'static Tableau, linearizer: &Linearizer, system: &System) -> Self {
         Self {
             method,
@@ -45,7 +45,7 @@ impl SensitivityPlan {
 ///
 /// Two chunks of [`WIDTH`] design variables may share a block: one back-substitution serves the columns of both.
 pub(crate) struct SensitivityBlock<'m, const W: usize> {
-    plan: &'m SensitivityPlan,
+    shared: &'m BlockData,
     /// Chunk by chunk of [`WIDTH`] design variables.
     outputs: Vec<DualOutputs<'m>>,
     step: StepDerivatives<W>,
@@ -64,7 +64,7 @@ pub(crate) struct SensitivityBlock<'m, const W: usize> {
 impl<'m, const W: usize> SensitivityBlock<'m, W> {
     /// Block at the initial state `values` of a motion, and its derivatives `start` in each of the `chunks`.
     pub fn new(
-        plan: &'m SensitivityPlan,
+        shared: &'m BlockData,
         chunks: &'m [Mechanism<Dual8>],
         start: &[State<Dual8>],
         linearizer: &Linearizer,
@@ -85,7 +85,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
         let rows = vec![[0.0; W]; system.size()];
         let outputs = chunks.first().map_or(0, |chunk| chunk.outputs.len());
         Self {
-            plan,
+            shared,
             outputs: chunks.iter().map(|chunk| DualOutputs::new(chunk, values)).collect(),
             step: StepDerivatives::new(values.t, &sources[..2 * n]),
             sources,
@@ -100,8 +100,8 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
 
     /// Propagates the derivatives from the beginning of the step between `t[0]` and `t[1]` to its end.
     fn advance(&mut self, stages: &LinearizedStages, t: [f64; 2]) {
-        let (plan, n) = (self.plan, self.coordinates());
-        let (method, end) = (plan.method, plan.method.end);
+        let (shared, n) = (self.shared, self.coordinates());
+        let (method, end) = (shared.method, shared.method.end);
         self.is_dense = false;
         self.step.advance(method, t);
         if stages.is_restarted {
@@ -109,7 +109,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
             self.accelerate(stages, 0);
         }
         (1..end).for_each(|slot| self.evaluate(stages, slot));
-        self.step.combine(&plan.weights[stages.grading as usize][end], 0..n, &mut self.sources);
+        self.step.combine(&shared.weights[stages.grading as usize][end], 0..n, &mut self.sources);
         self.project(stages);
         self.step.finish(&self.sources[..2 * n]);
         self.accelerate(stages, end);
@@ -117,7 +117,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
 
     /// Records the derivatives of the outputs at `t`, inside the step (`is_dense`) or at its end.
     fn record_outputs(&mut self, stages: &LinearizedStages, t: f64, is_dense: bool) {
-        let (method, n) = (self.plan.method, self.coordinates());
+        let (method, n) = (self.shared.method, self.coordinates());
         if is_dense && !std::mem::replace(&mut self.is_dense, true) {
             (method.end + 1..method.slots()).for_each(|slot| self.evaluate(stages, slot));
         }
@@ -129,7 +129,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
         self.solve_accelerations(stages, SAMPLE);
         let values = &stages.record().stages[SAMPLE].state;
         for (c, outputs) in self.outputs.iter_mut().enumerate() {
-            outputs.evaluate(values, &self.sources, &self.rows, &self.plan.unknowns, c);
+            outputs.evaluate(values, &self.sources, &self.rows, &self.shared.unknowns, c);
         }
         for output in 0..self.outputs[0].values.len() {
             let first = self.derivatives.len();
@@ -145,10 +145,10 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
 
     /// Derivatives of the state and of the accelerations at a stage.
     fn evaluate(&mut self, stages: &LinearizedStages, slot: usize) {
-        let plan = self.plan;
+        let shared = self.shared;
         self.step.combine(
-            &plan.weights[stages.grading as usize][slot],
-            plan.state_coordinates.iter().copied(),
+            &shared.weights[stages.grading as usize][slot],
+            shared.state_coordinates.iter().copied(),
             &mut self.sources,
         );
         self.accelerate(stages, slot);
@@ -157,7 +157,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
     /// Derivatives of the accelerations at a stage.
     fn accelerate(&mut self, stages: &LinearizedStages, slot: usize) {
         self.solve_accelerations(stages, slot);
-        for (unknown, &derivatives) in self.plan.unknowns.iter().zip(&self.rows) {
+        for (unknown, &derivatives) in self.shared.unknowns.iter().zip(&self.rows) {
             if let Unknown::Coordinate(i) = *unknown {
                 self.step.accelerations[i][slot] = derivatives;
             }
@@ -176,7 +176,7 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
     /// Writes the derivatives of prescribed coordinates at the time `t` (s) to the sources.
     fn prescribe(&mut self, t: f64) {
         for (c, outputs) in self.outputs.iter().enumerate() {
-            outputs.prescribe(&self.plan.moving, t, c, &mut self.sources);
+            outputs.prescribe(&self.shared.moving, t, c, &mut self.sources);
         }
     }
 
@@ -193,10 +193,10 @@ impl<'m, const W: usize> SensitivityBlock<'m, W> {
         self.rows.fill([0.0; W]);
         positions.subtract(&self.sources, &self.active, &mut self.rows);
         projected.factor.solve_in(&mut self.rows, &mut self.workspace);
-        add_changes(&self.plan.unknowns, &self.rows, &mut self.sources[..n]);
+        add_changes(&self.shared.unknowns, &self.rows, &mut self.sources[..n]);
         velocities.subtract(&self.sources, &self.active, &mut self.velocity_rows);
         projected.factor.solve_in(&mut self.velocity_rows, &mut self.workspace);
-        add_changes(&self.plan.unknowns, &self.velocity_rows, &mut self.sources[n..2 * n]);
+        add_changes(&self.shared.unknowns, &self.velocity_rows, &mut self.sources[n..2 * n]);
     }
 }
 

@@ -9,8 +9,8 @@ use crate::system::state::{State, gather};
 use crate::system::{ConstantEntry, System};
 use crate::tree::joint::{Joint, TreeBody};
 use crate::tree::space::Space;
-use crate::tree::space::plan::Node3;
 use crate::tree::space::rigid::is_body as is_body_in_space;
+use crate::tree::space::topology::Node3;
 use crate::tree::unsupported;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -67,58 +67,35 @@ impl Tree {
                 "rigid contacts, dry friction, switches and events need absolute coordinates",
             ));
         }
-        let mut plan = TreeBuilder::new(mechanism)?;
-        plan.attach_all();
-        let TreeBuilder { nodes, mut owner, bodies: planar, mut cuts, .. } = plan;
+        let mut builder = TreeBuilder::new(mechanism)?;
+        builder.attach_all();
+        let TreeBuilder { nodes, mut owner, bodies: planar, mut cuts, .. } = builder;
         let in_plane: usize = nodes.iter().map(|node| node.joint.count()).sum();
         let space = Space::new(mechanism, in_plane)?;
-        let is_unknown = |&i: &usize| mechanism.coordinates[i].motion.is_none();
-        for (k, node) in space.nodes.iter().enumerate() {
-            let own = node.coordinates.iter().filter(|i| is_unknown(i));
-            own.for_each(|&i| owner[i] = Some(planar.len() + k));
-            for attached in &node.attached {
-                owner[attached.coordinate] = Some(planar.len() + space.nodes.len() + attached.coordinate);
-            }
-        }
+        add_owners(mechanism, &space, planar.len(), &mut owner);
         cuts.extend(&space.cuts);
         cuts.sort_unstable();
         let in_space: BTreeSet<usize> = space.nodes.iter().flat_map(|node| node.coordinates).collect();
         check_forces(mechanism, system, (&owner, &in_space))?;
         check_cuts(mechanism, system, &cuts, &owner)?;
-        let rows_of = |&element: &usize| {
-            let first = mechanism.elements[element].first_multiplier;
-            let count = mechanism.elements[element].num_constraints;
-            (0..count).map(move |row| CutRow { element, row, multiplier: first + row })
-        };
-        let rows: Vec<CutRow> = cuts.iter().flat_map(rows_of).collect();
-        let singles: Vec<usize> =
-            (0..mechanism.coordinates.len()).filter(|i| is_unknown(i) && owner[*i].is_none()).collect();
+        let rows = cut_rows(mechanism, &cuts);
+        let is_single = |i: &usize| is_unknown(mechanism, *i) && owner[*i].is_none();
+        let singles: Vec<usize> = (0..mechanism.coordinates.len()).filter(is_single).collect();
         let first_single = in_plane + space.count;
-        let names = names(mechanism, (&nodes, &space), &singles);
-        let acts = |k: &usize| {
-            let ElementInstance { coordinates, num_constraints, element, .. } = &mechanism.elements[*k];
-            *num_constraints == 0 && !element.is_sensor() && coordinates.iter().any(is_unknown)
-        };
-        let own = |k: &usize| !is_body_in_space(&mechanism.elements[*k]);
-        let (bodies, forces) =
-            (0..mechanism.elements.len()).filter(acts).filter(own).partition(|&k| is_body(&mechanism.elements[k]));
-        let moves =
-            |coordinate: &CoordinateData<f64>| coordinate.motion.as_ref().is_some_and(|(motion, _)| !motion.is_fixed());
-        let moving = (0..mechanism.coordinates.len()).filter(|&i| moves(&mechanism.coordinates[i])).collect();
-        let count = first_single + singles.len();
+        let (bodies, forces) = bodies_and_forces(mechanism);
         Ok(Self {
+            names: names(mechanism, (&nodes, &space), &singles),
             nodes,
             space,
-            singles,
             first_single,
-            count,
+            count: first_single + singles.len(),
+            singles,
             bodies,
             forces,
             independent_cuts: rows.len(),
             cuts: rows,
             cut_elements: cuts,
-            moving,
-            names,
+            moving: moving_coordinates(mechanism),
         })
     }
 
@@ -173,6 +150,70 @@ fn is_body(instance: &ElementInstance<f64>) -> bool {
         .any(|descriptor| is_kind(instance, descriptor))
 }
 
+/// Returns whether the motion of a coordinate is not prescribed.
+fn is_unknown(mechanism: &Mechanism<f64>, coordinate: usize) -> bool {
+    mechanism.coordinates[coordinate].motion.is_none()
+}
+
+/// Adds the owners of the coordinates of bodies in space and of their joints; the owners before them are `planar` bodies.
+fn add_owners(mechanism: &Mechanism<f64>, space: &Space, planar: usize, owner: &mut [Option<usize>]) {
+    for (k, node) in space.nodes.iter().enumerate() {
+        let own = node.coordinates.iter().filter(|&&i| is_unknown(mechanism, i));
+        own.for_each(|&i| owner[i] = Some(planar + k));
+        for attached in &node.attached {
+            owner[attached.coordinate] = Some(planar + space.nodes.len() + attached.coordinate);
+        }
+    }
+}
+
+/// The equations of the elements `cuts`.
+fn cut_rows(mechanism: &Mechanism<f64>, cuts: &[usize]) -> Vec<CutRow> {
+    let rows_of = |&element: &usize| {
+        let first = mechanism.elements[element].first_multiplier;
+        let count = mechanism.elements[element].num_constraints;
+        (0..count).map(move |row| CutRow { element, row, multiplier: first + row })
+    };
+    cuts.iter().flat_map(rows_of).collect()
+}
+
+/// The elements that act on coordinates: masses under gravity, and others. Bodies in space are not among them.
+fn bodies_and_forces(mechanism: &Mechanism<f64>) -> (Vec<usize>, Vec<usize>) {
+    let acts = |k: &usize| {
+        let instance = &mechanism.elements[*k];
+        let is_force = instance.num_constraints == 0 && !instance.element.is_sensor() && !is_body_in_space(instance);
+        is_force && instance.coordinates.iter().any(|&i| is_unknown(mechanism, i))
+    };
+    (0..mechanism.elements.len()).filter(acts).partition(|&k| is_body(&mechanism.elements[k]))
+}
+
+/// The prescribed coordinates that move.
+fn moving_coordinates(mechanism: &Mechanism<f64>) -> Vec<usize> {
+    let moves =
+        |coordinate: &CoordinateData<f64>| coordinate.motion.as_ref().is_some_and(|(motion, _)| !motion.is_fixed());
+    (0..mechanism.coordinates.len()).filter(|&i| moves(&mechanism.coordinates[i])).collect()
+}
+
+/// Bodies with `N` coordinates, numbered in the order in which they are found.
+pub(crate) struct BodyNumbers<const N: usize> {
+    pub bodies: Vec<[usize; N]>,
+    pub numbers: BTreeMap<[usize; N], usize>,
+}
+
+impl<const N: usize> BodyNumbers<N> {
+    pub fn new() -> Self {
+        Self { bodies: Vec::new(), numbers: BTreeMap::new() }
+    }
+
+    /// Number of the body with these first `N` coordinates.
+    pub fn number(&mut self, coordinates: &[usize]) -> usize {
+        let body: [usize; N] = std::array::from_fn(|k| coordinates[k]);
+        *self.numbers.entry(body).or_insert_with(|| {
+            self.bodies.push(body);
+            self.bodies.len() - 1
+        })
+    }
+}
+
 /// A tree under construction, from the ground outwards.
 struct TreeBuilder<'m> {
     mechanism: &'m Mechanism<f64>,
@@ -191,44 +232,53 @@ struct TreeBuilder<'m> {
     cuts: Vec<usize>,
 }
 
+/// The joint of a tree for an element that is such a joint.
+fn joint_of(instance: &ElementInstance<f64>) -> Option<Joint> {
+    match () {
+        () if is_kind(instance, &revolute::DESCRIPTOR) => Some(Joint::Revolute),
+        () if is_kind(instance, &prismatic::DESCRIPTOR) => Some(Joint::Prismatic),
+        () if is_kind(instance, &fixed_joint::DESCRIPTOR) => Some(Joint::Fixed),
+        () => None,
+    }
+}
+
+/// The body that each unknown coordinate belongs to.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`](crate::Error::Unsupported) naming a coordinate of two bodies.
+fn owners(mechanism: &Mechanism<f64>, bodies: &[[usize; 3]]) -> Result<Vec<Option<usize>>> {
+    let mut owner = vec![None; mechanism.coordinates.len()];
+    for (body, coordinates) in bodies.iter().enumerate() {
+        for &i in coordinates.iter().filter(|&&i| is_unknown(mechanism, i)) {
+            if owner[i].replace(body).is_some() {
+                return Err(unsupported(&mechanism.coordinates[i].name, "two bodies share this coordinate"));
+            }
+        }
+    }
+    Ok(owner)
+}
+
 impl<'m> TreeBuilder<'m> {
     fn new(mechanism: &'m Mechanism<f64>) -> Result<Self> {
-        let mut numbers = BTreeMap::new();
-        let mut bodies = Vec::new();
-        let mut body_of = |coordinates: &[usize]| {
-            let body = [coordinates[0], coordinates[1], coordinates[2]];
-            *numbers.entry(body).or_insert_with(|| {
-                bodies.push(body);
-                bodies.len() - 1
-            })
-        };
+        let mut numbers = BodyNumbers::<3>::new();
         let (mut joints, mut cuts) = (Vec::new(), Vec::new());
         for (k, instance) in mechanism.elements.iter().enumerate() {
             if is_kind(instance, &rigid_body::DESCRIPTOR) {
-                body_of(&instance.coordinates);
+                numbers.number(&instance.coordinates);
             }
             if instance.num_constraints == 0 || Space::has_constraint(instance) {
                 continue;
             }
-            let joint = match () {
-                () if is_kind(instance, &revolute::DESCRIPTOR) => Joint::Revolute,
-                () if is_kind(instance, &prismatic::DESCRIPTOR) => Joint::Prismatic,
-                () if is_kind(instance, &fixed_joint::DESCRIPTOR) => Joint::Fixed,
-                () => {
-                    cuts.push(k);
-                    continue;
-                }
+            let Some(joint) = joint_of(instance) else {
+                cuts.push(k);
+                continue;
             };
-            joints.push((k, joint, [body_of(&instance.coordinates[..3]), body_of(&instance.coordinates[3..])]));
+            let pair = [&instance.coordinates[..3], &instance.coordinates[3..]];
+            joints.push((k, joint, pair.map(|coordinates| numbers.number(coordinates))));
         }
-        let mut owner = vec![None; mechanism.coordinates.len()];
-        for (body, coordinates) in bodies.iter().enumerate() {
-            for &i in coordinates.iter().filter(|&&i| mechanism.coordinates[i].motion.is_none()) {
-                if owner[i].replace(body).is_some() {
-                    return Err(unsupported(&mechanism.coordinates[i].name, "two bodies share this coordinate"));
-                }
-            }
-        }
+        let bodies = numbers.bodies;
+        let owner = owners(mechanism, &bodies)?;
         let mut joints_of = vec![Vec::new(); bodies.len()];
         for (k, (_, _, pair)) in joints.iter().enumerate() {
             pair.iter().for_each(|&body: &usize| joints_of[body].push(k));
@@ -238,7 +288,7 @@ impl<'m> TreeBuilder<'m> {
     }
 
     fn is_free(&self, body: usize) -> [bool; 3] {
-        self.bodies[body].map(|i| self.mechanism.coordinates[i].motion.is_none())
+        self.bodies[body].map(|i| is_unknown(self.mechanism, i))
     }
 
     /// Attaches all bodies, breadth first: from those whose motion is prescribed, then from free ones.
@@ -327,7 +377,7 @@ fn check_cuts(mechanism: &Mechanism<f64>, system: &System, cuts: &[usize], owner
     };
     for &k in cuts {
         let instance = &mechanism.elements[k];
-        let is_free = |&&i: &&usize| mechanism.coordinates[i].motion.is_none() && owner[i].is_none();
+        let is_free = |&&i: &&usize| is_unknown(mechanism, i) && owner[i].is_none();
         if instance.coordinates.iter().filter(is_free).any(|&i| !moves_mass(i)) {
             let why = "it is no joint of the tree, and its coordinate has no mass of its own";
             return Err(unsupported(&instance.name, why));
@@ -347,48 +397,53 @@ fn check_forces(
     let mut state = State::built(mechanism, 0.0);
     // A position without special angles; its components have no simple ratios.
     state.q.iter_mut().enumerate().for_each(|(i, q)| *q += 0.1 * (1.0 + 2.3 * i as f64).sin());
-    let (mut workspace, mut jacobian_workspace) = (ElementWorkspace::default(), JacobianWorkspace::default());
-    let is_unknown = |i: usize| mechanism.coordinates[i].motion.is_none();
+    let mut workspaces = (ElementWorkspace::default(), JacobianWorkspace::default());
     for (k, instance) in mechanism.elements.iter().enumerate() {
         if instance.num_constraints > 0 || instance.element.is_sensor() || is_body_in_space(instance) {
             continue;
         }
-        if instance.num_reactions > 0 {
-            return Err(unsupported(&instance.name, "its force depends on the reactions of a joint"));
-        }
-        let is_coupled = system.coefficients(k).iter().any(|entry| {
-            let [i, j] = [entry.row, entry.coordinate].map(|local| instance.coordinates[local]);
-            is_unknown(i) && entry.values[2] != 0.0 && i != j && (owner[i].is_none() || owner[i] != owner[j])
-        });
-        let adds_mass = |entry: &ConstantEntry| {
+        let adds_mass_in_space = |entry: &ConstantEntry| {
             let i = instance.coordinates[entry.row];
-            entry.values[2] != 0.0 && is_unknown(i) && in_space.contains(&i)
+            entry.values[2] != 0.0 && is_unknown(mechanism, i) && in_space.contains(&i)
         };
-        if system.coefficients(k).iter().any(adds_mass) {
-            return Err(unsupported(&instance.name, "it adds mass to one coordinate of a body in space"));
-        }
-        if is_coupled {
-            return Err(unsupported(&instance.name, "its mass couples several bodies"));
-        }
-        gather(instance, &state, &mut workspace);
-        let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
-        if instance.sides.is_some() {
-            return Err(unsupported(&instance.name, "its force is not smooth where a contact closes or opens"));
-        }
-        let varying: Vec<usize> =
-            (0..instance.coordinates.len()).filter(|local| !instance.element.linear().contains(local)).collect();
-        if varying.is_empty() {
-            continue;
-        }
-        let width = varying.len() + 1;
-        let mut columns = vec![0.0; instance.coordinates.len() * width];
-        let weights = TangentWeights { position: 0.0, velocity: 0.0, acceleration: 1.0 };
-        instance.element.columns(&local, weights, &varying, &mut jacobian_workspace, &mut columns);
-        if columns.chunks_exact(width).any(|row| row[1..].iter().any(|mass| *mass != 0.0)) {
-            return Err(unsupported(&instance.name, "its mass changes with its position"));
-        }
+        let couples_bodies = |entry: &ConstantEntry| {
+            let [i, j] = [entry.row, entry.coordinate].map(|local| instance.coordinates[local]);
+            let is_coupling = is_unknown(mechanism, i) && entry.values[2] != 0.0 && i != j;
+            is_coupling && (owner[i].is_none() || owner[i] != owner[j])
+        };
+        let why = match () {
+            () if instance.num_reactions > 0 => "its force depends on the reactions of a joint",
+            () if system.coefficients(k).iter().any(adds_mass_in_space) => {
+                "it adds mass to one coordinate of a body in space"
+            }
+            () if system.coefficients(k).iter().any(couples_bodies) => "its mass couples several bodies",
+            () if instance.sides.is_some() => "its force is not smooth where a contact closes or opens",
+            () if has_varying_mass(instance, &state, &mut workspaces) => "its mass changes with its position",
+            () => continue,
+        };
+        return Err(unsupported(&instance.name, why));
     }
     Ok(())
+}
+
+/// Returns whether the derivatives of an element with respect to accelerations depend on its position, or are not zero at `state`.
+fn has_varying_mass(
+    instance: &ElementInstance<f64>,
+    state: &State<f64>,
+    (workspace, jacobian_workspace): &mut (ElementWorkspace<f64>, JacobianWorkspace),
+) -> bool {
+    let varying: Vec<usize> =
+        (0..instance.coordinates.len()).filter(|local| !instance.element.linear().contains(local)).collect();
+    if varying.is_empty() {
+        return false;
+    }
+    gather(instance, state, workspace);
+    let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
+    let width = varying.len() + 1;
+    let mut columns = vec![0.0; instance.coordinates.len() * width];
+    let weights = TangentWeights { position: 0.0, velocity: 0.0, acceleration: 1.0 };
+    instance.element.columns(&local, weights, &varying, jacobian_workspace, &mut columns);
+    columns.chunks_exact(width).any(|row| row[1..].iter().any(|mass| *mass != 0.0))
 }
 
 /// Names of the joint coordinates.

@@ -11,6 +11,7 @@ use crate::system::state::State;
 use crate::tree::space::joint::{BodyMotion, Joint3, JointAxis, JointMarkers, joint_of, markers};
 use crate::tree::space::placed::of_body;
 use crate::tree::space::rigid::is_body;
+use crate::tree::topology::BodyNumbers;
 use crate::tree::unsupported;
 use std::collections::{BTreeMap, VecDeque};
 
@@ -132,9 +133,9 @@ impl Space {
     ///
     /// [`Error::Unsupported`](crate::Error::Unsupported) naming the part that relative coordinates do not support.
     pub fn new(mechanism: &Mechanism<f64>, first: usize) -> Result<Self> {
-        let mut plan = Plan3::new(mechanism, first)?;
-        plan.attach_all()?;
-        let Plan3 { nodes, numbers, reached, cuts, .. } = plan;
+        let mut builder = TreeBuilder3::new(mechanism, first)?;
+        builder.attach_all()?;
+        let TreeBuilder3 { nodes, numbers, reached, cuts, .. } = builder;
         let quaternions = nodes.iter().filter_map(Node3::quaternion).collect();
         let count = nodes.iter().map(Node3::count).sum();
         let by_translations: BTreeMap<[usize; 3], usize> =
@@ -236,8 +237,57 @@ struct JointEdge {
     coordinates: Vec<(usize, usize)>,
 }
 
-/// A forest that grows from the ground.
-struct Plan3<'m> {
+/// Joints in space of a mechanism, and the bodies that they connect.
+fn joint_edges(mechanism: &Mechanism<f64>, numbers: &mut BodyNumbers<7>) -> Vec<JointEdge> {
+    let mut edges = Vec::new();
+    for (element, instance) in mechanism.elements.iter().enumerate() {
+        let is_rigid = instance.element.descriptor().is_some_and(|own| std::ptr::eq(own, &rigid_body3::DESCRIPTOR));
+        if is_rigid || normalized_frame(instance).is_some() {
+            numbers.number(&instance.coordinates);
+        }
+        if let Some((joint, rows)) = joint_of(instance) {
+            let pair = [&instance.coordinates[..7], &instance.coordinates[7..14]];
+            let bodies = pair.map(|coordinates| numbers.number(coordinates));
+            edges.push(JointEdge { element, joint, rows, bodies, coordinates: Vec::new() });
+        }
+    }
+    edges
+}
+
+/// Adds the elements that define coordinates of joints to the `edges` of these joints. Returns those that define other coordinates, which are
+/// prescribed.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`](crate::Error::Unsupported) naming an element that defines another coordinate, which is not prescribed.
+fn add_joint_coordinates(mechanism: &Mechanism<f64>, edges: &mut [JointEdge]) -> Result<Vec<usize>> {
+    let mut others = Vec::new();
+    for (element, instance) in mechanism.elements.iter().enumerate() {
+        let Some(axis) = coordinate_axis(instance) else { continue };
+        let fits = |edge: &&mut JointEdge| {
+            let on = &mechanism.elements[edge.element];
+            // The angle between the markers of a universal joint is not one of its coordinates.
+            edge.joint != Joint3::Universal
+                && on.coordinates[..] == instance.coordinates[..14]
+                && on.parameters == instance.parameters
+        };
+        let slot = |edge: &JointEdge| edge.joint.axes().iter().position(|own| *own == axis);
+        let found = edges.iter_mut().filter(fits).find_map(|edge| slot(edge).map(|slot| (edge, slot)));
+        match found {
+            Some((edge, slot)) => edge.coordinates.push((element, slot)),
+            None if mechanism.coordinates[instance.coordinates[14]].motion.is_some() => others.push(element),
+            None => {
+                let why =
+                    "it is no coordinate of a joint of the tree: no joint has its two markers and such a coordinate";
+                return Err(unsupported(&instance.name, why));
+            }
+        }
+    }
+    Ok(others)
+}
+
+/// Trees in space under construction, from the ground outwards.
+struct TreeBuilder3<'m> {
     mechanism: &'m Mechanism<f64>,
     bodies: Vec<[usize; 7]>,
     numbers: BTreeMap<[usize; 7], usize>,
@@ -252,59 +302,21 @@ struct Plan3<'m> {
     cuts: Vec<usize>,
 }
 
-impl<'m> Plan3<'m> {
+impl<'m> TreeBuilder3<'m> {
     fn new(mechanism: &'m Mechanism<f64>, first: usize) -> Result<Self> {
-        let mut numbers = BTreeMap::new();
-        let mut bodies: Vec<[usize; 7]> = Vec::new();
-        let mut body_of = |coordinates: &[usize]| {
-            let body: [usize; 7] = std::array::from_fn(|k| coordinates[k]);
-            *numbers.entry(body).or_insert_with(|| {
-                bodies.push(body);
-                bodies.len() - 1
-            })
-        };
-        let (mut edges, mut cuts): (Vec<JointEdge>, _) = (Vec::new(), Vec::new());
-        for (element, instance) in mechanism.elements.iter().enumerate() {
-            let is_rigid = instance.element.descriptor().is_some_and(|own| std::ptr::eq(own, &rigid_body3::DESCRIPTOR));
-            if is_rigid || normalized_frame(instance).is_some() {
-                body_of(&instance.coordinates);
-            }
-            if let Some((joint, rows)) = joint_of(instance) {
-                let bodies = [body_of(&instance.coordinates[..7]), body_of(&instance.coordinates[7..14])];
-                edges.push(JointEdge { element, joint, rows, bodies, coordinates: Vec::new() });
-            }
-        }
-        for (element, instance) in mechanism.elements.iter().enumerate() {
-            let Some(axis) = coordinate_axis(instance) else { continue };
-            let fits = |edge: &&mut JointEdge| {
-                let on = &mechanism.elements[edge.element];
-                // The angle between the markers of a universal joint is not one of its coordinates.
-                edge.joint != Joint3::Universal
-                    && on.coordinates[..] == instance.coordinates[..14]
-                    && on.parameters == instance.parameters
-            };
-            let slot = |edge: &JointEdge| edge.joint.axes().iter().position(|own| *own == axis);
-            let found = edges.iter_mut().filter(fits).find_map(|edge| slot(edge).map(|slot| (edge, slot)));
-            let Some((edge, slot)) = found else {
-                if mechanism.coordinates[instance.coordinates[14]].motion.is_some() {
-                    cuts.push(element);
-                    continue;
-                }
-                let why =
-                    "it is no coordinate of a joint of the tree: no joint has its two markers and such a coordinate";
-                return Err(unsupported(&instance.name, why));
-            };
-            edge.coordinates.push((element, slot));
-        }
+        let mut numbers = BodyNumbers::new();
+        let mut edges = joint_edges(mechanism, &mut numbers);
+        let cuts = add_joint_coordinates(mechanism, &mut edges)?;
+        let BodyNumbers { bodies, numbers } = numbers;
         let mut edges_of = vec![Vec::new(); bodies.len()];
         for (k, edge) in edges.iter().enumerate() {
             edge.bodies.iter().for_each(|&body| edges_of[body].push(k));
         }
         let reached = vec![None; bodies.len()];
-        let mut plan = Self { mechanism, bodies, numbers, edges, edges_of, nodes: Vec::new(), reached, first, cuts };
-        plan.add_points();
-        plan.check_rotations()?;
-        Ok(plan)
+        let mut builder = Self { mechanism, bodies, numbers, edges, edges_of, nodes: Vec::new(), reached, first, cuts };
+        builder.add_points();
+        builder.check_rotations()?;
+        Ok(builder)
     }
 
     /// Adds point masses that no joint holds, which have the Euler parameters of the ground.
@@ -323,6 +335,7 @@ impl<'m> Plan3<'m> {
         }
     }
 
+    /// Checks that the rotation of each body is prescribed as a whole or not at all, and that each unknown belongs to one body.
     fn check_rotations(&self) -> Result<()> {
         let mut owner = BTreeMap::new();
         for body in &self.bodies {
@@ -470,7 +483,7 @@ impl<'m> Plan3<'m> {
         }
     }
 
-    /// Adds `body`, which hangs on `parent` by joint number `k`.
+    /// Adds `body` as a child of `parent`, connected by joint number `k`.
     fn push_joint(&mut self, body: usize, parent: usize, k: usize, joint: Joint3) -> Result<()> {
         let mut node = self.free_node(body);
         let edge = &self.edges[k];

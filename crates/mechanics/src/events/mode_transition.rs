@@ -54,7 +54,7 @@ pub(crate) const EXCESS: f64 = 1e-9;
 /// # Errors
 ///
 /// [`Error::Analysis`] naming the parts without consistent modes.
-pub(crate) fn passage(
+pub(crate) fn find_transition(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     (contact, at_event): (usize, &[usize]),
@@ -73,30 +73,27 @@ pub(crate) fn passage(
             jump.set(sticking, false);
         }
     }
-    let mut held = end.clone();
-    AccelerationSolver::default().solve(system, mechanism, &mut held)?;
-    let events = (contact, at_event);
+    let mut before = end.clone();
+    AccelerationSolver::default().solve(system, mechanism, &mut before)?;
+    let search = TransitionSearch { mechanism, contact, at_event, before: &before, step };
     if is_impact {
-        let before = State { modes: jump.clone(), ..held.clone() };
-        let closing = dying_out(system, mechanism, (contact, SHORTEST_FLIGHT * step), &before);
+        let landing = State { modes: jump.clone(), ..before.clone() };
+        let closing = dying_out(system, mechanism, (contact, SHORTEST_FLIGHT * step), &landing);
         if !closing.is_empty() {
             for law in closing.iter().filter_map(|&k| mechanism.events[k].unilateral) {
                 [&mut jump, &mut after].into_iter().for_each(|modes| law.close(modes));
             }
             mechanism.events[contact].unilateral.iter().for_each(|law| law.close(&mut after));
-            let (state, jump) = after_event(system, mechanism, (events, true), &held, [jump, after], step)?;
-            return Ok(ModeTransition { stays: true, jump, after: state.modes });
+            return search.with_closed_contact(system, [jump, after]);
         }
     }
-    let modes = [jump.clone(), after.clone()];
-    let (state, rebound) = after_event(system, mechanism, (events, false), &held, modes, step)?;
+    let (state, rebound) = search.continue_in(system, false, [jump.clone(), after.clone()])?;
     if is_impact {
         let event = &mechanism.events[contact];
         let stays = event.restitution == Some(0.0) || !is_leaving(event, &state, step);
         if let Some(law) = event.unilateral.filter(|_| stays) {
             law.close(&mut after);
-            let (state, jump) = after_event(system, mechanism, (events, true), &held, [jump, after], step)?;
-            return Ok(ModeTransition { stays: true, jump, after: state.modes });
+            return search.with_closed_contact(system, [jump, after]);
         }
     }
     Ok(ModeTransition { stays: false, jump: rebound, after: state.modes })
@@ -108,16 +105,16 @@ pub(crate) fn state_after(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     (contact, at_event): (usize, &[usize]),
-    passage: ModeTransition,
+    transition: ModeTransition,
     end: &State<f64>,
     longest: f64,
 ) -> Result<State<f64>> {
-    let mut state = State { modes: passage.jump, ..end.clone() };
+    let mut state = State { modes: transition.jump, ..end.clone() };
     match mechanism.events[contact].is_open_contact(&end.modes) {
-        true => apply_impact(system, mechanism, (contact, passage.stays), &mut state)?,
+        true => apply_impact(system, mechanism, (contact, transition.stays), &mut state)?,
         false => make_consistent(system, mechanism, &mut state)?,
     };
-    state.modes = passage.after;
+    state.modes = transition.after;
     let offset = switch_offset(mechanism, at_event, &state, longest);
     apply_switch(system, mechanism, offset, &mut state)?;
     Ok(state)
@@ -128,7 +125,7 @@ pub(crate) fn state_after(
 ///
 /// # Errors
 ///
-/// As [`passage`].
+/// As [`find_transition`].
 pub(crate) fn triggered_events(
     system: &System,
     mechanism: &Mechanism<f64>,
@@ -147,8 +144,8 @@ pub(crate) fn triggered_events(
     let mut system = system.clone();
     let before = consistent_ends::at_event(&mut system, mechanism, end);
     loop {
-        let passage = passage(&mut system, mechanism, (contact, &at_event), end, step)?;
-        let after = state_after(&mut system, mechanism, (contact, &at_event), passage, end, 0.0)?;
+        let transition = find_transition(&mut system, mechanism, (contact, &at_event), end, step)?;
+        let after = state_after(&mut system, mechanism, (contact, &at_event), transition, end, 0.0)?;
         let happens = |k: &usize| {
             let event = &mechanism.events[*k];
             !triggered.contains(k) && event.gap(&before) > 0.0 && event.gap(&after) < 0.0
@@ -162,84 +159,139 @@ pub(crate) fn triggered_events(
     }
 }
 
-/// The state with accelerations and multipliers after an event in the state `held`, with its modes, and the modes during the jump.
-///
-/// `jump` and `after` are the modes before any part is released. A rigid contact that `stays` closed has no restitution, and is a joint as
-/// long as its force is compressive.
-fn after_event(
-    system: &mut System,
-    mechanism: &Mechanism<f64>,
-    ((contact, at_event), stays): ((usize, &[usize]), bool),
-    held: &State<f64>,
-    [mut jump, mut after]: [Modes; 2],
+/// Search for the modes after an event.
+struct TransitionSearch<'a> {
+    mechanism: &'a Mechanism<f64>,
+    /// The event that ends the step.
+    contact: usize,
+    /// This event and those at the same time.
+    at_event: &'a [usize],
+    /// The state at the end of the step, with its accelerations and multipliers.
+    before: &'a State<f64>,
+    /// Nominal length of the steps in s.
     step: f64,
-) -> Result<(State<f64>, Modes)> {
-    let is_impact = mechanism.events[contact].is_open_contact(&held.modes);
-    let mut state = State { modes: jump.clone(), ..held.clone() };
-    if is_impact {
-        while let Some((event, law)) = pulling_contact(system, mechanism, (contact, stays), &mut state)? {
-            let mut opened = State { modes: jump.clone(), ..held.clone() };
+}
+
+impl TransitionSearch<'_> {
+    fn is_impact(&self) -> bool {
+        self.mechanism.events[self.contact].is_open_contact(&self.before.modes)
+    }
+
+    /// The transition after which the rigid contact of the event is closed, from the modes during the jump and after it before any part is
+    /// released.
+    fn with_closed_contact(&self, system: &mut System, modes: [Modes; 2]) -> Result<ModeTransition> {
+        let (state, jump) = self.continue_in(system, true, modes)?;
+        Ok(ModeTransition { stays: true, jump, after: state.modes })
+    }
+
+    /// The state after the event with its modes, accelerations and multipliers, and the modes during the jump.
+    ///
+    /// `modes`: those during the jump and after it, before any part is released. A rigid contact that `stays` closed has no restitution, and is
+    /// a joint as long as its force is compressive.
+    fn continue_in(&self, system: &mut System, stays: bool, modes: [Modes; 2]) -> Result<(State<f64>, Modes)> {
+        let (mut state, [jump, after]) = self.jump(system, stays, modes)?;
+        state.modes = after;
+        let broken = self.release(system, &mut state);
+        resolve_modes(system, self.mechanism, &mut state, broken)?;
+        Ok((state, jump))
+    }
+
+    /// The state with the velocities after the event, and the modes during the jump and after it, in which contacts with a tensile impulse are
+    /// open.
+    fn jump(
+        &self,
+        system: &mut System,
+        stays: bool,
+        [mut jump, mut after]: [Modes; 2],
+    ) -> Result<(State<f64>, [Modes; 2])> {
+        let (mechanism, impact) = (self.mechanism, (self.contact, stays));
+        let before_jump = |modes: &Modes| State { modes: modes.clone(), ..self.before.clone() };
+        let mut state = before_jump(&jump);
+        if !self.is_impact() {
+            make_consistent(system, mechanism, &mut state)?;
+            return Ok((state, [jump, after]));
+        }
+        while let Some((event, law)) = pulling_contact(system, mechanism, impact, &mut state)? {
+            let mut opened = before_jump(&jump);
             law.open(&mut opened.modes);
-            apply_impact(system, mechanism, (contact, stays), &mut opened)?;
+            apply_impact(system, mechanism, impact, &mut opened)?;
             opened.modes = after.clone();
             law.open(&mut opened.modes);
             AccelerationSolver::default().solve(system, mechanism, &mut opened)?;
-            if !is_leaving(event, &opened, step) {
+            if !is_leaving(event, &opened, self.step) {
                 break; // rebounds would never end
             }
             [&mut jump, &mut after].into_iter().for_each(|modes| law.open(modes));
-            state = State { modes: jump.clone(), ..held.clone() };
+            state = before_jump(&jump);
         }
-    } else {
-        make_consistent(system, mechanism, &mut state)?;
+        Ok((state, [jump, after]))
     }
-    state.modes = after;
-    let state_before = state.clone();
-    let (mut released, mut opened) = (Vec::new(), Vec::new());
-    for &k in at_event {
-        let event = &mechanism.events[k];
-        match event.unilateral.filter(|_| k != contact || !is_impact) {
-            Some(law @ Unilateral::Contact { .. }) => {
-                law.open(&mut state.modes);
-                opened.push((k, 1.0));
-            }
-            Some(Unilateral::Friction { multiplier, .. }) if event.is_held(&state.modes) => {
-                released.push((k, sign(state.l[multiplier])));
-            }
-            _ => {}
+
+    /// Releases the parts that reach their limit at the event, in the `state` with the velocities after it, and sets the modes of friction by
+    /// these velocities. Returns the released parts with the directions of their forces.
+    fn release(&self, system: &System, state: &mut State<f64>) -> Vec<(usize, f64)> {
+        let mechanism = self.mechanism;
+        let unreleased = state.clone();
+        let [mut frictions, contacts] = self.parts_at_limit(state);
+        if !frictions.is_empty() {
+            let error = velocity_error(mechanism, self.before);
+            close_touching(mechanism, state, error, |k| {
+                self.at_event.contains(&k)
+                    || frictions.iter().any(|&released| opens_with(mechanism, &unreleased, k, released))
+            });
         }
+        release_together(system, mechanism, state, &self.resting_friction(state), &mut frictions);
+        let starts = |k: usize| self.at_event.contains(&k) && mechanism.events[k].is_resting(&self.before.modes);
+        let errors = self.sliding_errors(state);
+        follow_velocities(mechanism, self.before, (state, &errors), starts);
+        frictions.extend(contacts);
+        frictions
     }
-    if !released.is_empty() {
-        let error = velocity_error(mechanism, held);
-        close_touching(mechanism, &mut state, error, |k| {
-            at_event.contains(&k) || released.iter().any(|&released| opens_with(mechanism, &state_before, k, released))
-        });
+
+    /// The friction and the contacts that reach their limit at the event, with the directions of their forces. The contacts are opened.
+    fn parts_at_limit(&self, state: &mut State<f64>) -> [Vec<(usize, f64)>; 2] {
+        let (mut frictions, mut contacts) = (Vec::new(), Vec::new());
+        for &k in self.at_event {
+            let event = &self.mechanism.events[k];
+            match event.unilateral.filter(|_| k != self.contact || !self.is_impact()) {
+                Some(law @ Unilateral::Contact { .. }) => {
+                    law.open(&mut state.modes);
+                    contacts.push((k, 1.0));
+                }
+                Some(Unilateral::Friction { multiplier, .. }) if event.is_held(&state.modes) => {
+                    frictions.push((k, sign(state.l[multiplier])));
+                }
+                _ => {}
+            }
+        }
+        [frictions, contacts]
     }
-    let resting = |k: usize| {
-        let law = mechanism.events[k].unilateral.filter(|law| law.is_resting(&held.modes) && !at_event.contains(&k))?;
-        let law = Some(law).filter(|law| !law.has_ended(&state.modes))?;
-        Some((k, law.direction(&held.modes)?))
-    };
-    let resting: Vec<_> = (0..mechanism.events.len()).filter_map(resting).collect();
-    release_together(system, mechanism, &state, &resting, &mut released);
-    let starts = |k: usize| at_event.contains(&k) && mechanism.events[k].is_resting(&held.modes);
-    // The velocity of friction that has stuck is an error of the steps, unless an impact has changed it. That of friction which stops at this
-    // event is an error of the time of the event.
-    let errors: Vec<f64> = mechanism
-        .events
-        .iter()
-        .enumerate()
-        .map(|(k, event)| {
+
+    /// Friction that rests with its Coulomb force before and after the event, with the directions of these forces.
+    fn resting_friction(&self, state: &State<f64>) -> Vec<(usize, f64)> {
+        let resting = |k: usize| {
+            let law = self.mechanism.events[k].unilateral?;
+            let is_resting = law.is_resting(&self.before.modes) && !law.has_ended(&state.modes);
+            let direction = law.direction(&self.before.modes).filter(|_| is_resting && !self.at_event.contains(&k))?;
+            Some((k, direction))
+        };
+        (0..self.mechanism.events.len()).filter_map(resting).collect()
+    }
+
+    /// Numerical errors of the sliding velocities in `state`, by event.
+    ///
+    /// The velocity of friction that has stuck is an error of the steps, unless an impact has changed it. That of friction which stops at this
+    /// event is an error of the time of the event.
+    fn sliding_errors(&self, state: &State<f64>) -> Vec<f64> {
+        let is_impact = self.is_impact();
+        let errors = if is_impact { &self.before.v } else { &state.v };
+        let error = |(k, event): (usize, &EventElement<f64>)| {
             let Some(law @ Unilateral::Friction { .. }) = event.unilateral else { return 0.0 };
-            let stops = !is_impact && at_event.contains(&k) && event.is_sliding(&held.modes);
-            let error = if is_impact { &held.v } else { &state.v };
-            if stops || law.is_held(&held.modes) { sliding(event, error) } else { 0.0 }
-        })
-        .collect();
-    follow_velocities(mechanism, held, (&mut state, &errors), starts);
-    released.extend(opened);
-    resolve_modes(system, mechanism, &mut state, released)?;
-    Ok((state, jump))
+            let stops = !is_impact && self.at_event.contains(&k) && event.is_sliding(&self.before.modes);
+            if stops || law.is_held(&self.before.modes) { sliding(event, errors) } else { 0.0 }
+        };
+        self.mechanism.events.iter().enumerate().map(error).collect()
+    }
 }
 
 /// Returns whether a contact that moves as in `state` separates: its flight is neither shorter than [`SHORTEST_FLIGHT`] nor lower than the
@@ -336,15 +388,15 @@ fn resolve_modes(
     state: &mut State<f64>,
     broken: Vec<(usize, f64)>,
 ) -> Result<()> {
-    let mut walked = state.clone();
+    let mut trial = state.clone();
     let friction: Vec<(usize, f64)> = broken.iter().filter(|(k, _)| is_friction(mechanism, *k)).copied().collect();
-    let outcome = release_one_by_one(system, mechanism, &mut walked, friction);
+    let outcome = release_one_by_one(system, mechanism, &mut trial, friction);
     let returning = match &outcome {
-        Ok(released) => released.iter().find(|&&part| returns((mechanism, largest(&walked)), &walked, part)),
+        Ok(released) => released.iter().find(|&&part| returns((mechanism, largest(&trial)), &trial, part)),
         Err(_) => None,
     };
     if outcome.is_ok() && returning.is_none() {
-        *state = walked;
+        *state = trial;
         return Ok(());
     }
     let at_rest = |k: &usize| mechanism.events[*k].is_held(&state.modes) || broken.iter().any(|(other, _)| other == k);
@@ -359,7 +411,7 @@ fn resolve_modes(
     };
     let Some(&(k, _)) = returning.filter(|part| !broken.contains(part)) else {
         outcome?;
-        *state = walked;
+        *state = trial;
         AccelerationSolver::default().solve(system, mechanism, state)?;
         return Ok(());
     };
@@ -486,8 +538,8 @@ pub(super) fn sliding_gradients(
     (rank, gradients)
 }
 
-/// Adds friction that rests with its Coulomb force to the `released` friction, if the motion of one of these slides it in that direction
-/// while the friction that sticks holds.
+/// Adds friction that rests with its Coulomb force to the `released` friction if they slide together: the motion of a
+/// released one slides it in the direction of that force, while the friction that sticks holds.
 fn release_together(
     system: &System,
     mechanism: &Mechanism<f64>,
@@ -520,30 +572,34 @@ fn release_together(
 ///
 /// # Errors
 ///
-/// As [`passage`].
-pub(crate) fn settle_start(system: &mut System, mechanism: &Mechanism<f64>, state: &mut State<f64>) -> Result<bool> {
+/// As [`find_transition`].
+pub(crate) fn set_initial_modes(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+) -> Result<bool> {
     if mechanism.events.iter().all(|event| event.unilateral.is_none()) {
         return Ok(false);
     }
     let is_closed = |law: Unilateral, modes: &Modes| is_contact(law) && law.is_held(modes);
     close_touching(mechanism, state, 0.0, |_| false);
     follow_velocities(mechanism, &state.clone(), (state, &vec![0.0; mechanism.events.len()]), |_| false);
-    let mut settled = state.clone();
+    let mut resolved = state.clone();
     // If more contacts touch than can carry independent forces, the forces of least norm decide.
     let is_touching =
         mechanism.events.iter().filter_map(|event| event.unilateral).any(|law| is_closed(law, &state.modes));
     let is_dependent = is_touching
         && !system.allows_redundancy()
-        && !ConstraintRank::of(system, mechanism, &settled).redundant.is_empty();
+        && !ConstraintRank::of(system, mechanism, &resolved).redundant.is_empty();
     if is_dependent {
         system.allow_redundancy(true);
     }
-    let outcome = resolve_modes(system, mechanism, &mut settled, Vec::new());
+    let outcome = resolve_modes(system, mechanism, &mut resolved, Vec::new());
     if is_dependent {
         system.allow_redundancy(false); // `assemble_closed` allows it again if contacts stay closed
     }
     outcome?;
-    state.modes = settled.modes;
+    state.modes = resolved.modes;
     Ok(mechanism.events.iter().filter_map(|event| event.unilateral).any(|law| is_closed(law, &state.modes)))
 }
 

@@ -5,8 +5,8 @@ use crate::events::impact::{POSITION_ROUNDING, TIME_ROUNDING};
 use crate::mechanism::element::{Element, ElementState};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{
-    AnyFormula, ElementIndex, ElementInstance, EventElement, Formula, MeasuredQuantity, Mechanism, WeightedQuantity,
-    When,
+    AnyFormula, ElementIndex, ElementInstance, EventCondition, EventElement, Formula, MeasuredQuantity, Mechanism,
+    WeightedQuantity,
 };
 use crate::system::state::{State, measure};
 use crate::{Error, Result};
@@ -47,8 +47,9 @@ impl<S: Scalar> Mechanism<S> {
     ///
     /// # Errors
     ///
-    /// [`Error::Definition`] if the formula uses an energy or a driving force, or if an action activates a joint: a joint
-    /// that closes is an impact. Dry friction can be deactivated only, a rigid contact can be neither.
+    /// [`Error::Definition`] if the formula uses an energy or a driving force, or if an action activates a joint: a
+    /// joint that closes is an impact. Dry friction can only be deactivated. A rigid contact can be neither activated
+    /// nor deactivated.
     pub fn when(
         &mut self,
         name: impl Into<String>,
@@ -64,6 +65,17 @@ impl<S: Scalar> Mechanism<S> {
             };
             measured.push((element, self.elements[element].clone()));
         }
+        let changes = self.changes_by(&name, actions)?;
+        let is_terminal = actions.contains(&Action::Terminate);
+        let formula: Arc<dyn AnyFormula> = Arc::new(formula);
+        let when = EventCondition { terms: terms.to_vec(), formula, measured, changes, is_terminal };
+        let gap = ElementInstance::new(name, Arc::new(NoGap), &[], &[], 0);
+        self.events.push(EventElement { gap, restitution: None, when: Some(when), unilateral: None });
+        Ok(EventIndex(self.events.len() - 1))
+    }
+
+    /// The switches that the `actions` of the event `name` change, with their values after it.
+    fn changes_by(&mut self, name: &str, actions: &[Action]) -> Result<Vec<(usize, bool)>> {
         let mut changes = Vec::new();
         for action in actions {
             match *action {
@@ -89,12 +101,7 @@ impl<S: Scalar> Mechanism<S> {
                 Action::Terminate => {}
             }
         }
-        let is_terminal = actions.contains(&Action::Terminate);
-        let formula: Arc<dyn AnyFormula> = Arc::new(formula);
-        let when = When { terms: terms.to_vec(), formula, measured, changes, is_terminal };
-        let gap = ElementInstance::new(name, Arc::new(NoGap), &[], &[], 0);
-        self.events.push(EventElement { gap, restitution: None, when: Some(when), unilateral: None });
-        Ok(EventIndex(self.events.len() - 1))
+        Ok(changes)
     }
 
     /// Makes the output that was added last keep the value that it has at the `event`, from the event on.
@@ -120,7 +127,7 @@ impl<S: Scalar> Mechanism<S> {
     }
 }
 
-impl<S> When<S> {
+impl<S> EventCondition<S> {
     /// Returns whether the condition uses forces or accelerations.
     pub fn uses_forces(&self) -> bool {
         self.terms.iter().any(|term| {
@@ -139,9 +146,9 @@ fn is_of_motion(unit: &str) -> bool {
 /// Units of positions, velocities and energies.
 const UNITS_OF_MOTION: [&str; 6] = ["m", "rad", "m/s", "rad/s", "J", "1"];
 
-impl When<f64> {
-    /// For a condition at its border in `state`, whose function g is zero and becomes positive in the time `ahead` (s) after it: a value of g that it
-    /// passes almost at once. `None` for other conditions.
+impl EventCondition<f64> {
+    /// A small positive value that the function g of a condition at its border passes almost at once; `None` for other
+    /// conditions. At the border, g is zero in `state` and positive after the time `ahead` (s).
     ///
     /// Zero is also a rounding error, and the value that g has reached by an event of the same time.
     pub fn just_above_zero(&self, state: &State<f64>, ahead: f64) -> Option<f64> {
@@ -169,7 +176,7 @@ fn moved<T: StateScalar>(state: &State<T>, v: &[T], offset: f64) -> State<T> {
     moved
 }
 
-impl<T: StateScalar> When<T> {
+impl<T: StateScalar> EventCondition<T> {
     /// The function g of the condition.
     pub fn value(&self, state: &State<T>) -> T {
         T::formula(self.formula.as_ref(), state.t, &self.terms_of(state))
@@ -206,12 +213,12 @@ impl Element for NoGap {
     fn residual<T: Scalar>(&self, _x: &ElementState<'_, T>, _dynamics: &mut [T], _constraint: &mut [T]) {}
 }
 
-/// Why an event has not happened whose condition holds from the start.
+/// Explanation of an event that has not happened because its condition holds from the start.
 pub(crate) const HOLDS_FROM_START: &str =
     "its condition holds from the start of the motion, and an event happens when the condition becomes true";
 
-/// Error of an output at an event that has not happened by the time `t` (s): the last output time, or that of the event `ended_by`, which
-/// ends the motion.
+/// Error of an output at an event that has not happened by the time `t` (s). This is the last output time, or the time
+/// of the event `ended_by` that ends the motion.
 pub(crate) fn not_happened(name: &str, t: f64, (holds, ended_by): (bool, Option<&str>)) -> Error {
     if holds {
         let why = format!("{HOLDS_FROM_START}; an output is its value there");
