@@ -54,7 +54,7 @@ fn main() -> Result<()> {
             table.push([
                 name.into(),
                 way.into(),
-                format!("{:?}", end.status).as_str().into(),
+                end.status.to_string().as_str().into(),
                 end.cycles().into(),
                 end.counters.analyses.into(),
                 sign_changes(&end).into(),

@@ -140,7 +140,8 @@ impl Problem {
         let AnalyzedDesign { responses, evaluation, .. } = self.located(py, || self.problem.analyze_design(&b))?;
         let arrays = |values: &[Vec<f64>]| values.iter().map(|v| PyArray1::from_slice(py, v)).collect();
         let violation = evaluation.max_violation_pct();
-        let [values, constraints] = [&responses.values, &evaluation.constraints].map(|all| arrays(all));
+        let constraints: Vec<_> = (0..evaluation.residuals.len()).map(|j| evaluation.normalized(j)).collect();
+        let [values, constraints] = [&responses.values, &constraints].map(|all| arrays(all));
         Ok((values, evaluation.objective, constraints, violation, responses.warnings))
     }
 
@@ -306,7 +307,7 @@ impl Problem {
             Ok((end, kkt)) => {
                 let (counters, evaluation) = (end.counters, &end.evaluation);
                 let violation = evaluation.max_violation_pct();
-                let status = super::state::word(end.status).to_owned();
+                let status = end.status.to_string();
                 let (analyses, derivatives) = (counters.analyses, counters.sensitivity_analyses);
                 let objective = outcome::objective(&self.problem, &end.design, evaluation);
                 (status, objective, violation, end.cycles(), analyses, derivatives, kkt, end.design)

@@ -2,7 +2,7 @@
 
 use super::work::work;
 use linkwright::sao;
-use linkwright::sao::{Cycle, Status};
+use linkwright::sao::Cycle;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -12,24 +12,12 @@ use pyo3::types::PyDict;
 #[pyclass(module = "linkwright._core", frozen)]
 pub struct State(pub sao::RunState);
 
-/// The status as a word.
-pub fn word(status: Status) -> &'static str {
-    match status {
-        Status::Running => "running",
-        Status::Converged => "converged",
-        Status::CycleLimit => "cycle limit",
-        Status::Stalled => "stalled",
-        Status::Infeasible => "infeasible",
-        _ => "ended",
-    }
-}
-
 #[pymethods]
 impl State {
     /// Status as a word, and its reason.
     #[getter]
-    fn status(&self) -> (&'static str, &str) {
-        (word(self.0.status), &self.0.reason)
+    fn status(&self) -> (String, &str) {
+        (self.0.status.to_string(), &self.0.reason)
     }
 
     /// The accepted design.
@@ -68,7 +56,7 @@ impl State {
     /// Values of the normalized constraints.
     #[getter]
     fn constraints<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<f64>>> {
-        self.0.evaluation.constraints.iter().map(|values| PyArray1::from_slice(py, values)).collect()
+        (0..self.0.evaluation.residuals.len()).map(|j| PyArray1::from_vec(py, self.0.evaluation.normalized(j))).collect()
     }
 
     /// Active rows at the design: numbers of constraint and time point, multiplier.

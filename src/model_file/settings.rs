@@ -165,6 +165,11 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
         }
     }
     if let Some(old) = here.get(last.as_str()) {
+        if let DeValue::Table(inner) = old.get_ref() {
+            let keys: Vec<String> = inner.keys().map(|inner| format!("{key}.{}", inner.get_ref())).collect();
+            let message = format!("`{key}` is a table");
+            return Err(fail(Diagnostic::new(old.span(), message).help(format!("set one of its keys: {}", keys.join(", ")))));
+        }
         return Ok(edited(old.span(), &value));
     }
     let header = format!("[{}]", path.iter().map(|part| written(part)).collect::<Vec<_>>().join("."));
@@ -327,9 +332,11 @@ mod tests {
             assert_eq!(set(key, value).unwrap(), text.replacen(old, new, 1), "{key}");
         }
         assert!(set("time.points", "11").unwrap().ends_with("at_most = 1\n\n[time]\npoints = 11\n"));
-        for key in ["", "design..k", "constraint.none.at_most", "version.x", "design.q.start"] {
+        for key in ["", "design..k", "constraint.none.at_most", "version.x", "design.q.start", "design.k", "design"] {
             assert!(set(key, "1").is_err(), "{key}");
         }
+        let report = set("design.k", "2").unwrap_err().to_string();
+        assert!(report.contains("design.k.start, design.k.lower"), "{report}");
     }
 
     #[test]

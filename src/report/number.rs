@@ -15,15 +15,35 @@ pub fn readable(value: f64, digits: usize) -> String {
         return if value == 0.0 { "0".to_owned() } else { value.to_string() };
     }
     let digits = digits.max(1);
-    let scientific = format!("{value:.*e}", digits - 1);
-    let (mantissa, exponent) = scientific.split_once('e').expect("the format has an exponent");
-    // The exponent after rounding: 9.99999 is 10.
-    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let (scientific, exponent) = rounded(value, digits);
     if (-4..6.max(digits as i32)).contains(&exponent) {
         let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
         return trimmed(&format!("{value:.decimals$}")).to_owned();
     }
+    let mantissa = scientific.split('e').next().unwrap_or_default();
     format!("{}e{exponent}", trimmed(mantissa))
+}
+
+/// A number as in a column of a table: with trailing zeros, so that all have `digits` significant digits; with an exponent below 10⁻³ and
+/// where more than five digits would precede the point.
+pub(super) fn in_column(value: f64, digits: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.abs().to_string().replace("inf", if value < 0.0 { "-inf" } else { "inf" });
+    }
+    let last = digits as i32 - 1;
+    let (scientific, exponent) = rounded(value, digits);
+    if (-3..last.max(4) + 1).contains(&exponent) {
+        format!("{value:.*}", (last - exponent).max(0) as usize)
+    } else {
+        scientific
+    }
+}
+
+/// A finite number in scientific notation, and its exponent after rounding: 9.99999 is 10.
+fn rounded(value: f64, digits: usize) -> (String, i32) {
+    let scientific = format!("{value:.*e}", digits - 1);
+    let exponent = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0);
+    (scientific, exponent)
 }
 
 /// Zero in place of a number of the size of rounding errors: one below 10⁻¹³ of the largest number that it is computed with or shown next to.
@@ -93,5 +113,22 @@ mod tests {
         }
         assert_eq!((readable(46.038457, 9), with_unit(46.038457, "N·m", 4)), ("46.038457".into(), "46.04 N·m".into()));
         assert_eq!(with_unit(2.0, "", 4), "2");
+    }
+
+    #[test]
+    fn numbers_of_a_column_have_trailing_zeros() {
+        let cases = [
+            (0.36276112, "0.36276"),
+            (-12.0, "-12.000"),
+            (1.23456e-7, "1.2346e-7"),
+            (9.999996, "10.000"),
+            (123456.0, "1.2346e5"),
+            (0.0, "0"),
+            (f64::NAN, "NaN"),
+            (f64::NEG_INFINITY, "-inf"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(in_column(value, DIGITS), text);
+        }
     }
 }

@@ -239,9 +239,9 @@ fn constraint(problem: &Problem, j: usize, design: &[f64], evaluation: &Evaluati
 pub fn values(problem: &Problem, j: usize, design: &[f64], evaluation: &Evaluation) -> Vec<Option<f64>> {
     let constraint = &problem.constraints[j];
     let beta = constraint.bound.map_or(0.0, |k| design[k]);
-    let value = |g: f64| constraint.sign() * (constraint.signed_limit() + constraint.scale * (g - 1.0) + beta);
-    let rows = evaluation.constraints[j].iter().enumerate();
-    rows.map(|(p, g)| problem.holds(j, p).then(|| value(*g))).collect()
+    let value = |c: f64| constraint.sign() * (constraint.signed_limit() + constraint.scale * c + beta);
+    let rows = evaluation.residuals[j].iter().enumerate();
+    rows.map(|(p, c)| problem.holds(j, p).then(|| value(*c))).collect()
 }
 
 /// The name of a constraint as stated: that of the pair for a side of a two-sided one.

@@ -53,13 +53,13 @@ pub fn runs<'a>(title: &str, runs: impl IntoIterator<Item = &'a SuiteRun>) -> Re
             run.problem.into(),
             run.transformation.to_string().as_str().into(),
             run.method.as_str().into(),
-            run.judgement.map_or("refused".to_owned(), |j| j.verdict.to_string()).as_str().into(),
+            run.verification.map_or("refused".to_owned(), |j| j.verdict.to_string()).as_str().into(),
             run.status.as_str().into(),
             run.work.analyses.into(),
             run.work.sensitivity_analyses.into(),
-            number(run.judgement.map(|j| j.objective)),
-            number(run.judgement.and_then(|j| j.excess)),
-            number(run.judgement.map(|j| j.violation)),
+            number(run.verification.map(|j| j.objective)),
+            number(run.verification.and_then(|j| j.excess)),
+            number(run.verification.map(|j| j.violation)),
         ])?;
     }
     Ok(table)
@@ -108,7 +108,7 @@ pub fn summary(title: &str, all: &[SuiteRun]) -> Result<Table> {
     for method in methods(all) {
         let runs: Vec<&SuiteRun> = all.iter().filter(|run| run.method == method).collect();
         let solved: Vec<&SuiteRun> = runs.iter().copied().filter(|run| run.is_solved()).collect();
-        let count = |v: Verdict| runs.iter().filter(|run| run.judgement.is_some_and(|j| j.verdict == v)).count();
+        let count = |v: Verdict| runs.iter().filter(|run| run.verification.is_some_and(|j| j.verdict == v)).count();
         let analyses: Vec<usize> = solved.iter().map(|run| run.work.analyses).collect();
         let sensitivities: Vec<usize> = solved.iter().map(|run| run.work.sensitivity_analyses).collect();
         let ratios: Vec<f64> =
@@ -121,9 +121,9 @@ pub fn summary(title: &str, all: &[SuiteRun]) -> Result<Table> {
             count(Verdict::Optimum).into(),
             count(Verdict::LocalOptimum).into(),
             count(Verdict::CorrectEnd).into(),
-            count(Verdict::HonestEnd).into(),
+            count(Verdict::Unsolved).into(),
             count(Verdict::False).into(),
-            runs.iter().filter(|run| run.judgement.is_none()).count().into(),
+            runs.iter().filter(|run| run.verification.is_none()).count().into(),
             median(&analyses).map_or(Cell::Empty, Cell::Number),
             median(&sensitivities).map_or(Cell::Empty, Cell::Number),
             analyses.iter().sum::<usize>().into(),

@@ -12,7 +12,7 @@
 //! | `multi_start`, `sweep`, `optimum` | optimizations from many starts, over a parameter, on a Pareto front |
 //! | `tolerance`, `reliability` | scatter of results, and reliability indices |
 //! | `indices` | sensitivity indices |
-//! | `figures`, `page` | figures of rows, the page |
+//! | `figures` | figures of rows |
 //!
 //! A run is a pure function of its number. Rows are therefore the same for any number of threads, and runs may be done in parts.
 //!
@@ -41,7 +41,6 @@ mod indices;
 mod model;
 mod multi_start;
 mod optimum;
-mod page;
 mod plan;
 mod reliability;
 mod rows;
@@ -63,6 +62,8 @@ pub use sweep::undominated;
 
 use self::model::two_sides;
 use crate::model_file::{Diagnostic, Read, Word, settings};
+use crate::report::number::counted;
+use crate::report::page::{Badge, Page, PageSection};
 use crate::report::table::Table;
 use crate::storage::fnv1a;
 use crate::{Error, Result};
@@ -71,6 +72,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Version of row files and study folders.
 pub const VERSION: u32 = 1;
+
+/// Largest number of failed runs in the table of the page.
+const FAILURES: usize = 50;
 
 /// One of several equal parts of the runs of a study: those whose number leaves the same remainder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -239,6 +243,38 @@ impl Study {
     /// Those of [`StudyPlan::conclude`].
     pub fn conclude(&self, rows: &Rows) -> Result<Conclusions> {
         self.plan.conclude(rows)
+    }
+}
+
+impl Study {
+    /// The page: what the study answers, figures, tables, and failures.
+    pub fn page(&self, rows: &Rows, conclusion: &Conclusions) -> Page {
+        let failed = rows.all().filter(|row| row.has_failed()).count();
+        let (word, badge) = match failed {
+            0 => ("complete".to_owned(), Badge::Good),
+            _ => (format!("{} failed", counted(failed, ["run", "runs"])), Badge::Fair),
+        };
+        let mut answer = conclusion
+            .sentences
+            .iter()
+            .fold(PageSection::new("answer", "Result"), |section, text| section.paragraph(text));
+        for (name, caption, figure) in &conclusion.figures {
+            answer = answer.figure(name, caption, figure.clone());
+        }
+        for (_, table) in &conclusion.tables {
+            answer = answer.table(table.clone());
+        }
+        let page = Page::new(self.title()).status(word, badge).card("runs", rows.len().to_string(), "").with(answer);
+        if failed > 0 { page.with(self.failures(rows)) } else { page }
+    }
+
+    fn failures(&self, rows: &Rows) -> PageSection {
+        let mut table = Table::new("Failed runs", ["phase", "run", "reason"]);
+        for row in rows.all().filter(|row| row.has_failed()).take(FAILURES) {
+            let cells = [self.phases()[row.phase].name.into(), row.run.into(), row.failure.as_str().into()];
+            table.push(cells).expect("the row has three cells");
+        }
+        PageSection::new("failures", "Failures").table(table)
     }
 }
 

@@ -425,7 +425,7 @@ fn of_analyzed(problem: &Problem, analyzed: &AnalyzedDesign, wanted: &[StudyQuan
         ResultKind::Constraint(i) => constraints[*i].value,
         ResultKind::Margin(i) | ResultKind::Distance(i) => constraints[*i].margin,
         ResultKind::Violation => {
-            let worst = |j: usize| evaluation.worst_of(j).map(|(_, g)| evaluation.violation(j, g));
+            let worst = |j: usize| evaluation.worst_of(j).map(|(_, c)| evaluation.violation(j, c));
             100.0 * outcome::stated_constraints(problem).filter_map(worst).fold(-1.0, f64::max)
         }
         other => output(responses, other).map_or(f64::NAN, |at| responses.at(at)),

@@ -17,7 +17,7 @@ use super::reliability::first_order_reliability;
 use super::rows::{Row, Rows};
 use super::sample::{analysed, columns, mean_and_deviation};
 use super::sequence::PointSequence;
-use crate::report::figure::Figure;
+use crate::report::figure::{Figure, Panel};
 use crate::report::number::{readable, unit_of_derivative};
 use crate::report::table::{Cell, Table};
 use crate::{Error, Result};
@@ -280,9 +280,35 @@ impl StudyPlan for Tolerances {
             let why = rows.get(DERIVATIVES, 0).map_or("", |row| row.failure.as_str());
             return Err(Error::analysis("the mean design", why, "choose means at which the model can be analysed"));
         };
-        let names: Vec<String> = self.evaluator.varied().iter().map(|number| number.name.clone()).collect();
-        let mut sentences = vec![];
-        let mut panels = vec![];
+        let (mut sentences, panels) = self.variances(nominal);
+        for (q, quantity) in self.wanted.iter().enumerate() {
+            if let Some(k) = self.uneven(rows, q) {
+                sentences.push(format!(
+                    "{} has no second-order values: its derivative with respect to {} does not change evenly within {ASIDE} standard deviations of the mean, as \
+                     where an extreme moves to another time point.",
+                    quantity.name, self.evaluator.varied()[k].name
+                ));
+            }
+        }
+        for margin in self.margins.iter().filter(|margin| margin.is_of_equation()) {
+            let name = margin.name.strip_suffix(".margin").unwrap_or(&margin.name);
+            sentences.push(format!("{name} is an equation, which has no reliability index: scattered values miss it."));
+        }
+        sentences.extend((0..self.limits.len()).filter_map(|limit| self.about_limit(rows, limit)));
+        let figures = self.figures(rows, panels);
+        let mut tables = vec![("moments".to_owned(), self.moments(rows, nominal)?)];
+        if !self.margins.is_empty() {
+            tables.push(("reliability".to_owned(), self.reliability(rows)?));
+        }
+        Ok(Conclusions { sentences, tables, figures })
+    }
+}
+
+impl Tolerances {
+    /// For each quantity with a variance: a sentence about it, and bars of the shares of the variables in it.
+    fn variances(&self, nominal: &Row) -> (Vec<String>, Vec<Panel>) {
+        let names = self.names();
+        let (mut sentences, mut panels) = (vec![], vec![]);
         for (q, quantity) in self.wanted.iter().enumerate() {
             let g = self.gradient(nominal, q);
             let variance = first_order_variance(&g, &self.distributions);
@@ -309,25 +335,16 @@ impl StudyPlan for Tolerances {
                 &[("first order", shares)],
             ));
         }
-        for (q, quantity) in self.wanted.iter().enumerate() {
-            if let Some(k) = self.uneven(rows, q) {
-                sentences.push(format!(
-                    "{} has no second-order values: its derivative with respect to {} does not change evenly within {ASIDE} standard deviations of the mean, as \
-                     where an extreme moves to another time point.",
-                    quantity.name, names[k]
-                ));
-            }
-        }
-        for margin in self.margins.iter().filter(|margin| margin.is_of_equation()) {
-            let name = margin.name.strip_suffix(".margin").unwrap_or(&margin.name);
-            sentences.push(format!("{name} is an equation, which has no reliability index: scattered values miss it."));
-        }
-        sentences.extend((0..self.limits.len()).filter_map(|limit| self.about_limit(rows, limit)));
+        (sentences, panels)
+    }
+
+    /// The shares of the variances, and histograms of the first quantities.
+    fn figures(&self, rows: &Rows, shares: Vec<Panel>) -> Vec<(String, String, Figure)> {
         let mut figures: Vec<(String, String, Figure)> = vec![];
-        if let Some(figure) = stacked("Shares of the variances", panels, names.len()) {
+        if let Some(figure) = stacked("Shares of the variances", shares, self.distributions.len()) {
             figures.push(("shares".to_owned(), "Which variable makes the results scatter.".to_owned(), figure));
         }
-        let first = names.len();
+        let first = self.distributions.len();
         let histograms: Vec<_> = (0..self.wanted.len().min(4))
             .filter_map(|q| histogram(&self.phases[SAMPLES].columns[first + q], &self.values(rows, q)))
             .collect();
@@ -336,15 +353,14 @@ impl StudyPlan for Tolerances {
             let figure = histograms.into_iter().fold(figure, Figure::with);
             figures.push(("samples".to_owned(), "Results of the sample.".to_owned(), figure));
         }
-        let mut tables = vec![("moments".to_owned(), self.moments(rows, nominal)?)];
-        if !self.margins.is_empty() {
-            tables.push(("reliability".to_owned(), self.reliability(rows)?));
-        }
-        Ok(Conclusions { sentences, tables, figures })
+        figures
     }
-}
 
-impl Tolerances {
+    /// Names of what varies.
+    fn names(&self) -> Vec<String> {
+        self.evaluator.varied().iter().map(|number| number.name.clone()).collect()
+    }
+
     /// Sampled values of a quantity.
     fn values(&self, rows: &Rows, q: usize) -> Vec<f64> {
         let column = self.distributions.len() + q;

@@ -131,7 +131,7 @@ fn functionals_of_histories_have_one_gradient_by_the_adjoint_method() {
     };
     let ((_, evaluation, direct, many), (problem, same, adjoint, few)) = (of("direct"), of("adjoint"));
     assert_eq!((many, few), (201, 2));
-    assert_eq!((evaluation.objective, evaluation.constraints), (same.objective, same.constraints));
+    assert_eq!((evaluation.objective, evaluation.residuals), (same.objective, same.residuals));
     for (a, b) in direct.iter().zip(&adjoint) {
         assert!((a - b).abs() < 1e-9 * a.abs(), "{direct:?} {adjoint:?}");
     }

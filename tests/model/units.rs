@@ -108,7 +108,7 @@ fn a_model_in_other_units_is_the_model_in_si() {
     let [a, b] = [&si, &other].map(|problem| problem.analyze_design(&problem.start()).unwrap());
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * (1.0 + b.abs());
     assert!(close(b.evaluation.objective, 100.0 * a.evaluation.objective));
-    for (x, y) in a.evaluation.constraints.iter().flatten().zip(b.evaluation.constraints.iter().flatten()) {
+    for (x, y) in a.evaluation.residuals.iter().flatten().zip(b.evaluation.residuals.iter().flatten()) {
         assert!(close(*x, *y), "{x} {y}");
     }
     for (p, (x, y)) in a.responses.values[0].iter().zip(&b.responses.values[0]).enumerate() {
@@ -408,7 +408,7 @@ fn a_false_label_changes_no_number() {
         let problem = read("m.toml", &text).unwrap().problem().unwrap();
         let responses = problem.analyze(&problem.start()).unwrap();
         let evaluation = problem.evaluate(&problem.start(), &responses).unwrap();
-        (responses.values, evaluation.objective, evaluation.constraints)
+        (responses.values, evaluation.objective, evaluation.residuals)
     };
     assert_eq!(with("unit = \"mm\""), with("unit = \"m\""));
 }

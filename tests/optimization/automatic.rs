@@ -89,7 +89,7 @@ fn an_infeasible_problem_ends_at_a_stationary_point_of_the_violation_and_says_so
     assert!(end.reason.contains("the violation is stationary here"), "{}", end.reason);
     // x₁² + x₂² − 1 and 3 − x₁ − x₂ are both 1 at (1, 1), where their largest value is least.
     assert!(end.design.iter().all(|b| (b - 1.0).abs() < 1e-3), "{:?}", end.design);
-    assert!((end.evaluation.worst().unwrap().1 - 2.0).abs() < 1e-3, "{:?}", end.evaluation.worst());
+    assert!((end.evaluation.worst().unwrap().1 - 1.0).abs() < 1e-3, "{:?}", end.evaluation.worst());
 }
 
 /// x² + y² between two circles, on the line x + y = 1 with y ≥ 0.5.
@@ -276,11 +276,11 @@ fn wide_bounds_in_place_of_none_do_not_change_the_verdict() {
             }
             let end = solve(&problem);
             assert_eq!(end.status, Status::Converged, "{name} within {bound:e}: {}", end.reason);
-            let judged =
-                suite::judge(entry, &Transformation::default(), &free, end.status.into(), &end.design).unwrap();
+            let found =
+                suite::verify_claim(entry, &Transformation::default(), &free, end.status.into(), &end.design).unwrap();
             assert!(
-                matches!(judged.verdict, Verdict::Optimum | Verdict::LocalOptimum),
-                "{name} within {bound:e}: {judged:?}"
+                matches!(found.verdict, Verdict::Optimum | Verdict::LocalOptimum),
+                "{name} within {bound:e}: {found:?}"
             );
         }
     }
@@ -293,8 +293,8 @@ fn an_objective_is_not_zero_beside_that_of_a_start_far_away() {
         let (entry, transformation) = (find(name).unwrap(), Transformation::parse(start).unwrap());
         let problem = transformation.build(entry).unwrap();
         let end = solve(&problem);
-        let judgement = suite::judge(entry, &transformation, &problem, suite::Claim::from(end.status), &end.design);
-        assert_ne!(judgement.unwrap().verdict, Verdict::False, "{name}, {start}: {}", end.reason);
+        let verification = suite::verify_claim(entry, &transformation, &problem, suite::Claim::from(end.status), &end.design);
+        assert_ne!(verification.unwrap().verdict, Verdict::False, "{name}, {start}: {}", end.reason);
     }
 }
 
@@ -490,7 +490,7 @@ fn no_claim_about_a_problem_of_the_suites_is_false() {
     let entries: Vec<_> = suite::problems().filter(|entry| !entry.expensive).collect();
     let runs = suite::run(&entries, &[Transformation::default()], &[preset("automatic").unwrap()]).unwrap();
     let of = |wanted: &dyn Fn(Verdict) -> bool| -> Vec<&str> {
-        runs.iter().filter(|run| run.judgement.is_some_and(|j| wanted(j.verdict))).map(|run| run.problem).collect()
+        runs.iter().filter(|run| run.verification.is_some_and(|j| wanted(j.verdict))).map(|run| run.problem).collect()
     };
     let wrong = of(&|v| v == Verdict::False);
     assert!(wrong.is_empty(), "false: {wrong:?}");

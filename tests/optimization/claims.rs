@@ -19,7 +19,7 @@ fn false_claims(problems: &[&str], transformations: &[&str], presets: &[&'static
     let entries: Vec<_> = problems.iter().map(|name| find(name).unwrap()).collect();
     let transformations: Vec<_> = transformations.iter().map(|text| Transformation::parse(text).unwrap()).collect();
     let runs = suite::run(&entries, &transformations, presets).unwrap();
-    let wrong = runs.iter().filter(|run| run.judgement.is_some_and(|j| j.verdict == Verdict::False));
+    let wrong = runs.iter().filter(|run| run.verification.is_some_and(|j| j.verdict == Verdict::False));
     wrong.map(|run| format!("{} on {}, {}", run.method, run.problem, run.transformation)).collect()
 }
 

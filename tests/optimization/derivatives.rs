@@ -71,7 +71,7 @@ fn assert_quantities(problem: &Problem, b: &[f64], known: &Sensitivities) {
     }
     let values = |b: &[f64]| {
         let all = problem.evaluate(b, &problem.analyze(b).unwrap()).unwrap();
-        [vec![all.objective], all.constraints.concat()].concat()
+        [vec![all.objective], all.residuals.concat()].concat()
     };
     let exact = DMatrix::from_row_iterator(rows.len() / b.len(), b.len(), rows);
     assert_close("objective and constraints", &exact, &differences(values, b));

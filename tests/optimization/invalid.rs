@@ -296,7 +296,7 @@ fn a_state_whose_parts_do_not_have_the_shape_of_the_problem_is_refused() {
     refused(|s| _ = s.design.pop(), &["design of the state: expected length 8, got 7"]);
     refused(|s| _ = s.factors.pop(), &["factors of the state: expected length 8, got 7"]);
     refused(|s| _ = s.responses.values[1].pop(), &["response `y2`: expected length 8, got 7"]);
-    refused(|s| _ = s.evaluation.constraints.pop(), &["constraints of the state: expected length 2, got 1"]);
+    refused(|s| _ = s.evaluation.residuals.pop(), &["constraints of the state: expected length 2, got 1"]);
     refused(|s| s.factors[0] = -1.0, &["a move-limit factor is not positive"]);
     refused(|s| s.counters.subproblem_iterations = usize::MAX, &["a counter is above"]);
     refused(|s| s.evaluation.equalities.push(7), &["equality constraints [7] are not those of the problem"]);

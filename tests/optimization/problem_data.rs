@@ -80,7 +80,7 @@ fn a_window_has_rows_inside_only() {
     let points: Vec<usize> = problem.all_rows().iter().map(|row| row.point).collect();
     assert_eq!(points, (25..=45).collect::<Vec<_>>());
     let here = problem.analyze_design(&[0.8, 0.3]).unwrap();
-    let history = &here.evaluation.constraints[0];
+    let history = here.evaluation.normalized(0);
     for (p, g) in history.iter().enumerate() {
         let inside = here.responses.values[0][p] / 0.3;
         assert!(if points.contains(&p) { (g - inside).abs() < 1e-12 } else { *g == 0.0 }, "{p}: {g}");

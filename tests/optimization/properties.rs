@@ -219,7 +219,8 @@ proptest! {
     ) {
         let g: Vec<f64> = steps.iter().map(|&s| 0.25 * f64::from(s)).collect();
         let problem = one_history(g.len());
-        let evaluation = Evaluation { objective: 0.0, constraints: vec![g.clone()], equalities: vec![], peaks: vec![] };
+        let residuals = vec![g.iter().map(|g| g - 1.0).collect()];
+        let evaluation = Evaluation { objective: 0.0, residuals, equalities: vec![], peaks: vec![] };
         for selection in [Selection::All, Selection::NearMaxima(neighbours)] {
             let retained = Screening { cutoff, selection, ..Screening::default() }.retain(&problem, &evaluation);
             let is_retained = |p: usize| retained.iter().any(|row| row.point == p);

@@ -2,7 +2,7 @@
 //! recognized.
 
 use super::documented::assert_table;
-use linkwright::cases::suite::{Claim, Suite, Transformation, Verdict, judge, problems, run};
+use linkwright::cases::suite::{Claim, Suite, Transformation, Verdict, verify_claim, problems, run};
 use linkwright::cases::{AnalysisCounts, CatalogueEntry, KnownSolution, find};
 use linkwright::nlp::{Program, Sqp, SubproblemSolver};
 use linkwright::problem::DirectCoupling;
@@ -16,7 +16,7 @@ fn small_problems() -> impl Iterator<Item = &'static CatalogueEntry> {
 fn verdict(name: &str, claim: Claim, design: &[f64]) -> Verdict {
     let entry = find(name).unwrap();
     let problem = (entry.build)().unwrap();
-    judge(entry, &Transformation::default(), &problem, claim, design).unwrap().verdict
+    verify_claim(entry, &Transformation::default(), &problem, claim, design).unwrap().verdict
 }
 
 /// No multipliers exist at these optima.
@@ -81,8 +81,8 @@ fn transformations_scale_values_and_derivatives_and_keep_the_optimum() {
                 assert!(close(a.rows[(i, j)] * 1e3 / factors[j], b.rows[(i, j)], 1.0), "{name}: row {i}, variable {j}");
             }
         }
-        let judged = judge(entry, &transformation, &scaled, Claim::Converged, &design).unwrap();
-        assert_eq!(judged.verdict, Verdict::Optimum, "{name}: {judged:?}");
+        let found = verify_claim(entry, &transformation, &scaled, Claim::Converged, &design).unwrap();
+        assert_eq!(found.verdict, Verdict::Optimum, "{name}: {found:?}");
     }
 }
 
@@ -124,7 +124,7 @@ fn optima_local_optima_and_honest_ends_are_told_apart() {
     );
     assert_eq!(
         verdict("hs71", Claim::Nothing, &[1.0, 4.742_999_638, 3.821_149_984, 1.379_408_293]),
-        Verdict::HonestEnd
+        Verdict::Unsolved
     );
     assert_eq!(verdict("hs16", Claim::Converged, &[-0.5, 0.5f64.sqrt()]), Verdict::LocalOptimum);
     // A point of HS 44 on a bound, from which the objective decreases.
@@ -251,16 +251,16 @@ fn noise_leads_to_honest_ends_as_documented() {
     for transformation in transformations {
         for method in methods {
             let of: Vec<_> = runs.iter().filter(|r| r.transformation == transformation && r.method == method).collect();
-            let judged = || of.iter().filter_map(|r| r.judgement);
-            let reached = judged().filter(|j| j.is_reached).count();
-            let wrong = judged().filter(|j| j.verdict == Verdict::False).count();
+            let found = || of.iter().filter_map(|r| r.verification);
+            let reached = found().filter(|j| j.is_reached).count();
+            let wrong = found().filter(|j| j.verdict == Verdict::False).count();
             let converged = of.iter().filter(|r| r.status == "converged").count();
             let work = of.iter().fold([0, 0], |[a, s], r| [a + r.work.analyses, s + r.work.sensitivity_analyses]);
             assert_eq!(wrong, 0, "{method} at {transformation}");
             let noise = transformation.noise;
             text += &format!(
                 "| {noise:e} | `{method}` | {} | {reached} | {converged} | {wrong} | {}+{} |\n",
-                judged().count(),
+                found().count(),
                 work[0],
                 work[1]
             );

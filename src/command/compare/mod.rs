@@ -1,9 +1,7 @@
 //! `linkwright compare PROBLEM`, `linkwright compare FILE` and `linkwright compare --suite SUITE`.
 
-mod shown;
 mod suite;
 
-use self::shown::OutputForm;
 use self::suite::{Comparison, SuiteName};
 use super::budget::Budget;
 use super::model::{ModelSettings, is_file, located};
@@ -311,7 +309,7 @@ fn file_table(model: &Model, problem: &Problem, rows: &[FileRun]) -> linkwright:
         let number = |v: f64| if v.is_finite() { Cell::Number(v) } else { Cell::Empty };
         table.push([
             name,
-            format!("{:?}", state.status).as_str().into(),
+            state.status.to_string().as_str().into(),
             state.cycles().into(),
             state.counters.analyses.into(),
             state.counters.sensitivity_analyses.into(),
@@ -322,4 +320,29 @@ fn file_table(model: &Model, problem: &Problem, rows: &[FileRun]) -> linkwright:
         ])?;
     }
     Ok(table)
+}
+
+/// Form of the output of a comparison.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum OutputForm {
+    /// Text with this number of significant digits.
+    Text(usize),
+    Json,
+    Nothing,
+}
+
+impl OutputForm {
+    /// Prints a table, as text or as a line of JSON for each row.
+    pub fn table(self, table: &Table) -> anyhow::Result<()> {
+        match self {
+            Self::Text(digits) => say(&table.text_with(digits)),
+            Self::Json => table.json_lines().iter().try_for_each(|line| say(line)),
+            Self::Nothing => Ok(()),
+        }
+    }
+
+    /// Prints a line that is not part of the JSON.
+    pub fn text(self, line: &str) -> anyhow::Result<()> {
+        if matches!(self, Self::Text(_)) { say(line) } else { Ok(()) }
+    }
 }

@@ -1,6 +1,6 @@
 //! `linkwright compare --suite SUITE`.
 
-use super::shown::OutputForm;
+use super::OutputForm;
 use crate::command::output_folder::OutputFolder;
 use crate::command::progress::{Show, working};
 use anyhow::{Context, anyhow, bail};
@@ -84,7 +84,7 @@ impl Comparison<'_> {
             }
         }
         self.show.text(&format!("Runs, summary and profiles are in {}", out.display()))?;
-        let wrong = all[..ours].iter().filter(|r| r.judgement.is_some_and(|j| j.verdict == Verdict::False)).count();
+        let wrong = all[..ours].iter().filter(|r| r.verification.is_some_and(|j| j.verdict == Verdict::False)).count();
         if wrong > 0 {
             bail!("{wrong} of {ours} runs end with a false statement; `runs.csv` lists them with the verdict FALSE");
         }
@@ -97,7 +97,7 @@ impl Comparison<'_> {
             return self.show.table(table);
         }
         let is_shown = |r: &&SuiteRun| {
-            let verdict = r.judgement.map(|j| j.verdict);
+            let verdict = r.verification.map(|j| j.verdict);
             self.methods.len() == 1 || verdict == Some(Verdict::False)
         };
         let shown: Vec<&SuiteRun> = ours.iter().filter(is_shown).collect();
@@ -140,7 +140,7 @@ fn by_transformation(title: &str, all: &[SuiteRun]) -> linkwright::Result<Table>
         }
         done.push(transformation);
         let same: Vec<&SuiteRun> = all.iter().filter(|r| r.transformation == transformation).collect();
-        let count = |v: Verdict| same.iter().filter(|r| r.judgement.is_some_and(|j| j.verdict == v)).count();
+        let count = |v: Verdict| same.iter().filter(|r| r.verification.is_some_and(|j| j.verdict == v)).count();
         let mut work: Vec<usize> = same.iter().filter(|r| r.is_solved()).map(|r| r.work.total()).collect();
         work.sort_unstable();
         table.push([
@@ -148,11 +148,11 @@ fn by_transformation(title: &str, all: &[SuiteRun]) -> linkwright::Result<Table>
             same.len().into(),
             work.len().into(),
             count(Verdict::LocalOptimum).into(),
-            count(Verdict::HonestEnd).into(),
+            count(Verdict::Unsolved).into(),
             count(Verdict::False).into(),
             work.get(work.len() / 2).map_or(Cell::Empty, |w| (*w).into()),
             work.iter().sum::<usize>().into(),
-            same.iter().filter(|r| r.judgement.is_some_and(|j| j.is_reached)).count().into(),
+            same.iter().filter(|r| r.verification.is_some_and(|j| j.is_reached)).count().into(),
         ])?;
     }
     Ok(table)

@@ -7,8 +7,7 @@
 //! | `session` | the model file, its unsaved edits, and what pages are told about them |
 //! | `optimization` | a run that is watched and steered, in its folder |
 //! | `steps` | the steps of a run, which a worker does |
-//! | `cycles` | trial steps of a run as pages show them |
-//! | `stored` | stored runs and studies: cycles, rows, differences, notes |
+//! | `stored` | trial steps of runs, stored runs and studies, as pages show them: cycles, rows, differences, notes |
 //! | `queue` | requests for analyses: the newest of each page counts, a running one can be stopped |
 //! | `process` | worker processes: how they are started, asked and stopped |
 //! | `worker` | what a worker does: analyses and steps of runs, which can be stopped at any moment |
@@ -16,7 +15,6 @@
 //! | `page/` | the page itself: HTML, style and scripts, without a build step and without a network |
 
 mod analysis;
-mod cycles;
 mod guard;
 mod optimization;
 mod process;

@@ -9,11 +9,10 @@ use super::super::budget::Budget;
 use super::super::model::located;
 use super::super::optimize;
 use super::super::run_directory::{RunDirectory, SettingChange};
-use super::cycles::{cycles, own};
 use super::guard::message;
 use super::process::{WorkerCommand, lock};
 use super::steps::{RunSteps, StopHandle};
-use super::stored;
+use super::stored::{self, cycles, own};
 use super::worker::{ModelLine, WorkerRequest};
 use anyhow::{Context, bail, ensure};
 use linkwright::model_file::{Model, read, with_setting};
@@ -429,7 +428,7 @@ impl SteeredRun {
 
     fn refuse(&mut self) -> anyhow::Result<()> {
         let base = self.earlier.last().cloned().context("the proposal is not one of this session")?;
-        let state = self.model.method().refuse_by_hand(&self.problem, base.clone(), &self.state)?;
+        let state = self.model.method().reject_accepted_step(&self.problem, base.clone(), &self.state)?;
         self.replace(base, state, "proposal refused by hand")
     }
 

@@ -1,12 +1,14 @@
-//! Stored runs and studies of the model of a session, as pages show them.
+//! Runs and studies of the model of a session, stored ones above all, as pages show them.
 
 use super::super::output::results;
 use super::super::run_directory::{RunDirectory, SettingChange, changes};
 use super::super::run_entry::{self, RunEntry};
 use super::super::runs::RunComparison;
 use super::super::study::stored_study;
-use super::cycles::cycles;
 use anyhow::{Context, ensure};
+use linkwright::problem::Problem;
+use linkwright::report::outcome;
+use linkwright::sao::{Cycle, RunState};
 use linkwright::storage::Directory;
 use serde_json::{Value, json};
 
@@ -110,4 +112,25 @@ pub fn other_settings(before: &str, after: &str) -> Vec<String> {
 /// True for settings in which two runs of one problem can differ.
 fn is_free(change: &SettingChange) -> bool {
     change.may_be_edited() || (change.key.starts_with("design.") && change.key.ends_with(".start"))
+}
+
+/// The values of the variables that the model states: all but the bound of a peak.
+pub fn own(problem: &Problem, values: &[f64]) -> Vec<f64> {
+    let bound = problem.objective.peak().map(|peak| peak.variable);
+    values.iter().enumerate().filter(|(k, _)| Some(*k) != bound).map(|(_, v)| *v).collect()
+}
+
+/// The trial steps of a run as pages show them.
+pub fn cycles(problem: &Problem, state: &RunState) -> Vec<Value> {
+    let one = |(k, cycle): (usize, &Cycle)| {
+        json!({
+            "cycle": cycle.cycle, "accepted": cycle.accepted, "design": own(problem, &cycle.design),
+            "objective": outcome::objective_of_step(problem, state, k).ok(),
+            "predicted": outcome::predicted_objective(problem, cycle),
+            "violation": outcome::violation(problem, cycle),
+            "objective_error": cycle.objective_error_pct, "constraint_error": cycle.constraint_error_pct,
+            "retained": cycle.retained.len(), "active": cycle.active.len(), "failure": cycle.failure,
+        })
+    };
+    state.history.iter().enumerate().map(one).collect()
 }

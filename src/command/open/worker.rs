@@ -138,7 +138,7 @@ impl OptimizedModel {
             WorkerRequest::Start | WorkerRequest::Analyze { .. } => method.start(problem),
             WorkerRequest::Step { state } => method.step(problem, of(state)?),
             WorkerRequest::Restart { state } => method.restart(problem, of(state)?),
-            WorkerRequest::Accept { state } => method.accept_by_hand(problem, of(state)?),
+            WorkerRequest::Accept { state } => method.accept_rejected_step(problem, of(state)?),
         };
         located(&self.model, state).map(Box::new)
     }

@@ -1,6 +1,5 @@
 //! `linkwright study FILE` and `linkwright study merge DIR…`.
 
-mod page;
 mod study_folder;
 
 pub use study_folder::{StudyProgress, StudyRecord};
@@ -13,9 +12,9 @@ use super::output_folder::{create, name_of, numbered};
 use super::progress::Show;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Subcommand};
-use linkwright::report::table::one_line;
+use linkwright::report::table::{Table, one_line};
 use linkwright::storage::{Directory, read_file};
-use linkwright::study::{self as studies, Column, ModelSource, Part, Phase, Row, Rows, StudyFile};
+use linkwright::study::{self as studies, Column, Conclusions, ModelSource, Part, Phase, Row, Rows, StudyFile};
 use serde_json::json;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -229,13 +228,7 @@ impl StudyOutput {
         if !rows.is_empty() {
             self.show().note(&format!("{} runs are done already, {missing} are missing.", rows.len()))?;
         }
-        at_interruption(|| {
-            let is_second = STOPPED.swap(true, Ordering::Relaxed);
-            if !is_second {
-                complain("\nstopping after the runs that have begun; Ctrl-C again stops at once");
-            }
-            is_second
-        });
+        stop_at_interruption();
         let progress = Mutex::new((folder, RunCount::new(self.show(), missing), None));
         let observe = |row: &Row| {
             let mut guard = progress.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -300,48 +293,23 @@ impl StudyOutput {
             bail!("all {failed} runs failed: {reason}; the rows are in {shown}");
         }
         if missing > 0 {
-            let show = self.show();
-            show.note(&format!("{} runs are done, {failed} of them failed.", rows.len()))?;
-            if part == Part::WHOLE {
-                show.note(&format!(
-                    "{missing} runs are missing; `linkwright study FILE --out {}` does them",
-                    argument(&shown)
-                ))?;
-            } else {
-                show.note(&format!(
+            self.show().note(&format!("{} runs are done, {failed} of them failed.", rows.len()))?;
+            self.show().note(&match part == Part::WHOLE {
+                true => format!("{missing} runs are missing; `linkwright study FILE --out {}` does them", argument(&shown)),
+                false => format!(
                     "Part {}/{} is complete; `linkwright study merge DIR…` joins the parts",
                     part.number, part.of
-                ))?;
-            }
+                ),
+            })?;
             return Ok(ExitCode::SUCCESS);
         }
         let conclusion = study.conclude(rows)?;
         for (name, table) in &conclusion.tables {
             folder.write_table(name, table)?;
         }
-        let tables: serde_json::Map<String, serde_json::Value> = conclusion
-            .tables
-            .iter()
-            .map(|(name, table)| {
-                let lines = table.json_lines();
-                (
-                    name.clone(),
-                    lines.iter().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok()).collect(),
-                )
-            })
-            .collect();
-        let summary = json!({
-            "event": "end",
-            "version": studies::VERSION,
-            "title": study.title(),
-            "runs": rows.len(),
-            "failed": failed,
-            "conclusions": conclusion.sentences,
-            "columns": study.phases().iter().map(columns).collect::<serde_json::Map<_, _>>(),
-            "tables": tables,
-        });
+        let summary = summary(study, [rows.len(), failed], &conclusion);
         folder.write(SUMMARY, serde_json::to_string_pretty(&summary)?.as_bytes())?;
-        folder.write(PAGE, page::page(study, rows, &conclusion).html()?.as_bytes())?;
+        folder.write_page(study, rows, &conclusion)?;
         match self.show() {
             Show::Nothing => {}
             Show::JsonLines => say(&summary.to_string())?,
@@ -349,17 +317,49 @@ impl StudyOutput {
                 if failed > 0 {
                     say(&format!("{failed} of {} runs failed; the column `failure` has the reasons.", rows.len()))?;
                 }
-                for (_, table) in &conclusion.tables {
-                    say(table.text_with(self.digits.count()).trim_end())?;
-                }
-                for sentence in &conclusion.sentences {
-                    say(&one_line(sentence))?;
-                }
+                self.say_conclusion(&conclusion)?;
                 say(&format!("Results are in {shown}; open {}", argument(&format!("{shown}/{PAGE}"))))?;
             }
         }
         Ok(ExitCode::SUCCESS)
     }
+
+    /// Prints the tables and sentences of the conclusions.
+    fn say_conclusion(&self, conclusion: &Conclusions) -> anyhow::Result<()> {
+        for (_, table) in &conclusion.tables {
+            say(table.text_with(self.digits.count()).trim_end())?;
+        }
+        conclusion.sentences.iter().try_for_each(|sentence| say(&one_line(sentence)))
+    }
+}
+
+/// Sets [`STOPPED`] at Ctrl-C; a second one ends the process.
+fn stop_at_interruption() {
+    at_interruption(|| {
+        let is_second = STOPPED.swap(true, Ordering::Relaxed);
+        if !is_second {
+            complain("\nstopping after the runs that have begun; Ctrl-C again stops at once");
+        }
+        is_second
+    });
+}
+
+/// The conclusions of a study as JSON, with the numbers of runs and of failed runs.
+fn summary(study: &studies::Study, [runs, failed]: [usize; 2], conclusion: &Conclusions) -> serde_json::Value {
+    let rows_of = |table: &Table| -> Vec<serde_json::Value> {
+        table.json_lines().iter().filter_map(|line| serde_json::from_str(line).ok()).collect()
+    };
+    let tables = conclusion.tables.iter().map(|(name, table)| (name.clone(), serde_json::Value::from(rows_of(table))));
+    json!({
+        "event": "end",
+        "version": studies::VERSION,
+        "title": study.title(),
+        "runs": runs,
+        "failed": failed,
+        "conclusions": conclusion.sentences,
+        "columns": study.phases().iter().map(columns).collect::<serde_json::Map<_, _>>(),
+        "tables": tables.collect::<serde_json::Map<_, _>>(),
+    })
 }
 
 /// The columns of the rows of a phase, with their units, by the name of the phase.

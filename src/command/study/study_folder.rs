@@ -4,13 +4,14 @@
 //! order, so that its bytes do not depend on the number of threads and on interruptions.
 
 use crate::command::output::now;
-use crate::command::output_folder::{MANIFEST, Occupied, OutputFolder, STUDY};
+use crate::command::output_folder::{MANIFEST, Occupied, OutputFolder, RUN, STUDY};
 use crate::command::run_directory::{FolderLock, LOCK, changes};
 use anyhow::{Context, bail};
 use linkwright::model_file::{toml_string, with_setting};
+use linkwright::report::page::{Page, PageSection};
 use linkwright::report::table::Table;
 use linkwright::storage::{Appender, Directory};
-use linkwright::study::{Part, Row, RowHeader, Rows, Study, VERSION};
+use linkwright::study::{Conclusions, Part, Row, RowHeader, Rows, Study, VERSION};
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::time::{Duration, Instant};
@@ -151,7 +152,7 @@ impl StudyFolder {
         }
     }
 
-    /// Looks at the folder, writes the record and the copies of a new study, and reads the rows.
+    /// Checks the folder, and writes the record and the copies of a new study, or reads the rows of a study that is continued.
     fn begin(
         directory: &Directory,
         study: &Study,
@@ -159,43 +160,17 @@ impl StudyFolder {
         file: &str,
         force: bool,
     ) -> anyhow::Result<(OutputFolder, Option<StoredFile>)> {
-        let shown = directory.path().display().to_string();
         let mut folder = OutputFolder::of(directory.clone())?;
         let own = own_files();
         directory.remove_temporary(&own.iter().map(String::as_str).chain([MANIFEST]).collect::<Vec<_>>())?;
         let known = StudyRecord::read(directory)?.filter(|_| !force);
         let header = study.header();
         if let Some(record) = known {
-            if record.study != header.study {
-                let changed = differences(directory, study)?;
-                let why = format!(
-                    "{shown} has another study in it; give another folder with --out, or replace it with --force. What differs: {changed}"
-                );
-                return Err(Occupied(why).into());
-            }
-            if record.part != [part.number, part.of] {
-                let why = format!(
-                    "{shown} has part {}/{} of this study; give another folder with --out",
-                    record.part[0], record.part[1]
-                );
-                return Err(Occupied(why).into());
-            }
+            check_continued(&record, directory, study, part)?;
             let rows = stored(directory, study)?;
             return Ok((folder, rows));
         }
-        let is_foreign = |name: &String| name != LOCK && !folder.owns(name);
-        let names = directory.names().with_context(|| format!("cannot read {shown}"))?;
-        if names.iter().any(|name| name == crate::command::output_folder::RUN)
-            || (!force && names.iter().any(is_foreign))
-        {
-            return Err(Occupied(format!(
-                "{shown} is not empty and has no study in it; give another folder with --out"
-            ))
-            .into());
-        }
-        if let Some(lost) = folder.lost_results()?.filter(|_| !force) {
-            return Err(Occupied(format!("{lost}, give another folder with --out, or replace it with --force")).into());
-        }
+        check_replaceable(&folder, force)?;
         folder.check_free(&own)?;
         folder.remove(&own)?;
         folder.own(&[&FILES[..], &[STUDY, ROWS]].concat())?;
@@ -271,6 +246,11 @@ impl StudyFolder {
         Ok(())
     }
 
+    /// Writes the page.
+    pub fn write_page(&mut self, study: &Study, rows: &Rows, conclusion: &Conclusions) -> anyhow::Result<()> {
+        self.write(PAGE, page(study, rows, conclusion).html()?.as_bytes())
+    }
+
     /// Writes a file as a whole.
     pub fn write(&mut self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
         self.folder.own(&[name])?;
@@ -281,6 +261,62 @@ impl StudyFolder {
     pub fn shown(&self) -> String {
         self.folder.directory().path().display().to_string()
     }
+}
+
+/// Rejects the folder of another study, or of another part of the study, with [`Occupied`].
+fn check_continued(record: &StudyRecord, directory: &Directory, study: &Study, part: Part) -> anyhow::Result<()> {
+    let shown = directory.path().display();
+    if record.study != study.header().study {
+        let changed = differences(directory, study)?;
+        let why = format!(
+            "{shown} has another study in it; give another folder with --out, or replace it with --force. What differs: {changed}"
+        );
+        return Err(Occupied(why).into());
+    }
+    if record.part != [part.number, part.of] {
+        let why = format!(
+            "{shown} has part {}/{} of this study; give another folder with --out",
+            record.part[0], record.part[1]
+        );
+        return Err(Occupied(why).into());
+    }
+    Ok(())
+}
+
+/// Rejects a folder with files that are not those of a study, or with results that would be lost, with [`Occupied`]; with `force` only
+/// one that has a run in it.
+fn check_replaceable(folder: &OutputFolder, force: bool) -> anyhow::Result<()> {
+    let directory = folder.directory();
+    let shown = directory.path().display();
+    let is_foreign = |name: &String| name != LOCK && !folder.owns(name);
+    let names = directory.names().with_context(|| format!("cannot read {shown}"))?;
+    if names.iter().any(|name| name == RUN) || (!force && names.iter().any(is_foreign)) {
+        let why = format!("{shown} is not empty and has no study in it; give another folder with --out");
+        return Err(Occupied(why).into());
+    }
+    match folder.lost_results()?.filter(|_| !force) {
+        Some(lost) => {
+            let why = format!("{lost}, give another folder with --out, or replace it with --force");
+            Err(Occupied(why).into())
+        }
+        None => Ok(()),
+    }
+}
+
+/// The page: what the study answers, tables, failures, and the files.
+fn page(study: &Study, rows: &Rows, conclusion: &Conclusions) -> Page {
+    let tables = study.phases().iter().map(|phase| (format!("{}.csv", phase.name), "rows as a table".to_owned()));
+    let files = tables.chain([
+        (ROWS.to_owned(), "rows as they are stored".to_owned()),
+        (SUMMARY.to_owned(), "the result as JSON".to_owned()),
+        ("study.toml".to_owned(), "the study file".to_owned()),
+        ("model.toml".to_owned(), "the model".to_owned()),
+    ]);
+    let listing = PageSection::new("files", "Files").links(files).listing("the study file", runnable(study));
+    study.page(rows, conclusion).with(listing).foot(format!(
+        "Written by linkwright {}. The page is self-contained: it can be sent and stored as one file.",
+        env!("CARGO_PKG_VERSION")
+    ))
 }
 
 /// Names of all files that a study of any kind writes.
@@ -331,7 +367,7 @@ pub fn copies(directory: &Directory) -> anyhow::Result<[String; 2]> {
 }
 
 /// The study file with the copy of the model as its model, so that both copies in a folder are a study that can be run.
-pub fn runnable(study: &Study) -> String {
+fn runnable(study: &Study) -> String {
     let text = &study.file().text;
     with_setting(FILES[0], text, "model", &toml_string(FILES[1])).unwrap_or_else(|_| text.clone())
 }

@@ -2,7 +2,7 @@
 
 use super::compiled::{CompiledExpression, StackOperation};
 use super::function::FUNCTIONS;
-use super::known::KnownDimension;
+use super::dimension::KnownDimension;
 use super::names::{Meaning, Order};
 use super::reduction::REDUCTIONS;
 use super::table::TableFunction;

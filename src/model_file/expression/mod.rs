@@ -8,7 +8,6 @@
 //! | `reduction` | `peak`, `mean`, `at`, …: of a history to a number |
 //! | `parse` | tokens and precedence: `^` is right-associative and binds tighter than a sign, `-2^2` is −4 |
 //! | `names` | definitions of names: design variables, constants, other expressions |
-//! | `known` | the dimension of a name or an expression, as far as it is known |
 //! | `dimension` | dimensions of expressions: `120 mm` is not an angle |
 //! | `compiled` | a compiled expression: operations on a stack, over any scalar |
 //! | `compile` | from a tree to operations: constants are folded, named expressions are evaluated once |
@@ -29,7 +28,6 @@ mod compile;
 mod compiled;
 mod dimension;
 mod function;
-mod known;
 mod names;
 mod parse;
 mod reduction;
@@ -39,9 +37,8 @@ mod tree;
 pub use axis::Axis;
 pub use compile::{OtherUnit, Scope};
 pub use compiled::{CompiledExpression, DesignDependence, Inputs};
-pub use dimension::CYCLES;
+pub use dimension::{CYCLES, KnownDimension};
 pub use function::MathFunction;
-pub use known::KnownDimension;
 pub use names::Names;
 pub(crate) use names::check_name;
 pub use parse::TextPlace;

@@ -3,7 +3,7 @@
 use super::ExpressionTree;
 use super::axis::Axis;
 use super::function::FUNCTIONS;
-use super::known::KnownDimension;
+use super::dimension::KnownDimension;
 use super::table::TableFunction;
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};

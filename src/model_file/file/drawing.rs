@@ -470,28 +470,47 @@ impl DrawnState<'_> {
     /// Draws an element between its first two points.
     fn draw_element(&self, part: &ElementSpec, ranges: &GuideRanges, linkage: &mut Linkage) {
         let mut points = part.points();
-        let [a, b] = [points.next(), points.next()];
         if part.symbol() == Symbol::JointFriction {
             return self.draw_friction(part, ranges, linkage);
         }
-        let Some(a) = a else { return self.draw_on_coordinates(part, ranges, linkage) };
-        let (at, angle, size) = (self.point(a), self.pose(a.frame)[2], 0.14 * ranges.arrow);
+        match (points.next(), points.next()) {
+            (None, _) => self.draw_on_coordinates(part, ranges, linkage),
+            (Some(a), None) => self.draw_at_point(part, a, ranges, linkage),
+            (Some(a), Some(b)) => match part.symbol() {
+                Symbol::Wall | Symbol::Connection => self.draw_at_point(part, a, ranges, linkage),
+                Symbol::Pin => self.draw_pin(self.point(a), [a.frame, b.frame], linkage),
+                Symbol::Rack | Symbol::Cam | Symbol::Profile | Symbol::ProfileFace | Symbol::MovingWall => {
+                    self.draw_contact(part, [a, b], ranges, linkage);
+                }
+                _ => self.draw_between(part, [a, b], ranges, linkage),
+            },
+        }
+    }
+
+    /// Draws an element at its first point: a wall that this point can touch, or a rigid connection.
+    fn draw_at_point(&self, part: &ElementSpec, a: &PointRef, ranges: &GuideRanges, linkage: &mut Linkage) {
         let number = |name: &str| self.number(part, name);
         match part.symbol() {
             Symbol::Wall => {
                 let (normal, foot) = (number("normal"), [number("wall_x"), number("wall_y")]);
                 let (s, c) = normal.sin_cos();
                 let foot = projection(ranges.centre, foot, [-s, c]);
-                return linkage.lines.push(symbols::wall(foot, normal - FRAC_PI_2, ranges.half, 0.3 * ranges.arrow));
+                linkage.lines.push(symbols::wall(foot, normal - FRAC_PI_2, ranges.half, 0.3 * ranges.arrow));
             }
-            Symbol::Connection => return linkage.lines.push(symbols::rigid_connection(at, angle, size)),
+            Symbol::Connection => {
+                let (at, angle) = (self.point(a), self.pose(a.frame)[2]);
+                linkage.lines.push(symbols::rigid_connection(at, angle, 0.14 * ranges.arrow));
+            }
             _ => {}
         }
-        let Some(b) = b else { return };
-        let ends = [at, self.point(b)];
-        let is_own = |point: &&PointRef| point.frame == FrameRef::Ground;
+    }
+
+    /// Draws a line element, such as a bar or a spring, and its ends that are on the ground.
+    fn draw_between(&self, part: &ElementSpec, points: [&PointRef; 2], ranges: &GuideRanges, linkage: &mut Linkage) {
+        let (ends, size) = (points.map(|point| self.point(point)), 0.14 * ranges.arrow);
+        let number = |name: &str| self.number(part, name);
+        let is_grounded = |point: &PointRef| point.frame == FrameRef::Ground;
         match part.symbol() {
-            Symbol::Pin => return self.draw_pin(ends[0], [a.frame, b.frame], linkage),
             Symbol::Bar => linkage.bars.push(ends.to_vec()),
             Symbol::Spring => match [number("stiffness"), number("damping")] {
                 [0.0, damping] if damping != 0.0 => linkage.lines.push(symbols::damper(ends, 2.0 * size, 0.0)),
@@ -505,49 +524,58 @@ impl DrawnState<'_> {
             Symbol::Damper => linkage.lines.push(symbols::damper(ends, 2.0 * size, 0.0)),
             Symbol::Cylinder => {
                 linkage.lines.push(symbols::cylinder(ends, 1.6 * size));
-                let moving = [a, b].into_iter().zip(ends).filter(|(point, _)| !is_own(point));
+                let moving = points.into_iter().zip(ends).filter(|(point, _)| !is_grounded(point));
                 linkage.joints.extend(moving.map(|(_, end)| end));
             }
             Symbol::Rope => linkage.lines.push(ends.to_vec()),
+            _ => return,
+        }
+        let grounded = points.into_iter().zip(ends).filter(|(point, _)| is_grounded(point));
+        linkage.ground_joints.extend(grounded.map(|(_, end)| end));
+    }
+
+    /// Draws the surfaces of a contact between two bodies: of a cam, a rack or a closed curve, and of a wheel or a line.
+    fn draw_contact(&self, part: &ElementSpec, [a, b]: [&PointRef; 2], ranges: &GuideRanges, linkage: &mut Linkage) {
+        let (at, angle) = (self.point(a), self.pose(a.frame)[2]);
+        let (other, other_angle) = (self.point(b), self.pose(b.frame)[2]);
+        let number = |name: &str| self.number(part, name);
+        match part.symbol() {
             Symbol::Rack => {
-                let (direction, radius, wheel) = (number("direction"), number("radius"), self.pose(b.frame));
+                let (direction, radius) = (number("direction"), number("radius"));
                 let (s, c) = direction.sin_cos();
-                let ([x, y], offset) = (ends[1], -radius);
+                let ([x, y], offset) = (other, -radius);
                 // The pitch line touches the wheel; it is drawn three radii to either side of the contact.
                 let foot = [x - s * offset, y + c * offset];
                 let from = [foot[0] - 3.0 * radius.abs() * c, foot[1] - 3.0 * radius.abs() * s];
                 let to = [foot[0] + 3.0 * radius.abs() * c, foot[1] + 3.0 * radius.abs() * s];
                 linkage.lines.push(symbols::rack([from, to], 0.2 * radius.abs()));
-                return linkage.lines.push(symbols::wheel(ends[1], radius.abs(), wheel[2]));
+                linkage.lines.push(symbols::wheel(other, radius.abs(), other_angle));
             }
             Symbol::Cam => {
                 let profile = ["base_radius", "lift", "phase"].map(number);
-                return linkage.lines.push(symbols::cam(at, angle, profile));
+                linkage.lines.push(symbols::cam(at, angle, profile));
             }
             Symbol::Profile => {
                 linkage.lines.push(symbols::turned(at, angle, self.profile(part)));
                 let radius = number("radius");
                 if radius > 0.0 {
-                    linkage.lines.push(symbols::wheel(ends[1], radius, self.pose(b.frame)[2]));
+                    linkage.lines.push(symbols::wheel(other, radius, other_angle));
                 }
-                return;
             }
             Symbol::ProfileFace => {
                 linkage.lines.push(symbols::turned(at, angle, self.profile(part)));
-                let line = self.pose(b.frame)[2] + number("line");
-                return linkage.lines.push(symbols::wall(ends[1], line, 0.6 * ranges.arrow, 0.2 * ranges.arrow));
+                let line = other_angle + number("line");
+                linkage.lines.push(symbols::wall(other, line, 0.6 * ranges.arrow, 0.2 * ranges.arrow));
             }
             Symbol::MovingWall => {
                 let line = angle + number("line");
                 let (s, c) = line.sin_cos();
-                let is_at_rest = is_own(&a);
+                let is_at_rest = a.frame == FrameRef::Ground;
                 let foot = if is_at_rest { projection(ranges.centre, at, [c, s]) } else { at };
-                return linkage.lines.push(symbols::wall(foot, line, ranges.half, 0.3 * ranges.arrow));
+                linkage.lines.push(symbols::wall(foot, line, ranges.half, 0.3 * ranges.arrow));
             }
-            _ => return,
+            _ => {}
         }
-        let grounded = [a, b].into_iter().zip(ends).filter(|(point, _)| is_own(point));
-        linkage.ground_joints.extend(grounded.map(|(_, end)| end));
     }
 
     /// The closed curve of an element, in the axes of its first body.

@@ -7,7 +7,7 @@ use crate::model_file::unit::Unit;
 use autodiff::Scalar;
 use mechanics::elements::spatial::{Beam3, MarkerSensor3};
 use mechanics::elements::{self, Added, CoordinateSensor, Element, MarkerSensor};
-use mechanics::mechanism::{ElementIndex, EulerSequence, WeightedQuantity};
+use mechanics::mechanism::{ElementIndex, EulerSequence, Marker3, WeightedQuantity};
 use std::collections::HashMap;
 
 /// Measures of a beam in the plane at its nodes: the mean of the adjacent elements.
@@ -237,21 +237,14 @@ impl<'p> Sensors<'p> {
                 let marker = context.marker3(&self.parts.markers[k], b);
                 context.mechanism.sensor3("motion", marker)
             }
-            Owner::Angles(_) | Owner::PointAngles(_) => {
-                let marker = match owner {
-                    Owner::PointAngles(k) => context.marker3(&self.parts.markers[k], b),
-                    Owner::Angles(frame) => context.frame3(frame).origin(),
-                    _ => unreachable!("these are the angles"),
-                };
-                // Warnings of the sensor name the part.
-                let is_owner = |name: &&String| match owner {
-                    Owner::PointAngles(k) => matches!(self.parts.get(name), Some(NamedPart::Point(j)) if *j == k),
-                    Owner::Angles(frame) => self.parts.find_frame(name) == Some(frame),
-                    _ => false,
-                };
-                let name = self.parts.order.iter().find(is_owner).map_or("motion", String::as_str);
-                let ground = context.mechanism.ground3().origin();
-                context.mechanism.euler_angle_sensor(name, ground, marker, EulerSequence::Zyx)
+            Owner::Angles(frame) => {
+                let marker = context.frame3(frame).origin();
+                self.angle_sensor(|name| self.parts.find_frame(name) == Some(frame), marker, context)
+            }
+            Owner::PointAngles(k) => {
+                let marker = context.marker3(&self.parts.markers[k], b);
+                let is_owner = |name: &str| matches!(self.parts.get(name), Some(NamedPart::Point(j)) if *j == k);
+                self.angle_sensor(is_owner, marker, context)
             }
             Owner::Frame(frame) => {
                 let marker = context.frame(frame).origin();
@@ -271,6 +264,18 @@ impl<'p> Sensors<'p> {
         };
         self.made.insert(owner, part);
         part
+    }
+
+    /// A sensor of the Euler angles of a marker. Its warnings name the part that `is_owner`.
+    fn angle_sensor<S: Scalar>(
+        &self,
+        is_owner: impl Fn(&str) -> bool,
+        marker: Marker3<S>,
+        context: &mut BuildContext<S>,
+    ) -> ElementIndex {
+        let name = self.parts.order.iter().find(|name| is_owner(name)).map_or("motion", String::as_str);
+        let ground = context.mechanism.ground3().origin();
+        context.mechanism.euler_angle_sensor(name, ground, marker, EulerSequence::Zyx)
     }
 }
 

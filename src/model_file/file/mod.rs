@@ -293,6 +293,7 @@ fn model_of_table(file: &str, mut table: DeTable<'_>, text: &str, is_of_run: boo
     Ok(Model { fingerprint, analysis_fingerprint, notes, ..model })
 }
 
+/// Reads the tables of a document, in the order of their dependence on each other.
 fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) -> Read<Model> {
     let section = Section::of(table.clone(), 0..source.text.len(), "the file", &[KEYS], source)?;
     // The content of a section with a wrong name would be missed below.
@@ -336,16 +337,9 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     };
     let constraints = constraints::read(&section, &known)?;
     let method = source.log.keep(method::read(&section, &names));
-    let mechanism = match (mechanism, &grid) {
-        (None, _) => None,
-        (Some(mut mechanism), Some(grid)) => {
-            let settings = analysis::read(&section, &names, grid, &mechanism)?;
-            mechanism.start = settings.start();
-            Some((Arc::new(mechanism), settings))
-        }
-        (Some(_), None) => {
-            return Err(section.error_at("time", "a mechanism needs time points").help("add [time], or [sweep]"));
-        }
+    let mechanism = match mechanism {
+        Some(mechanism) => Some(with_settings(&section, &names, mechanism, grid.as_ref())?),
+        None => None,
     };
     if program.is_none() {
         remark_unused(&section, &names);
@@ -372,6 +366,21 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
         source: SourceMap::default(),
         notes: vec![],
     })
+}
+
+/// A mechanism, which starts at the start of its analysis, with the settings of the analysis.
+fn with_settings(
+    section: &Section<'_>,
+    names: &Names,
+    mut mechanism: MechanismSpec,
+    grid: Option<&TimeGrid>,
+) -> Read<(Arc<MechanismSpec>, analysis::Settings)> {
+    let Some(grid) = grid else {
+        return Err(section.error_at("time", "a mechanism needs time points").help("add [time], or [sweep]"));
+    };
+    let settings = analysis::read(section, names, grid, &mechanism)?;
+    mechanism.start = settings.start();
+    Ok((Arc::new(mechanism), settings))
 }
 
 /// Notes design variables that no expression uses.

@@ -57,21 +57,7 @@ pub fn write(robot: &Robot, tree: &RobotTree, source: &str) -> String {
     line(out, &format!("gravity = {}", exact(robot.gravity)));
     line(out, "\n[time]\nto = 1\npoints = 101\n\n[analysis]\nkind = \"dynamics\"");
     for part in &tree.parts {
-        let name = if part.is_ground { "ground" } else { &*links[part.link] };
-        if !part.is_ground {
-            body(out, name, part);
-        }
-        let root = part.is_ground.then_some(&part.link);
-        for &link in root.into_iter().chain(&part.others) {
-            let (_, place) = &tree.places[link];
-            renamed(out, "link", &robot.links[link].name, &links[link]);
-            line(out, &format!("[[point]]\nname = \"{}\"", links[link]));
-            if !part.is_ground {
-                line(out, &format!("body = \"{name}\""));
-            }
-            line(out, &format!("at = {}", vector(place.translation.vector)));
-            orientation(out, place);
-        }
+        body_with_points(out, part, (robot, tree), &links);
     }
     let frame = |link: usize| {
         let (part, place) = &tree.places[link];
@@ -87,18 +73,7 @@ pub fn write(robot: &Robot, tree: &RobotTree, source: &str) -> String {
     }
     for (k, joint) in robot.joints.iter().enumerate() {
         joint_forces(out, joint, &joints[k], &mut names);
-        if let (Some(mimic), Some(own)) = (&joint.mimic, coordinate(joint, &joints[k])) {
-            let other = coordinate(&robot.joints[mimic.joint], &joints[mimic.joint]).unwrap_or_default();
-            line(
-                out,
-                &format!("\n[[joint]]\nname = \"{}\"\nkind = \"gears\"", names.unique(&format!("{}_mimic", joints[k]))),
-            );
-            line(out, &format!("a = \"{own}\"\nb = \"{other}\""));
-            line(
-                out,
-                &format!("radius_a = 1\nradius_b = {}\noffset = {}", number(-mimic.multiplier), number(mimic.offset)),
-            );
-        }
+        gears_of_mimic(out, robot, k, (&joints, &mut names));
     }
     for (k, joint) in robot.joints.iter().enumerate() {
         if let Some(own) = coordinate(joint, &joints[k]) {
@@ -108,6 +83,25 @@ pub fn write(robot: &Robot, tree: &RobotTree, source: &str) -> String {
         }
     }
     text
+}
+
+/// A rigid part as a body, and its other links as points of it.
+fn body_with_points(out: &mut String, part: &RigidPart, (robot, tree): (&Robot, &RobotTree), links: &[String]) {
+    let name = if part.is_ground { "ground" } else { &*links[part.link] };
+    if !part.is_ground {
+        body(out, name, part);
+    }
+    let root = part.is_ground.then_some(&part.link);
+    for &link in root.into_iter().chain(&part.others) {
+        let (_, place) = &tree.places[link];
+        renamed(out, "link", &robot.links[link].name, &links[link]);
+        line(out, &format!("[[point]]\nname = \"{}\"", links[link]));
+        if !part.is_ground {
+            line(out, &format!("body = \"{name}\""));
+        }
+        line(out, &format!("at = {}", vector(place.translation.vector)));
+        orientation(out, place);
+    }
 }
 
 fn body(out: &mut String, name: &str, part: &RigidPart) {
@@ -208,6 +202,18 @@ fn joint_forces(out: &mut String, joint: &RobotJoint, name: &str, names: &mut Pa
         line(out, &format!("\n[[force]]\nname = \"{own}\"\nkind = \"friction\"\nb = \"{coordinate}\""));
         line(out, &format!("coulomb_force = {}\nspeed = {}", number(joint.friction), number(SPEED)));
     }
+}
+
+/// Gears between joint number `k` and the one that it mimics, if there is one; `joints` are the names of all joints.
+fn gears_of_mimic(out: &mut String, robot: &Robot, k: usize, (joints, names): (&[String], &mut PartNames)) {
+    let joint = &robot.joints[k];
+    let (Some(mimic), Some(own)) = (&joint.mimic, coordinate(joint, &joints[k])) else { return };
+    let other = coordinate(&robot.joints[mimic.joint], &joints[mimic.joint]).unwrap_or_default();
+    let name = names.unique(&format!("{}_mimic", joints[k]));
+    line(out, &format!("\n[[joint]]\nname = \"{name}\"\nkind = \"gears\""));
+    line(out, &format!("a = \"{own}\"\nb = \"{other}\""));
+    let (radius, offset) = (number(-mimic.multiplier), number(mimic.offset));
+    line(out, &format!("radius_a = 1\nradius_b = {radius}\noffset = {offset}"));
 }
 
 /// The coordinate of a joint with one degree of freedom.

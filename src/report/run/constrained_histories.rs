@@ -49,7 +49,7 @@ impl OptimizationReport<'_> {
         let (retained, active) = self.marked(|k| k == j || Some(k) == other, &points);
         let sides = || std::iter::once(j).chain(other);
         let largest = |j: usize| {
-            let g = &self.state.evaluation.constraints[j];
+            let g = self.state.evaluation.normalized(j);
             let held = (0..g.len()).filter(|&p| self.problem.holds(j, p));
             held.map(|p| g[p]).fold(f64::NEG_INFINITY, f64::max)
         };
@@ -79,7 +79,7 @@ impl OptimizationReport<'_> {
 
     /// Time points at which a constraint holds.
     fn window(&self, j: usize) -> std::ops::Range<usize> {
-        let n = self.state.evaluation.constraints[j].len();
+        let n = self.state.evaluation.residuals[j].len();
         let mut inside = (0..n).filter(|&p| self.problem.holds(j, p));
         let first = inside.next().unwrap_or(0);
         first..inside.next_back().unwrap_or(first) + 1

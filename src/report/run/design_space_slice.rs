@@ -124,7 +124,7 @@ impl PlaneSlice {
         for c in outcome::stated_constraints(problem) {
             let is_equality = problem.constraints[c].is_equality();
             let excess = match is_equality {
-                true => grid(&|e| e.worst_of(c).map_or(f64::NAN, |(_, g)| g - 1.0))?,
+                true => grid(&|e| e.worst_of(c).map_or(f64::NAN, |(_, residual)| residual))?,
                 false => grid(&|e| e.violations()[c])?,
             };
             let [low, high] = excess.range();
@@ -192,11 +192,11 @@ fn evaluate(problem: &Problem, state: &RunState, variables: &[usize], values: &[
     problem.evaluate(&design, &responses).ok()
 }
 
-/// The peak: the smallest β for which its two constraints are satisfied, β + s·max(ĝ − 1).
+/// The peak: the smallest β for which its two constraints are satisfied, β + s·max c.
 fn least_peak(problem: &Problem, evaluation: &Evaluation, design: &[f64], peak: PeakBound) -> f64 {
-    let values = outcome::peak_constraints(problem).map(|j| &evaluation.constraints[j]);
+    let values = outcome::peak_constraints(problem).map(|j| &evaluation.residuals[j]);
     let largest = values.flatten().copied().fold(f64::NEG_INFINITY, f64::max);
-    design[peak.variable] + problem.constraints[peak.constraints[0]].scale * (largest - 1.0)
+    design[peak.variable] + problem.constraints[peak.constraints[0]].scale * largest
 }
 
 /// The [`MOST`] inequalities nearest to their limits at the last design, all equalities, and the largest violation of the other

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Cell, Table, aligned, csv, readable};
+use super::{Cell, Table, aligned, csv, text_of};
 use crate::{Error, Result};
 
 /// A printed table; numbers are texts and keep their digits.
@@ -64,7 +64,7 @@ impl Table {
         let mut rows = Vec::new();
         for (ours, theirs) in self.pairs(printed, keys) {
             let mut line: Vec<String> = match (ours, theirs) {
-                (Some(ours), _) => ours[..keys].iter().map(readable).collect(),
+                (Some(ours), _) => ours[..keys].iter().map(text_of).collect(),
                 (None, Some(theirs)) => theirs[..keys].to_vec(),
                 (None, None) => continue,
             };
@@ -120,7 +120,7 @@ fn pair(ours: Option<&Cell>, printed: Option<&str>) -> ([String; 2], Option<bool
             let equal = agrees(&text, printed);
             ([if equal { text } else { format!("≠ {text}") }, printed.to_owned()], Some(equal))
         }
-        (Some(ours), _) => ([readable(ours), dash()], None),
+        (Some(ours), _) => ([text_of(ours), dash()], None),
         (None, Some(printed)) => ([dash(), printed.to_owned()], None),
         (None, None) => ([dash(), dash()], None),
     }
@@ -131,10 +131,10 @@ fn like(ours: &Cell, printed: &str) -> String {
     let value = match ours {
         Cell::Number(value) => *value,
         Cell::Whole(value) => *value as f64,
-        _ => return readable(ours),
+        _ => return text_of(ours),
     };
     if printed.parse::<f64>().is_err() {
-        return readable(ours);
+        return text_of(ours);
     }
     let mantissa = printed.split(['e', 'E']).next().unwrap_or(printed);
     let decimals = mantissa.split_once('.').map_or(0, |(_, digits)| digits.len());

@@ -1,6 +1,6 @@
 //! Tables as HTML.
 
-use super::{Cell, Table, readable};
+use super::{Cell, Table, text_of};
 use maud::{Markup, html};
 
 /// Numbers of columns from which a printed table is in landscape format, and from which its letters are small.
@@ -49,7 +49,7 @@ impl Table {
 fn html_row(row: &[Cell], classes: &[Option<&str>]) -> Markup {
     let text = |cell: &Cell| match cell {
         Cell::Text(text) => text.clone(),
-        number => readable(number).replace('-', "\u{2212}"),
+        number => text_of(number).replace('-', "\u{2212}"),
     };
     html! {
         tr {

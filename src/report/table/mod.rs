@@ -8,7 +8,7 @@ mod parquet;
 
 pub use comparison::{Printed, TableComparison};
 
-use crate::report::number::DIGITS;
+use crate::report::number::{DIGITS, in_column};
 use crate::{Error, Result};
 
 /// A cell of a table.
@@ -134,8 +134,8 @@ impl Table {
 
     /// As [`text`](Self::text), with another number of significant digits, at least one.
     pub fn text_with(&self, digits: usize) -> String {
-        let readable = |cell: &Cell| in_digits(cell, digits.max(1));
-        let rows: Vec<Vec<String>> = self.rows.iter().map(|row| row.iter().map(readable).collect()).collect();
+        let text = |cell: &Cell| cell_text(cell, digits.max(1));
+        let rows: Vec<Vec<String>> = self.rows.iter().map(|row| row.iter().map(text).collect()).collect();
         format!("{}\n{}", one_line(&self.title), aligned(self.headings(), &rows))
     }
 }
@@ -145,33 +145,18 @@ pub fn one_line(text: &str) -> String {
     text.replace('\n', "\\u000a")
 }
 
-/// A cell as text for people.
-fn readable(cell: &Cell) -> String {
-    in_digits(cell, DIGITS)
+/// A cell as text with five significant digits of a number.
+fn text_of(cell: &Cell) -> String {
+    cell_text(cell, DIGITS)
 }
 
-fn in_digits(cell: &Cell, digits: usize) -> String {
+/// A cell as text with this number of significant digits of a number.
+fn cell_text(cell: &Cell, digits: usize) -> String {
     match cell {
-        Cell::Number(v) => significant(*v, digits),
+        Cell::Number(v) => in_column(*v, digits),
         Cell::Whole(v) => v.to_string(),
         Cell::Text(text) => text.clone(),
         Cell::Empty => String::new(),
-    }
-}
-
-/// Significant digits, with an exponent for very small and large numbers.
-fn significant(value: f64, digits: usize) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.abs().to_string().replace("inf", if value < 0.0 { "-inf" } else { "inf" });
-    }
-    let last = digits as i32 - 1;
-    let scientific = format!("{value:.*e}", digits - 1);
-    // The exponent after rounding: 9.99999 is 10.000.
-    let exponent: i32 = scientific.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
-    if (-3..last.max(4) + 1).contains(&exponent) {
-        format!("{value:.*}", (last - exponent).max(0) as usize)
-    } else {
-        scientific
     }
 }
 
@@ -223,23 +208,6 @@ fn broken(name: &str, most: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_have_five_significant_digits() {
-        let cases = [
-            (0.36276112, "0.36276"),
-            (-12.0, "-12.000"),
-            (1.23456e-7, "1.2346e-7"),
-            (9.999996, "10.000"),
-            (123456.0, "1.2346e5"),
-            (0.0, "0"),
-            (f64::NAN, "NaN"),
-            (f64::NEG_INFINITY, "-inf"),
-        ];
-        for (value, text) in cases {
-            assert_eq!(significant(value, DIGITS), text);
-        }
-    }
 
     #[test]
     fn long_names_are_broken() {

@@ -39,7 +39,7 @@ impl CycleData {
         second_order: bool,
     ) -> Result<Self> {
         let peak = |at: &_| {
-            let peak = problem.peak(*at, design, responses, &evaluation.constraints[at.row.constraint])?;
+            let peak = problem.peak(*at, design, responses, &evaluation.residuals[at.row.constraint])?;
             if second_order { problem.curved(peak, design, responses) } else { Ok(peak) }
         };
         let peaks =

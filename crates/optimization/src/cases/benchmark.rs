@@ -53,10 +53,7 @@ impl std::fmt::Display for Conclusion {
             Self::Reached(_) => f.write_str("optimum"),
             Self::OtherOptimum => f.write_str("other optimum"),
             Self::False => f.write_str("FALSE"),
-            Self::Unfinished(Status::CycleLimit) => f.write_str("cycle limit"),
-            Self::Unfinished(Status::Stalled) => f.write_str("stalled"),
-            Self::Unfinished(Status::Infeasible) => f.write_str("infeasible"),
-            Self::Unfinished(status) => write!(f, "{status:?}"),
+            Self::Unfinished(status) => status.fmt(f),
             Self::Refused(_) => f.write_str("refused"),
         }
     }

@@ -165,13 +165,13 @@ impl CheckedDerivative {
             }
             GradientStatus::Unclear if self.is_undecided() => {
                 "the derivatives differ from the differences, whose slopes on the two sides or at other distances differ as well: the response \
-                 has kinks or jumps close to this design, such as those of other steps; tighten the tolerances of the analysis, or move the \
-                 design"
+                 has kinks or jumps close to this design, such as those of other steps; give the analysis smaller steps or tighter tolerances, or move \
+                 the design"
                     .to_owned()
             }
             GradientStatus::Unclear => {
                 let error = self.difference.map_or(f64::NAN, |slope| slope.error);
-                format!("the differences are only good to ± {error:.0e}: tighten the tolerances of the analysis")
+                format!("the differences are only good to ± {error:.0e}: give the analysis smaller steps or tighter tolerances")
             }
             GradientStatus::Wrong if self.disagreeing.len() == methods.len() => {
                 "no method agrees with the differences: what they share is wrong, or the analysis takes other steps for \

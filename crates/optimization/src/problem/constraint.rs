@@ -175,9 +175,14 @@ impl Constraint {
         self.sign() * self.limit
     }
 
+    /// c = ĝ − 1 from the [signed quantity](Self::signed).
+    pub fn residual<S: ProblemScalar>(&self, signed: S) -> S {
+        (signed - self.signed_limit()) / self.scale
+    }
+
     /// ĝ from the [signed quantity](Self::signed).
     pub fn normalized<S: ProblemScalar>(&self, signed: S) -> S {
-        (signed - self.signed_limit()) / self.scale + 1.0
+        self.residual(signed) + 1.0
     }
 
     /// Numbers of the points of `grid` inside the [window](Self::window).

@@ -101,7 +101,7 @@ impl Problem {
         Ok([0, 1].map(|d| (0..b.len()).map(|k| one(d, k)).collect()))
     }
 
-    /// ĝ, ∂ĝ/∂t and ∂²ĝ/∂t² of constraint number `j` at any time.
+    /// c = ĝ − 1, ∂c/∂t and ∂²c/∂t² of constraint number `j` at any time.
     pub fn constraint_over_time(&self, j: usize, b: &[f64], responses: &Responses, t: f64) -> Result<[f64; 3]> {
         let constraint = &self.constraints[j];
         let one = |v: [f64; 3]| {
@@ -113,10 +113,10 @@ impl Problem {
         let values_at_t = constraint.quantity.uses.iter().map(|&h| self.rates(b, responses, h, t).map(one));
         let values_at_t: Vec<HyperDual> = values_at_t.collect::<Result<_>>()?;
         let design: Vec<HyperDual> = b.iter().map(|&v| HyperDual::from_re(v)).collect();
-        let g = constraint.normalized(constraint.signed().value_at(&values_at_t, &design, one([t, 1.0, 0.0])));
-        let first = g.eps1.unwrap_generic(Const::<BLOCK>, U1)[0];
-        let second = g.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>)[(0, 0)];
-        Ok([g.re, first, second])
+        let c = constraint.residual(constraint.signed().value_at(&values_at_t, &design, one([t, 1.0, 0.0])));
+        let first = c.eps1.unwrap_generic(Const::<BLOCK>, U1)[0];
+        let second = c.eps1eps2.unwrap_generic(Const::<BLOCK>, Const::<BLOCK>)[(0, 0)];
+        Ok([c.re, first, second])
     }
 
     /// The local maximum of constraint `j` near time point `p`, which is a maximum among its neighbours or an end: its
@@ -157,7 +157,7 @@ impl Problem {
         Ok(Some((t, at(t)?[0])))
     }
 
-    /// The derivatives of a local maximum; `history` is ĝ over the time points.
+    /// The derivatives of a local maximum; `history` is c over the time points.
     pub fn peak(&self, at: PeakTime, b: &[f64], responses: &Responses, history: &[f64]) -> Result<Peak> {
         let PeakTime { row, time } = at;
         let quantity = &self.constraints[row.constraint].quantity;
@@ -210,7 +210,7 @@ impl Problem {
             });
             let values_at_t: Vec<Dual> = values_at_t.collect();
             let value = constraint.signed().value_at(&values_at_t, &seed(b, first), Dual::from_re(peak.time));
-            partials(&constraint.normalized(value), b.len() - first)
+            partials(&constraint.residual(value), b.len() - first)
         };
         (0..b.len()).step_by(WIDTH).flat_map(chunk).collect()
     }
@@ -243,7 +243,7 @@ impl Problem {
                 })
                 .collect();
             let design = seed_block(b, start);
-            let g = constraint.normalized(constraint.signed().value_at(
+            let g = constraint.residual(constraint.signed().value_at(
                 &values_at_t,
                 &design,
                 HyperDual::from_re(t).derivative2(0),

@@ -47,7 +47,7 @@ impl<'a> DirectCoupling<'a> {
     }
 
     fn values_of(&self, evaluation: &Evaluation) -> Values {
-        let rows = self.rows.iter().map(|r| evaluation.constraints[r.constraint][r.point] - 1.0).collect();
+        let rows = self.rows.iter().map(|r| evaluation.residuals[r.constraint][r.point]).collect();
         Values { objective: evaluation.objective, rows }
     }
 

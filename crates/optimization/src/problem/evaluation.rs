@@ -5,21 +5,42 @@ use serde::{Deserialize, Serialize};
 
 /// Objective and constraints at one design.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "StoredEvaluation")]
 pub struct Evaluation {
     /// Minimized value of the objective, in its unit: F, or −F where F is maximized.
     pub objective: f64,
-    /// `constraints[j][p]`: ĝ_j at time point p, normalized so that feasible means ≤ 1; 0 outside the window of a
-    /// constraint.
+    /// `residuals[j][p]`: c = ĝ_j − 1 at time point p, so that feasible means ≤ 0; −1 outside the window of a constraint. It has
+    /// digits that ĝ has not if the scale of the constraint is large.
     ///
     /// Where a constraint holds in continuous time, the value of a time point that is a local maximum is that of the peak
     /// itself.
-    pub constraints: Vec<Vec<f64>>,
-    /// Indices j of equality constraints, for which only ĝ_j = 1 is feasible.
-    #[serde(default)]
+    pub residuals: Vec<Vec<f64>>,
+    /// Indices j of equality constraints, for which only c_j = 0 is feasible.
     pub equalities: Vec<usize>,
     /// Local maxima of the constraints that hold in continuous time, in order.
-    #[serde(default)]
     pub peaks: Vec<PeakTime>,
+}
+
+/// An evaluation in a file. Earlier ones have ĝ as `constraints` in place of the residuals.
+#[derive(Deserialize)]
+struct StoredEvaluation {
+    objective: f64,
+    #[serde(default)]
+    residuals: Vec<Vec<f64>>,
+    #[serde(default)]
+    constraints: Vec<Vec<f64>>,
+    #[serde(default)]
+    equalities: Vec<usize>,
+    #[serde(default)]
+    peaks: Vec<PeakTime>,
+}
+
+impl From<StoredEvaluation> for Evaluation {
+    fn from(stored: StoredEvaluation) -> Self {
+        let StoredEvaluation { objective, residuals, constraints, equalities, peaks } = stored;
+        let earlier = constraints.into_iter().map(|g| g.into_iter().map(|g| g - 1.0).collect());
+        Self { objective, residuals: if residuals.is_empty() { earlier.collect() } else { residuals }, equalities, peaks }
+    }
 }
 
 /// A design with its responses and its evaluation: the result of an analysis.
@@ -52,42 +73,52 @@ pub struct PeakTime {
 }
 
 impl Evaluation {
-    /// V: the largest violation (17), (18) over all constraints and time points, in percent; −100 without constraints.
-    pub fn max_violation_pct(&self) -> f64 {
-        self.worst().map_or(-100.0, |(row, g)| self.violation(row.constraint, g) * 100.0)
+    /// ĝ of constraint `j` at its time points.
+    pub fn normalized(&self, j: usize) -> Vec<f64> {
+        self.residuals[j].iter().map(|c| c + 1.0).collect()
     }
 
-    /// ĝ − 1 for an inequality, |ĝ − 1| for an equality.
-    pub fn violation(&self, constraint: usize, g: f64) -> f64 {
-        violation(self.equalities.contains(&constraint), g - 1.0)
+    /// V: the largest violation (17), (18) over all constraints and time points, in percent; −100 without constraints.
+    pub fn max_violation_pct(&self) -> f64 {
+        self.worst().map_or(-100.0, |(row, c)| self.violation(row.constraint, c) * 100.0)
+    }
+
+    /// The violation of a row with the residual c: c for an inequality, |c| for an equality.
+    pub fn violation(&self, constraint: usize, residual: f64) -> f64 {
+        violation(self.equalities.contains(&constraint), residual)
     }
 
     /// The largest violation of each constraint.
     pub fn violations(&self) -> Vec<f64> {
-        let largest = |j| self.worst_of(j).map_or(f64::NEG_INFINITY, |(_, g)| self.violation(j, g));
-        (0..self.constraints.len()).map(largest).collect()
+        let largest = |j| self.worst_of(j).map_or(f64::NEG_INFINITY, |(_, c)| self.violation(j, c));
+        (0..self.residuals.len()).map(largest).collect()
     }
 
-    /// The constraint and time point with the largest violation, and ĝ there.
+    /// The constraint and time point with the largest violation, and the residual there.
     pub fn worst(&self) -> Option<(RowId, f64)> {
-        self.largest((0..self.constraints.len()).filter_map(|j| self.worst_of(j)))
+        self.largest((0..self.residuals.len()).filter_map(|j| self.worst_of(j)))
     }
 
-    /// The time point of constraint `j` with the largest violation, the first of several, and ĝ there.
+    /// The time point of constraint `j` with the largest violation, the first of several, and the residual there.
     pub fn worst_of(&self, j: usize) -> Option<(RowId, f64)> {
-        let row = |(point, &g): (usize, &f64)| (RowId { constraint: j, point }, g);
-        self.largest(self.constraints.get(j)?.iter().enumerate().map(row))
+        let row = |(point, &c): (usize, &f64)| (RowId { constraint: j, point }, c);
+        self.largest(self.residuals.get(j)?.iter().enumerate().map(row))
     }
 
     fn largest(&self, rows: impl Iterator<Item = (RowId, f64)>) -> Option<(RowId, f64)> {
-        let by = |(row, g): (RowId, f64)| self.violation(row.constraint, g);
+        let by = |(row, c): (RowId, f64)| self.violation(row.constraint, c);
         rows.fold(None, |worst, row| if worst.is_none_or(|w| by(row) > by(w)) { Some(row) } else { worst })
     }
 
-    /// ĝ of a row; for a constraint in continuous time that of the nearest local maximum, if there is one.
-    pub fn value_of(&self, row: RowId) -> f64 {
+    /// c of a row; for a constraint in continuous time that of the nearest local maximum, if there is one.
+    pub fn residual_of(&self, row: RowId) -> f64 {
         let point = self.nearest_peak(row).map_or(row.point, |peak| peak.row.point);
-        self.constraints[row.constraint][point]
+        self.residuals[row.constraint][point]
+    }
+
+    /// ĝ of a row, as [`residual_of`](Self::residual_of).
+    pub fn value_of(&self, row: RowId) -> f64 {
+        self.residual_of(row) + 1.0
     }
 
     /// The local maximum of the row's constraint that is nearest to its time point; `None` unless the constraint is in

@@ -79,8 +79,8 @@ impl Problem {
     pub fn peak_objective(&self, design: &[f64], evaluation: &Evaluation) -> Option<f64> {
         let bound = design[self.objective.peak()?.variable];
         let values = |j: usize| {
-            let rows = evaluation.constraints[j].iter().enumerate().filter(move |(p, _)| self.holds(j, *p));
-            rows.map(move |(_, g)| bound + self.constraints[j].scale * (g - 1.0))
+            let rows = evaluation.residuals[j].iter().enumerate().filter(move |(p, _)| self.holds(j, *p));
+            rows.map(move |(_, c)| bound + self.constraints[j].scale * c)
         };
         (0..self.constraints.len()).filter(|&j| self.bounds_peak(j)).flat_map(values).reduce(f64::max)
     }
@@ -187,11 +187,11 @@ impl Problem {
         if !objective.is_finite() {
             return Err(self.not_finite(format!("objective `{}`", self.objective.name), objective, None, 0, b));
         }
-        let mut constraints = Vec::with_capacity(self.constraints.len());
+        let mut residuals = Vec::with_capacity(self.constraints.len());
         let mut peaks: Vec<PeakTime> = vec![];
         for (j, constraint) in self.constraints.iter().enumerate() {
             let value = |p| {
-                if self.holds(j, p) { constraint.normalized(at(constraint.signed(), p)) } else { 0.0 }
+                if self.holds(j, p) { constraint.residual(at(constraint.signed(), p)) } else { -1.0 }
             };
             let mut history: Vec<f64> = (0..self.points_of(&constraint.quantity)).map(value).collect();
             if let Some(p) = history.iter().position(|v| !v.is_finite()) {
@@ -201,10 +201,10 @@ impl Problem {
             if constraint.is_continuous {
                 peaks.extend(self.refine(j, b, responses, &mut history)?);
             }
-            constraints.push(history);
+            residuals.push(history);
         }
         let equalities = (0..self.constraints.len()).filter(|&j| self.constraints[j].is_equality()).collect();
-        Ok(Evaluation { objective, constraints, equalities, peaks })
+        Ok(Evaluation { objective, residuals, equalities, peaks })
     }
 
     /// Replaces the values of time points that are local maxima by those of the peaks, which are returned.

@@ -102,6 +102,7 @@ impl Method {
         Ok(state)
     }
 
+    /// One trial step of a method of interchangeable parts.
     fn trial_step(&self, problem: &Problem, mut state: RunState) -> Result<RunState> {
         // 1. Responses and 2. objective and constraints at the design of the state: from the analysis that accepted it.
         // 3. Screening and 4. sensitivities of the retained responses; a repeated cycle reuses both.
@@ -124,7 +125,7 @@ impl Method {
                 return self.without_step(problem, state, error);
             }
         };
-        // 7. Its analysis: errors and violation, the decision, new move limits, and a row of the history.
+        // 7. Its analysis, errors and violation.
         state.counters.subproblem_iterations += solution.iterations;
         state.counters.analyses += 1;
         let (at_limit, distance) = (region.at_limit(&solution.x), approximate.distance(&solution.x));
@@ -140,30 +141,12 @@ impl Method {
             at_limit: &at_limit,
             analyzed: &analyzed,
         };
-        let from = (&state.design[..], &state.evaluation);
-        let trial = Trial::new(problem, &self.screening, from, state.last_step.as_deref(), &proposal);
-        let (mut globalization, mut factors) = (state.globalization.clone(), state.factors.clone());
-        // Rows that were not retained but are violated at the proposal: the cycle is repeated with them.
-        let missed = match &analyzed {
-            Ok(next) => {
-                let all = self.globalization.keeps_feasible();
-                self.screening.missed(problem, &data.retained, &next.evaluation, all)
-            }
-            Err(_) => vec![],
-        };
-        let verdict = match &trial.outcome {
-            Some(_) if missed.is_empty() => self.globalization.judge(&trial, &mut globalization),
-            _ => StepVerdict::Reject,
-        };
-        if verdict != StepVerdict::IncreaseConservatism && missed.is_empty() {
-            self.move_limits.update(&mut factors, &trial, verdict);
-        }
-        let mut cycle = Cycle::new(problem, state.cycles() + 1, &state.factors, &trial, verdict, &proposal);
+        // 8. The decision, new move limits, and a row of the history.
+        let (verdict, missed, mut cycle) = self.decide(problem, &mut state, &proposal);
         if self.stop.has_settled(&cycle, state.evaluation.objective) {
             cycle.residual = Some(optimality::residual(problem, &approximate, &state.design, &solution.multipliers)?);
         }
         state.history.push(cycle);
-        (state.factors, state.globalization) = (factors, globalization);
         match (verdict, analyzed) {
             (StepVerdict::Accept, Ok(accepted)) => {
                 self.keep(problem, &mut state, &data);
@@ -178,11 +161,43 @@ impl Method {
         self.conclude(problem, state)
     }
 
+    /// Decides about an analysed proposal, and updates move limits and globalization. Returns the verdict, the rows that were not retained
+    /// but are violated at the proposal, with which the cycle is repeated, and the row of the history.
+    fn decide(
+        &self,
+        problem: &Problem,
+        state: &mut RunState,
+        proposal: &AnalysedProposal,
+    ) -> (StepVerdict, Vec<RowId>, Cycle) {
+        let from = (&state.design[..], &state.evaluation);
+        let trial = Trial::new(problem, &self.screening, from, state.last_step.as_deref(), proposal);
+        let (mut globalization, mut factors) = (state.globalization.clone(), state.factors.clone());
+        let missed = match proposal.analyzed {
+            Ok(next) => {
+                let all = self.globalization.keeps_feasible();
+                self.screening.missed(problem, &proposal.data.retained, &next.evaluation, all)
+            }
+            Err(_) => vec![],
+        };
+        let verdict = match &trial.outcome {
+            Some(_) if missed.is_empty() => self.globalization.judge(&trial, &mut globalization),
+            _ => StepVerdict::Reject,
+        };
+        if verdict != StepVerdict::IncreaseConservatism && missed.is_empty() {
+            self.move_limits.update(&mut factors, &trial, verdict);
+        }
+        let cycle = Cycle::new(problem, state.cycles() + 1, &state.factors, &trial, verdict, proposal);
+        (state.factors, state.globalization) = (factors, globalization);
+        (verdict, missed, cycle)
+    }
+
+    /// Selects the rows of the next approximate problem, and differentiates their responses.
     pub(super) fn screen_and_differentiate(&self, problem: &Problem, state: &mut RunState) -> Result<CycleData> {
         let retained = self.screening.retain(problem, &state.evaluation);
         self.differentiate_rows(problem, state, retained)
     }
 
+    /// Differentiates the responses of the `retained` rows at the design of the state.
     pub(super) fn differentiate_rows(
         &self,
         problem: &Problem,
@@ -197,6 +212,7 @@ impl Method {
         Ok(data)
     }
 
+    /// The approximate problem at the design of the state between the `sides` of the search subregion.
     fn approximate<'a>(
         &self,
         problem: &'a Problem,

@@ -170,15 +170,15 @@ const NEIGHBOURS: usize = 2;
 fn thinned(problem: &Problem, evaluation: &Evaluation, retained: Vec<RowId>) -> Vec<RowId> {
     let is_kept = |row: &RowId| {
         let constraint = &problem.constraints[row.constraint];
-        let history = &evaluation.constraints[row.constraint];
+        let history = &evaluation.residuals[row.constraint];
         if history.len() <= FEW_POINTS || constraint.is_continuous || constraint.is_equality() {
             return true;
         }
-        let (p, g) = (row.point, history);
+        let (p, c) = (row.point, history);
         let every = (2 * history.len()).div_ceil(FEW_POINTS);
-        let is_maximum = |q: usize| (q == 0 || g[q] > g[q - 1]) && (q + 1 == g.len() || g[q] >= g[q + 1]);
-        let mut near = p.saturating_sub(NEIGHBOURS)..=(p + NEIGHBOURS).min(g.len() - 1);
-        p % every == 0 || p + 1 == g.len() || near.any(is_maximum)
+        let is_maximum = |q: usize| (q == 0 || c[q] > c[q - 1]) && (q + 1 == c.len() || c[q] >= c[q + 1]);
+        let mut near = p.saturating_sub(NEIGHBOURS)..=(p + NEIGHBOURS).min(c.len() - 1);
+        p % every == 0 || p + 1 == c.len() || near.any(is_maximum)
     };
     retained.into_iter().filter(is_kept).collect()
 }

@@ -4,7 +4,6 @@
 //! one [`RunState`]. It can be written to a file, and a run that continues from the file has the same bits.
 
 mod automatic;
-mod by_hand;
 mod confirmation;
 mod conservatism;
 mod cycle;
@@ -14,6 +13,7 @@ mod globalization;
 mod method;
 mod move_limits;
 mod optimality;
+mod override_decision;
 mod post_optimal;
 mod presets;
 mod region;

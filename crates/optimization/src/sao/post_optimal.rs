@@ -60,7 +60,7 @@ fn gradients(problem: &Problem, b: &[f64], rows: &[RowId]) -> Result<(Vec<f64>, 
         let constraint = &problem.constraints[row.constraint];
         let slope = match evaluation.nearest_peak(*row) {
             Some(&at) => {
-                let peak = problem.peak(at, b, &responses, &evaluation.constraints[row.constraint])?;
+                let peak = problem.peak(at, b, &responses, &evaluation.residuals[row.constraint])?;
                 problem.peak_gradient(&peak, b)
             }
             None => {

@@ -62,7 +62,8 @@ impl Screening {
     /// The retained rows, in order of constraint and time.
     pub fn retain(&self, problem: &Problem, evaluation: &Evaluation) -> Vec<RowId> {
         let mut retained = vec![];
-        for (constraint, (declared, history)) in problem.constraints.iter().zip(&evaluation.constraints).enumerate() {
+        for (constraint, declared) in problem.constraints.iter().enumerate() {
+            let history = evaluation.normalized(constraint);
             let quantity = &declared.quantity;
             let points: Vec<usize> = if declared.is_equality() {
                 (0..history.len()).collect()
@@ -72,7 +73,7 @@ impl Screening {
             } else if !quantity.is_transient() {
                 Vec::from_iter((quantity.is_explicit() || self.is_critical(history[0])).then_some(0))
             } else {
-                self.points(history, declared.selection.unwrap_or(self.selection))
+                self.points(&history, declared.selection.unwrap_or(self.selection))
             };
             let points = points.into_iter().filter(|&p| problem.holds(constraint, p));
             retained.extend(points.map(|point| RowId { constraint, point }));
@@ -93,7 +94,7 @@ impl Screening {
         let is_missed = |row: &RowId| {
             let constraint = &problem.constraints[row.constraint];
             let is_known = |other: &RowId| if all { other == row } else { other.constraint == row.constraint };
-            !constraint.is_continuous && proposed.value_of(*row) > 1.0 + VIOLATED && !retained.iter().any(is_known)
+            !constraint.is_continuous && proposed.residual_of(*row) > VIOLATED && !retained.iter().any(is_known)
         };
         self.retain(problem, proposed).into_iter().filter(is_missed).collect()
     }

@@ -35,6 +35,19 @@ impl Status {
     }
 }
 
+/// The status in words for tables: `cycle limit`.
+impl std::fmt::Display for Status {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Self::Running => "running",
+            Self::Converged => "converged",
+            Self::CycleLimit => "cycle limit",
+            Self::Stalled => "stalled",
+            Self::Infeasible => "infeasible",
+        })
+    }
+}
+
 /// Numbers of analyses and iterations, counted as in the paper.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {

@@ -57,8 +57,8 @@ fn same(one: &[f64], other: &[f64]) -> bool {
 }
 
 fn check_evaluation(evaluation: &Evaluation, problem: &Problem) -> Result<()> {
-    Error::check_length("constraints of the state", problem.constraints.len(), evaluation.constraints.len())?;
-    for (declared, values) in problem.constraints.iter().zip(&evaluation.constraints) {
+    Error::check_length("constraints of the state", problem.constraints.len(), evaluation.residuals.len())?;
+    for (declared, values) in problem.constraints.iter().zip(&evaluation.residuals) {
         let what = format!("values of constraint `{}` in the state", declared.name);
         Error::check_length(&what, problem.points_of(&declared.quantity), values.len())?;
     }

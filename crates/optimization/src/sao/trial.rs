@@ -155,7 +155,7 @@ fn decreases_of_lagrangian(retained: &[RowId], solution: &Solution, [before, aft
     let mut decreases = [before.objective - solution.objective, before.objective - after.objective];
     let rows = retained.iter().zip(&solution.multipliers).zip(&solution.rows);
     for ((&row, λ), to) in rows.filter(|((_, λ), _)| **λ != 0.0) {
-        let from = before.constraints[row.constraint][row.point] - 1.0;
+        let from = before.residuals[row.constraint][row.point];
         decreases[0] += λ * (from - to);
         decreases[1] += λ * (from - (after.value_of(row) - 1.0));
     }

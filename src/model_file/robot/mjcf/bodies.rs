@@ -234,13 +234,7 @@ impl<'a> Bodies<'a> {
         let unknown = element.attributes.iter().filter(|(key, _)| !JOINT_KEYS.contains(&&**key));
         self.left_out
             .extend(unknown.map(|(key, _)| format!("attribute `{key}` of {what} is not known and was left out")));
-        let kind = match (&*element.name, own.attribute("type").unwrap_or("hinge")) {
-            ("freejoint", _) | (_, "free") => JointType::Floating,
-            (_, "hinge") => JointType::Revolute,
-            (_, "slide") => JointType::Prismatic,
-            (_, "ball") => JointType::Spherical,
-            _ => return Err(own.bad(&what, "its type is not known", "use one of free, ball, slide, hinge")),
-        };
+        let kind = joint_type(element, &own, &what)?;
         if kind == JointType::Floating && count > 1 {
             return Err(own.bad(&what, "a free joint is the only one of its body", "remove the other joints"));
         }
@@ -266,25 +260,29 @@ impl<'a> Bodies<'a> {
             let range: [f64; 2] = own.exactly(&what, "range", text)?;
             joint.range = (range != [0.0; 2]).then(|| range.map(|value| of_coordinate(value - reference)));
         }
-        let mut positive = |key: &str| -> Result<f64> {
-            let all = own.numbers(&what, key, own.attribute(key).unwrap_or_default())?;
-            let (value, higher) = (all.first().copied().unwrap_or(0.0), all.iter().skip(1).any(|x| *x != 0.0));
-            if higher {
-                self.left_out.push(format!("higher coefficients of `{key}` of {what} were left out"));
-            }
-            if value < 0.0 {
-                return Err(own.bad(&what, &format!("its {key} is {value}"), "give a number that is not negative"));
-            }
-            Ok(value)
-        };
-        joint.spring = [positive("stiffness")?, of_coordinate(rest - reference)];
-        joint.damping = positive("damping")?;
-        joint.friction = positive("frictionloss")?;
-        joint.armature = positive("armature")?;
+        let rest = of_coordinate(rest - reference);
+        let mut coefficient = |key: &str| self.coefficient(&own, &what, key);
+        joint.spring = [coefficient("stiffness")?, rest];
+        joint.damping = coefficient("damping")?;
+        joint.friction = coefficient("frictionloss")?;
+        joint.armature = coefficient("armature")?;
         if own.attribute("springdamper").is_some_and(|text| text != "0 0") {
             self.left_out.push(format!("`springdamper` of {what} was left out"));
         }
         Ok(joint)
+    }
+
+    /// A coefficient of a joint that is not negative; higher ones of a polynomial are left out.
+    fn coefficient(&mut self, joint: &XmlElement, what: &str, key: &str) -> Result<f64> {
+        let all = joint.numbers(what, key, joint.attribute(key).unwrap_or_default())?;
+        let (value, higher) = (all.first().copied().unwrap_or(0.0), all.iter().skip(1).any(|x| *x != 0.0));
+        if higher {
+            self.left_out.push(format!("higher coefficients of `{key}` of {what} were left out"));
+        }
+        if value < 0.0 {
+            return Err(joint.bad(what, &format!("its {key} is {value}"), "give a number that is not negative"));
+        }
+        Ok(value)
     }
 
     /// The mass of an element `inertial`.
@@ -321,4 +319,15 @@ impl<'a> Bodies<'a> {
         }
         mass
     }
+}
+
+/// The type of a joint element; `own` is the element with its defaults.
+fn joint_type(element: &XmlElement, own: &XmlElement, what: &str) -> Result<JointType> {
+    Ok(match (&*element.name, own.attribute("type").unwrap_or("hinge")) {
+        ("freejoint", _) | (_, "free") => JointType::Floating,
+        (_, "hinge") => JointType::Revolute,
+        (_, "slide") => JointType::Prismatic,
+        (_, "ball") => JointType::Spherical,
+        _ => return Err(own.bad(what, "its type is not known", "use one of free, ball, slide, hinge")),
+    })
 }

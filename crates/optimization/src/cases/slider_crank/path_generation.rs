@@ -138,6 +138,6 @@ mod tests {
         let best = f(optimum().design.unwrap());
         assert!((best.objective - 3.746106).abs() < 1e-4);
         // The second movability constraint is active there.
-        assert!(best.constraints[1][0] - 1.0 > -1e-2 && best.constraints[0][0] < 0.0);
+        assert!(best.residuals[1][0] > -1e-2 && best.residuals[0][0] < -1.0);
     }
 }

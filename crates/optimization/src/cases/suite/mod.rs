@@ -7,7 +7,7 @@
 //! | `semi_infinite` | constraints on a parameter, Chebyshev fits |
 //! | `statement` | statement of a problem, and the macro in which the lists are written |
 //! | `transformation` | other units of objective, variables and constraints; other starts |
-//! | `runs`, `judge` | runs of methods on the problems; the verdict about a run |
+//! | `runs`, `verification` | runs of methods on the problems; verification of what they claim |
 //!
 //! # Sources
 //!
@@ -22,18 +22,18 @@ mod hs_equalities;
 mod hs_inequalities;
 mod hs_larger;
 mod hs_mixed;
-mod judge;
 mod noise;
 mod runs;
 mod semi_infinite;
 mod starts;
 mod statement;
 mod transformation;
+mod verification;
 
 pub use super::Suite;
-pub use judge::{Claim, Judgement, TOLERANCE, Verdict, judge};
 pub use runs::{SuiteRun, run};
 pub use transformation::{StartDesign, Transformation};
+pub use verification::{Claim, TOLERANCE, Verdict, Verification, verify_claim};
 
 use super::{CatalogueEntry, catalogue};
 use error::{Error, Result};
@@ -111,11 +111,11 @@ mod tests {
             let problem = (entry.build)().unwrap();
             for optimum in entry.optima() {
                 let design = optimum.design.unwrap();
-                let judged = judge(entry, &Transformation::default(), &problem, Claim::Converged, design).unwrap();
-                assert!(judged.violation < DIGITS, "{}: violation {:e}", entry.name, judged.violation);
-                let apart = (judged.objective - optimum.objective).abs() / optimum.objective.abs().max(1.0);
-                assert!(apart < DIGITS, "{}: F = {} at {}", entry.name, judged.objective, optimum.objective);
-                assert!(judged.verdict.is_solved(), "{}: {judged:?}", entry.name);
+                let found = verify_claim(entry, &Transformation::default(), &problem, Claim::Converged, design).unwrap();
+                assert!(found.violation < DIGITS, "{}: violation {:e}", entry.name, found.violation);
+                let apart = (found.objective - optimum.objective).abs() / optimum.objective.abs().max(1.0);
+                assert!(apart < DIGITS, "{}: F = {} at {}", entry.name, found.objective, optimum.objective);
+                assert!(found.verdict.is_solved(), "{}: {found:?}", entry.name);
             }
             assert_eq!(
                 entry.optima().is_empty(),

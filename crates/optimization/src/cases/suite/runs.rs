@@ -1,14 +1,14 @@
 //! Runs of methods on the problems of the suites.
 
-use super::judge::{Claim, Judgement, judge};
+use super::verification::{Claim, Verification, verify_claim};
 use super::{Suite, Transformation};
 use crate::cases::CatalogueEntry;
 use crate::cases::benchmark::{AnalysisCounts, benchmark_method};
-use crate::sao::{Preset, Status};
+use crate::sao::Preset;
 use error::Result;
 use rayon::prelude::*;
 
-/// A run of a method on a problem, judged.
+/// A run of a method on a problem, with the verification of its claim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SuiteRun {
     /// Name of the problem.
@@ -23,14 +23,14 @@ pub struct SuiteRun {
     pub status: String,
     /// Numbers of analyses of the whole run.
     pub work: AnalysisCounts,
-    /// The judgement; none without a run.
-    pub judgement: Option<Judgement>,
+    /// Verification of the claim; none without a run.
+    pub verification: Option<Verification>,
 }
 
 impl SuiteRun {
     /// True if the run has solved its problem.
     pub fn is_solved(&self) -> bool {
-        self.judgement.is_some_and(|j| j.verdict.is_solved())
+        self.verification.is_some_and(|j| j.verdict.is_solved())
     }
 }
 
@@ -62,12 +62,12 @@ fn one(entry: &'static CatalogueEntry, transformation: &Transformation, preset: 
                 analyses: state.counters.analyses,
                 sensitivity_analyses: state.counters.sensitivity_analyses,
             };
-            let judgement = judge(entry, transformation, &problem, state.status.into(), &state.design)?;
-            let status = in_words(state.status);
+            let verification = verify_claim(entry, transformation, &problem, state.status.into(), &state.design)?;
+            let status = state.status.to_string();
             Ok(SuiteRun {
                 status,
                 work,
-                judgement: Some(judgement),
+                verification: Some(verification),
                 ..SuiteRun::refused(entry, transformation, preset.name, "")
             })
         }
@@ -85,11 +85,11 @@ impl SuiteRun {
             method: method.to_owned(),
             status: format!("refused: {why}"),
             work: AnalysisCounts { analyses: 0, sensitivity_analyses: 0 },
-            judgement: None,
+            verification: None,
         }
     }
 
-    /// Judges the end of another program's run, such as those of `benches/peers`.
+    /// Verifies the end of another program's run, such as those of `benches/peers`.
     ///
     /// # Errors
     /// If the problem cannot be built, or the design has another length or cannot be evaluated.
@@ -102,15 +102,8 @@ impl SuiteRun {
         design: &[f64],
     ) -> Result<Self> {
         let problem = transformation.build(entry)?;
-        let judgement = Some(judge(entry, transformation, &problem, claim, design)?);
+        let verification = Some(verify_claim(entry, transformation, &problem, claim, design)?);
         let status = format!("{claim:?}").to_lowercase();
-        Ok(Self { status, work, judgement, ..Self::refused(entry, transformation, peer, "") })
-    }
-}
-
-fn in_words(status: Status) -> String {
-    match status {
-        Status::CycleLimit => "cycle limit".to_owned(),
-        status => format!("{status:?}").to_lowercase(),
+        Ok(Self { status, work, verification, ..Self::refused(entry, transformation, peer, "") })
     }
 }

@@ -2,9 +2,8 @@
 
 use super::ExternalProgram;
 use super::answers::Answers;
-use super::declared::{Declared, ProgramResponse};
 use super::processes::Processes;
-use super::protocol::Answer;
+use super::protocol::{Answer, Declared, ProgramResponse};
 use crate::problem::{Analysis, ContinuousTime, GradientMethod, ResponseAt, ResponseSum, Responses};
 use crate::storage::Directory;
 use error::{Error, Result};

@@ -8,8 +8,7 @@
 //! {"hash":"c5f2…","design":{"area":1.5,"span":0.5},"responses":{"stress":0.92}}
 //! ```
 
-use super::declared::{Declared, ProgramResponse};
-use super::protocol::{self, Answer, VERSION};
+use super::protocol::{self, Answer, Declared, ProgramResponse, VERSION};
 use crate::storage::{Appender, Directory, fnv1a};
 use error::{Error, Result};
 use serde::Serialize;

@@ -5,8 +5,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `declared` | names and sizes of design variables, time points and responses |
-//! | `protocol` | requests and answers, and what is checked of an answer |
+//! | `protocol` | names and sizes of variables and responses; requests and answers, and the checks of an answer |
 //! | `process` | one running program: a request and its answer within a time limit |
 //! | `processes` | up to `jobs` running programs, and repeated requests |
 //! | `answers` | answers by design, in memory and in a file |
@@ -18,7 +17,6 @@
 
 mod analysis;
 mod answers;
-mod declared;
 mod process;
 mod processes;
 mod protocol;

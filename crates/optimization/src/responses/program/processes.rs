@@ -1,9 +1,8 @@
 //! Several running programs, of which each answers one request at a time.
 
 use super::ExternalProgram;
-use super::declared::Declared;
 use super::process::Process;
-use super::protocol::{self, Answer, Refusal};
+use super::protocol::{self, Answer, Declared, Refusal};
 use error::{Error, Result};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};

@@ -1,6 +1,5 @@
 //! Requests to a program and its answers.
 
-use super::declared::{Declared, ProgramResponse};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -10,6 +9,33 @@ pub const VERSION: u32 = 1;
 
 /// The longest part of a wrong answer that a message shows, in characters.
 const SHOWN: usize = 200;
+
+/// A response of a program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProgramResponse {
+    /// Name, in requests and answers.
+    pub name: String,
+    /// `true` for a number at each time point, `false` for one number.
+    pub is_history: bool,
+}
+
+/// Design variables, time points and responses of the requests to a program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Declared {
+    /// Names of the design variables, in the order of the design.
+    pub variables: Vec<String>,
+    /// Time points of the histories.
+    pub times: Vec<f64>,
+    /// Responses, in the order of the problem.
+    pub responses: Vec<ProgramResponse>,
+}
+
+impl Declared {
+    /// The number of values of a response.
+    pub fn points(&self, response: &ProgramResponse) -> usize {
+        if response.is_history { self.times.len() } else { 1 }
+    }
+}
 
 /// A request: one line of JSON.
 #[derive(Serialize)]
@@ -181,7 +207,6 @@ pub fn shown(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::responses::program::declared::ProgramResponse;
 
     fn declared() -> Declared {
         let response = |name: &str, is_history| ProgramResponse { name: name.to_owned(), is_history };

@@ -8,15 +8,15 @@ const FEASIBLE: f64 = 1e-6;
 const MARGIN: f64 = 0.999;
 /// Slope of the envelope of the filter: decrease of the objective, per σ_f h, below which an entry with less violation dominates a design.
 const ENVELOPE: f64 = 1e-5;
-/// Largest violation of an accepted design, in units of the rows or of the violation before it: in these units, rows change by 1 to first
-/// order. Without this bound, a first step could be arbitrarily long if rows seem far from their limits.
-pub(super) const LARGEST: f64 = 10.0;
+/// Largest violation of an accepted design, in units of the rows or of the violation before it. A row changes by about one unit over the
+/// lengths. Without this limit, a first step could be arbitrarily long where rows are far from their limits.
+pub(super) const MAX_VIOLATION: f64 = 10.0;
 /// Fraction of the predicted decrease that must be reached.
 const FRACTION: f64 = 0.01;
 /// Largest increase of the objective, per σ_f h, that is accepted for a smaller violation at a design that is feasible already.
-const LARGEST_TRADE_OFF: f64 = 10.0;
-/// Decrease of the objective, relative to its range in the run, that suffices for any prediction.
-const ENOUGH: f64 = 0.1;
+const MAX_TRADE_OFF: f64 = 10.0;
+/// Decrease of the objective, relative to its range in the run, that is sufficient for any predicted decrease.
+const SUFFICIENT: f64 = 0.1;
 /// Fraction of the possible decrease of the violation that a restoration must reach.
 const RESTORED: f64 = 0.05;
 /// Largest increase of objective and violation together, weighted by the multipliers, in predicted decreases, for which more violation is
@@ -38,8 +38,8 @@ impl DesignMerit {
     }
 }
 
-/// A trial step in the units of the current cycle.
-pub(super) struct TrialDecision {
+/// Comparison of a trial step with the current design and with its prediction, in the units of the current cycle.
+pub(super) struct AcceptanceTest {
     pub from: DesignMerit,
     pub predicted: DesignMerit,
     pub to: DesignMerit,
@@ -61,24 +61,24 @@ pub(super) enum Decision {
     Violation,
 }
 
-impl TrialDecision {
+impl AcceptanceTest {
     /// The decision; `filter` holds the designs of the filter, in the units of the current cycle.
     pub fn decide(&self, filter: impl Iterator<Item = DesignMerit>) -> Decision {
         let Self { from, to, predicted, .. } = self;
         let (h, next) = (from.violation, to.violation);
         let noise = ROUNDING * from.objective.abs();
-        let costs_too_much = h <= FEASIBLE
-            && to.objective > from.objective + LARGEST_TRADE_OFF * self.objective_per_violation * h + noise;
+        let trades_off_too_much = h <= FEASIBLE
+            && to.objective > from.objective + MAX_TRADE_OFF * self.objective_per_violation * h + noise;
         if let Some(least) = self.restoration {
-            let decreases = h - next >= RESTORED * (h - least) && next < h && !costs_too_much;
+            let decreases = h - next >= RESTORED * (h - least) && next < h && !trades_off_too_much;
             return if decreases { Decision::Violation } else { Decision::Rejected };
         }
-        if next > LARGEST * h.max(1.0) || (next > h && self.ratio() < -WORSE) {
+        if next > MAX_VIOLATION * h.max(1.0) || (next > h && self.ratio() < -WORSE) {
             return Decision::Rejected;
         }
         let envelope = ENVELOPE * self.objective_per_violation * next;
         let dominates = |e: DesignMerit| next > MARGIN * e.violation && to.objective > e.objective - envelope;
-        let improves = (next <= MARGIN * h && !costs_too_much)
+        let improves = (next <= MARGIN * h && !trades_off_too_much)
             || to.objective <= from.objective - envelope
             || (next <= FEASIBLE && to.objective <= from.objective + noise);
         if filter.into_iter().any(dominates) || !improves {
@@ -88,8 +88,8 @@ impl TrialDecision {
         if decrease <= (1e-4 * self.objective_per_violation * h * h).max(0.0) {
             return Decision::Violation;
         }
-        let enough = (FRACTION * decrease).min(if next <= FEASIBLE { ENOUGH * self.objective_range } else { decrease });
-        if from.objective - to.objective >= enough - noise {
+        let sufficient = (FRACTION * decrease).min(if next <= FEASIBLE { SUFFICIENT * self.objective_range } else { decrease });
+        if from.objective - to.objective >= sufficient - noise {
             return Decision::Decrease;
         }
         if h > FEASIBLE && next <= 0.5 * h { Decision::Violation } else { Decision::Rejected }
@@ -144,8 +144,8 @@ mod tests {
         DesignMerit { objective, violation }
     }
 
-    fn step(from: DesignMerit, predicted: DesignMerit, to: DesignMerit) -> TrialDecision {
-        TrialDecision { from, predicted, to, restoration: None, objective_per_violation: 1.0, objective_range: 1.0 }
+    fn step(from: DesignMerit, predicted: DesignMerit, to: DesignMerit) -> AcceptanceTest {
+        AcceptanceTest { from, predicted, to, restoration: None, objective_per_violation: 1.0, objective_range: 1.0 }
     }
 
     #[test]
@@ -160,7 +160,7 @@ mod tests {
     fn a_restoration_must_reach_a_part_of_the_possible_decrease() {
         let of = |next: f64| {
             let step = step(merit(1.0, 1.0), merit(1.0, 0.5), merit(1.0, next));
-            TrialDecision { restoration: Some(0.5), ..step }.decide(std::iter::empty())
+            AcceptanceTest { restoration: Some(0.5), ..step }.decide(std::iter::empty())
         };
         assert_eq!((of(0.9), of(0.99)), (Decision::Violation, Decision::Rejected));
     }
@@ -170,7 +170,7 @@ mod tests {
     fn a_restoration_of_a_feasible_design_does_not_increase_the_objective() {
         let of = |objective: f64| {
             let step = step(merit(1.0, 1e-11), merit(1.0, 0.0), merit(objective, 1e-12));
-            TrialDecision { restoration: Some(0.0), ..step }.decide(std::iter::empty())
+            AcceptanceTest { restoration: Some(0.0), ..step }.decide(std::iter::empty())
         };
         assert_eq!((of(1.0), of(1600.0)), (Decision::Violation, Decision::Rejected));
     }

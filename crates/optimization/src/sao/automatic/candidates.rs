@@ -1,7 +1,10 @@
 //! The candidate approximations of one number, all exact in value and gradient at the current design.
 
 use super::linearized::Linearized;
-use super::numbers::{ApproximatedValue, NumberId, collect, find, mapped, mapped_curvature, pulled, pushed};
+use super::numbers::{
+    ApproximatedValue, NumberId, collect_numbers, find_number, gradient_in_design, gradient_in_intermediates,
+    values_and_jacobian, weighted_hessian,
+};
 use super::quasi_newton::{SecantPair, bfgs, sr1};
 use crate::approximation::CycleData;
 use crate::problem::{Evaluation, Intermediates, Problem, Responses};
@@ -62,7 +65,7 @@ impl AcceptedPoint {
     pub(in crate::sao) fn new(problem: &Problem, at: (&[f64], &Responses, &Evaluation), data: &CycleData) -> Self {
         let (design, responses, evaluation) = at;
         let slopes = Linearized::new(problem, at, data).largest_derivatives(problem.constraints.len());
-        let numbers = collect(problem, design, (responses, evaluation), data);
+        let numbers = collect_numbers(problem, design, (responses, evaluation), data);
         Self { design: design.to_vec(), numbers, slopes, is_displaced: false }
     }
 }
@@ -109,7 +112,7 @@ fn with_history<'a>(
     number: &'a ApproximatedValue,
 ) -> &'a ApproximatedValue {
     let (Some((here, [.., before])), NumberId::Response(at)) = (points.split_last(), number.id) else { return number };
-    let is_known = |id| find(problem, &before.numbers, id).is_some();
+    let is_known = |id| find_number(problem, &before.numbers, id).is_some();
     if is_known(number.id) {
         return number;
     }
@@ -128,9 +131,9 @@ impl<'a> Samples<'a> {
         let (here, before) = points.split_last().expect("the current design is stored");
         let number = &here.numbers[k];
         let declared = number.id.intermediates(problem);
-        let (y, rows) = mapped(declared, &here.design);
+        let (y, rows) = values_and_jacobian(declared, &here.design);
         // Singular intermediate variables cannot be used; the design variables themselves always can.
-        let usable = pulled(&rows, &number.gradient).filter(|_| y.iter().all(|v| v.is_finite()));
+        let usable = gradient_in_intermediates(&rows, &number.gradient).filter(|_| y.iter().all(|v| v.is_finite()));
         let (map, origin, slope, rows) = match usable {
             Some(slope) => (declared, y, slope, rows),
             None => (IDENTITY, here.design.clone(), number.gradient.clone(), None),
@@ -141,11 +144,11 @@ impl<'a> Samples<'a> {
         };
         let lengths = (0..lengths.len()).map(length).collect();
         let known = with_history(problem, points, number);
-        let latest = pulled(&rows, &known.gradient).unwrap_or_else(|| slope.clone());
+        let latest = gradient_in_intermediates(&rows, &known.gradient).unwrap_or_else(|| slope.clone());
         let earlier = |point: &AcceptedPoint| {
-            let found = find(problem, &point.numbers, known.id)?;
-            let (y, rows) = mapped(map, &point.design);
-            Some((y, pulled(&rows, &found.gradient)?))
+            let found = find_number(problem, &point.numbers, known.id)?;
+            let (y, rows) = values_and_jacobian(map, &point.design);
+            Some((y, gradient_in_intermediates(&rows, &found.gradient)?))
         };
         let earlier = before.iter().filter_map(earlier).collect();
         Self { problem, number, map, design: &here.design, origin, slope, lengths, earlier, latest }
@@ -304,7 +307,7 @@ impl FittedApproximation {
 
     /// The value at design `b`.
     pub fn value(&self, b: &[f64]) -> f64 {
-        let y = mapped_values(&self.map, b);
+        let y = intermediate_values(&self.map, b);
         let s = self.step(&y);
         let linear: f64 = (0..y.len()).map(|j| self.slope[j] * self.term(j, y[j])[0]).sum();
         let correction: f64 = self.corrections.iter().map(|(w, m)| w * self.along(m, b).powi(2)).sum();
@@ -318,8 +321,8 @@ impl FittedApproximation {
 
     /// The gradient at design `b`.
     pub fn gradient(&self, b: &[f64]) -> Vec<f64> {
-        let (y, rows) = mapped(&self.map, b);
-        let mut gradient = pushed(&rows, self.slope_in_y(&y));
+        let (y, rows) = values_and_jacobian(&self.map, b);
+        let mut gradient = gradient_in_design(&rows, self.slope_in_y(&y));
         for (w, m) in &self.corrections {
             let factor = 2.0 * w * self.along(m, b);
             gradient.iter_mut().zip(m).for_each(|(g, m)| *g += factor * m);
@@ -329,12 +332,12 @@ impl FittedApproximation {
 
     /// Adds `weight` times the Hessian at design `b` to `sum`.
     pub fn add_hessian(&self, b: &[f64], weight: f64, sum: &mut DMatrix<f64>) {
-        let (y, rows) = mapped(&self.map, b);
+        let (y, rows) = values_and_jacobian(&self.map, b);
         let n = b.len();
         if let Some(rows) = rows {
             let mut inner = DMatrix::zeros(n, n);
             self.add_hessian_in_y(&y, 1.0, &mut inner);
-            let whole = rows.tr_mul(&(inner * &rows)) + mapped_curvature(&self.map, &self.slope_in_y(&y), b);
+            let whole = rows.tr_mul(&(inner * &rows)) + weighted_hessian(&self.map, &self.slope_in_y(&y), b);
             *sum += whole * weight;
         } else {
             self.add_hessian_in_y(&y, weight, sum);
@@ -357,7 +360,7 @@ impl FittedApproximation {
     }
 }
 
-fn mapped_values(map: &Intermediates, b: &[f64]) -> Vec<f64> {
+fn intermediate_values(map: &Intermediates, b: &[f64]) -> Vec<f64> {
     match map {
         Intermediates::Identity => b.to_vec(),
         other => (0..b.len()).map(|k| other.component(k, b)).collect(),
@@ -374,16 +377,16 @@ pub(super) fn gradient_changes(
     let id = with_history(problem, points, number).id;
     let map = id.intermediates(problem);
     let slope = |point: &AcceptedPoint| {
-        let number = find(problem, &point.numbers, id)?;
-        let (_, rows) = mapped(map, &point.design);
-        Some((pulled(&rows, &number.gradient)?, rows))
+        let number = find_number(problem, &point.numbers, id)?;
+        let (_, rows) = values_and_jacobian(map, &point.design);
+        Some((gradient_in_intermediates(&rows, &number.gradient)?, rows))
     };
     let slopes: Vec<_> = points.iter().map(slope).collect();
     let steps = slopes.iter().zip(slopes.iter().skip(1));
     steps
         .map(|(from, to)| {
             let ((from, _), (to, rows)) = (from.as_ref()?, to.as_ref()?);
-            Some(pushed(rows, to.iter().zip(from).map(|(a, b)| a - b).collect()))
+            Some(gradient_in_design(rows, to.iter().zip(from).map(|(a, b)| a - b).collect()))
         })
         .collect()
 }

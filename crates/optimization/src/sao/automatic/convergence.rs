@@ -87,9 +87,10 @@ impl Optimality {
     /// be inaccurate if its last step is a rounding error.
     pub fn new(problem: &Problem, b: &[f64], here: &Linearized, multipliers: &[f64], lengths: &[f64]) -> Self {
         let given = Self::with(problem, b, here, multipliers, lengths);
-        let balanced = Self::with(problem, b, here, &here.balanced(problem, b, lengths), lengths);
+        let least_squares = here.least_squares_multipliers(problem, b, lengths);
+        let found = Self::with(problem, b, here, &least_squares, lengths);
         let size = |o: &Self| o.residual + o.complementarity;
-        if size(&balanced) < size(&given) { balanced } else { given }
+        if size(&found) < size(&given) { found } else { given }
     }
 
     /// The sums in words.
@@ -99,7 +100,7 @@ impl Optimality {
     }
 
     fn with(problem: &Problem, b: &[f64], here: &Linearized, multipliers: &[f64], lengths: &[f64]) -> Self {
-        let slope = here.lagrangian_slope(multipliers);
+        let slope = here.lagrangian_gradient(multipliers);
         let one = |j: usize| {
             let variable = &problem.variables[j];
             let distance = if slope[j] > 0.0 { b[j] - variable.lower } else { variable.upper - b[j] };
@@ -108,7 +109,7 @@ impl Optimality {
         Self {
             residual: (0..b.len()).map(one).sum(),
             complementarity: multipliers.iter().zip(&here.c).fold(0.0, |sum, (λ, c)| sum + (λ * c).abs()),
-            largest_change: largest_change(&here.slope, lengths),
+            largest_change: largest_change(&here.gradient, lengths),
             multipliers: multipliers.to_vec(),
         }
     }
@@ -167,7 +168,7 @@ impl StopTest<'_> {
 
     /// True for an objective that is nearly zero compared with its slopes, where no step can be made and none is predicted: a residual R then
     /// allows a decrease of about R² / (4 Δ) with the range Δ of the objective.
-    fn is_balanced_zero(&self, objective: f64) -> bool {
+    fn is_zero_without_step(&self, objective: f64) -> bool {
         let Optimality { residual, complementarity, largest_change, .. } = self.optimality;
         let zero = STEEP * largest_change;
         let is_zero = [objective, complementarity, self.predicted.abs()].iter().all(|sum| *sum <= zero);
@@ -186,7 +187,7 @@ impl StopTest<'_> {
 
     /// The residual up to which the run has converged if no other step can be made: a decrease, of about R² / (4 Δ) with the
     /// range Δ of the objective, that rounding hides.
-    fn at_last(&self) -> f64 {
+    fn residual_without_step(&self) -> f64 {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let range = self.settled_range.min(objective);
         let by_values = (COMPARABLE * objective * range).sqrt();
@@ -217,22 +218,43 @@ impl StopTest<'_> {
     pub fn converged(&self) -> Option<String> {
         let objective = self.objectives.last().copied().unwrap_or(0.0).abs();
         let Optimality { residual, complementarity, largest_change, .. } = self.optimality;
-        let unit = self.objective_unit();
+        let numbers = [objective, self.objective_unit(), residual, complementarity, largest_change, self.predicted];
         // Numbers near the largest representable one overflow, and the test is then inconclusive.
-        if ![objective, unit, residual, complementarity, largest_change, self.predicted].iter().all(|x| x.is_finite()) {
+        if !numbers.iter().all(|x| x.is_finite()) {
             return None;
         }
         if !self.is_feasible || !self.is_compatible || self.unbounded_multipliers().is_some() {
             return None;
         }
         if self.objectives.len() == 1 {
-            let by_slopes = (AT_START * largest_change).max(ROUNDING[1] * objective);
-            let is_known = !self.at_limit && self.predicted.abs() <= PREDICTED[1].max(ROUNDING[0]) * objective;
-            let by_trials = if is_known { AFTER_TRIALS * objective.min(self.rejected_change) } else { 0.0 };
-            let largest = by_slopes.max(by_trials);
-            return (residual <= largest && complementarity <= largest)
+            return self
+                .start_is_optimal(objective)
                 .then(|| "the start satisfies the optimality conditions".to_owned());
         }
+        let has_vanished = self.is_rounding(objective)
+            && self.predicted.abs() <= FAR * objective
+            && residual <= RESIDUAL[0] * LEAST * self.objective_range;
+        let holds = self.conditions_hold(objective) || has_vanished || self.is_zero_without_step(objective);
+        holds.then(|| {
+            let predicted = in_words(self.predicted.abs());
+            format!("{}; another step would change the objective by {predicted}", self.optimality.in_words())
+        })
+    }
+
+    /// True if the optimality conditions hold at the start of a run, which has no range of the objective yet.
+    fn start_is_optimal(&self, objective: f64) -> bool {
+        let Optimality { residual, complementarity, largest_change, .. } = self.optimality;
+        let by_slopes = (AT_START * largest_change).max(ROUNDING[1] * objective);
+        let is_known = !self.at_limit && self.predicted.abs() <= PREDICTED[1].max(ROUNDING[0]) * objective;
+        let by_trials = if is_known { AFTER_TRIALS * objective.min(self.rejected_change) } else { 0.0 };
+        let largest = by_slopes.max(by_trials);
+        residual <= largest && complementarity <= largest
+    }
+
+    /// True if the predicted decrease, the residual and the complementarity are within their tolerances.
+    fn conditions_hold(&self, objective: f64) -> bool {
+        let Optimality { residual, complementarity, largest_change, .. } = self.optimality;
+        let unit = self.objective_unit();
         let is_exact_end = self.is_last && !self.has_forward_differences;
         let by_slopes = if is_exact_end { BY_SLOPES * largest_change.min(objective) } else { 0.0 };
         let tolerance = (OF_TOLERANCE * self.tolerance).max(by_slopes);
@@ -244,18 +266,12 @@ impl StopTest<'_> {
         } else {
             allowed(PREDICTED[0], ROUNDING[0]).max(tolerance)
         };
-        let is_zero = self.is_rounding(objective)
-            && self.predicted.abs() <= FAR * objective
-            && residual <= RESIDUAL[0] * LEAST * self.objective_range;
+        let largest_residual = allowed(RESIDUAL[usize::from(self.is_last)], ROUNDING[1]).max(tolerance);
         let is_far = !self.is_last && self.predicted.abs() > FAR * objective;
-        let holds = self.predicted.abs() <= prediction
+        self.predicted.abs() <= prediction
             && !is_far
-            && residual <= allowed(RESIDUAL[usize::from(self.is_last)], ROUNDING[1]).max(tolerance).max(self.at_last())
-            && complementarity <= allowed(COMPLEMENTARITY, ROUNDING[1]).max(tolerance);
-        (holds || is_zero || self.is_balanced_zero(objective)).then(|| {
-            let predicted = in_words(self.predicted.abs());
-            format!("{}; another step would change the objective by {predicted}", self.optimality.in_words())
-        })
+            && residual <= largest_residual.max(self.residual_without_step())
+            && complementarity <= allowed(COMPLEMENTARITY, ROUNDING[1]).max(tolerance)
     }
 }
 

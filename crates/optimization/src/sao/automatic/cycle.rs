@@ -3,12 +3,15 @@
 use super::acceptance::{Decision, widths_after_rejection};
 use super::candidates::AcceptedPoint;
 use super::convergence::{Optimality, StopTest, feasibility_factor, has_settled, largest_change, stalled};
+use super::cycle_context::CycleContext;
+use super::displacement::DISPLACEMENTS;
 use super::lengths::{spread, start_lengths, start_sizes};
 use super::linearized::Linearized;
-use super::proposal::Next;
+use super::proposal::{Next, Proposal};
 use super::restoration::{is_incompatible, least_violation};
-use super::situation::CycleContext;
-use super::{Automatic, AutomaticState, noise, stationary};
+use super::stationary::WIDE;
+use super::trial_step::TrialStep;
+use super::{Automatic, AutomaticState, noise};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Problem, RowId};
 use crate::sao::{ActiveRow, Method, NOT_FINITE, RunState, Status};
@@ -20,7 +23,7 @@ const LEAST_WIDTH: f64 = 1e-3;
 
 /// Steps in addition to the number of variables, and largest number of steps, from which quasi-Newton matrices of many variables are made.
 const SURPLUS: usize = 10;
-const MOST_STEPS: usize = 120;
+const MAX_STEPS: usize = 120;
 
 /// The reason for the end of a run without progress.
 const NO_PROGRESS: &str =
@@ -34,15 +37,15 @@ impl Automatic {
     /// One trial step, or the end of the run if the stop test holds before another analysis.
     pub(in crate::sao) fn step(&self, method: &Method, problem: &Problem, mut state: RunState) -> Result<RunState> {
         let (mut memory, data) = self.memory_of(method, problem, &mut state)?;
-        let situation = CycleContext::new(self, problem, &state, &data, &memory);
-        let next = match situation.propose() {
+        let context = CycleContext::new(self, problem, &state, &data, &memory);
+        let next = match context.propose() {
             Err(Error::NotFinite { .. }) => Next::End(Status::Stalled, NOT_FINITE.to_owned(), vec![]),
             next => next?,
         };
         let proposal = match next {
             Next::Analyse(proposal) => *proposal,
             Next::CommonUnit => {
-                let widths = situation.units.lengths.clone();
+                let widths = context.units.lengths.clone();
                 (memory.has_common_unit, memory.widths) = (true, widths);
                 (state.automatic, state.data) = (Some(memory), Some(data));
                 return self.step(method, problem, state);
@@ -53,44 +56,52 @@ impl Automatic {
                 return Ok(state);
             }
         };
-        let examined = situation.examine(method, &proposal);
-        if let Some(error) = examined.analyzed.as_ref().err().filter(|error| error.ends_run()) {
+        let trial = context.analyze_proposal(method, &proposal);
+        if let Some(error) = trial.analyzed.as_ref().err().filter(|error| error.ends_run()) {
             return Err(error.clone());
         }
-        let cycle = situation.record(method, &proposal, &examined);
-        let changes = situation.changes(&proposal, &examined);
-        let lengths = situation.units.lengths;
-        let is_displaced = cycle.is_displaced;
+        let cycle = context.record(method, &proposal, &trial);
+        let changes = context.changes(&proposal, &trial);
+        let lengths = context.units.lengths;
         state.counters.analyses += 1;
-        state.counters.sensitivity_analyses += examined.derivatives.iter().filter(|d| d.has_derivatives()).count();
+        state.counters.sensitivity_analyses += trial.derivatives.iter().filter(|d| d.has_derivatives()).count();
         state.counters.subproblem_iterations += cycle.iterations;
         state.history.push(cycle);
         memory.update(changes);
-        let is_accepted = examined.decision != Decision::Rejected;
-        let next = match (examined.analyzed, examined.derivatives) {
-            (Ok(accepted), Some(next)) if is_accepted => {
-                state.advance(accepted, data.sensitivities, 0);
-                self.store(problem, &state, &next, &mut memory);
-                memory.points.iter_mut().last().into_iter().for_each(|point| point.is_displaced = is_displaced);
-                next
-            }
-            (Ok(nearby), Some(found)) => {
-                self.store_nearby(problem, &nearby, &found, &mut memory);
-                data
-            }
-            _ if examined.missed.is_empty() => data,
-            _ => {
-                let retained = [data.retained, examined.missed].concat();
-                match self.retain(method, problem, &mut state, &mut memory, retained) {
-                    Ok(data) => data,
-                    Err(error) => return state.without_derivatives(error),
-                }
-            }
+        let next = match self.store_trial(method, problem, (&mut state, &mut memory), trial, data) {
+            Ok(next) => next,
+            Err(error) => return state.without_derivatives(error),
         };
         state.factors = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
         (state.automatic, state.data) = (Some(memory), Some(next));
         (state.status, state.reason) = method.stop.cycle_limit(&state);
         Ok(state)
+    }
+
+    /// Stores the design of a trial step and makes it the current one if it was accepted. Returns the data of the current design.
+    fn store_trial(
+        &self,
+        method: &Method,
+        problem: &Problem,
+        (state, memory): (&mut RunState, &mut AutomaticState),
+        trial: TrialStep,
+        data: CycleData,
+    ) -> Result<CycleData> {
+        match (trial.analyzed, trial.derivatives) {
+            (Ok(accepted), Some(next)) if trial.decision != Decision::Rejected => {
+                state.advance(accepted, data.sensitivities, 0);
+                self.store(problem, state, &next, memory);
+                let is_displaced = state.history.last().is_some_and(|cycle| cycle.is_displaced);
+                memory.points.iter_mut().last().into_iter().for_each(|point| point.is_displaced = is_displaced);
+                Ok(next)
+            }
+            (Ok(nearby), Some(found)) => {
+                self.store_nearby(problem, &nearby, &found, memory);
+                Ok(data)
+            }
+            _ if trial.missed.is_empty() => Ok(data),
+            _ => self.retain(method, problem, state, memory, [data.retained, trial.missed].concat()),
+        }
     }
 
     /// The data of a state, taken from it; new ones if it has none.
@@ -143,9 +154,9 @@ impl Automatic {
             let last = memory.points.iter().rev().take(RECENT).map(|point| point.design[j]);
             *width = spread(last).clamp(LEAST_WIDTH * *width, *width);
         }
-        let situation = CycleContext::new(self, problem, state, &data, &memory);
-        let is_feasible = situation.is_feasible(feasibility_factor(accuracy));
-        let largest_change = largest_change(&situation.here.slope, &situation.units.lengths);
+        let context = CycleContext::new(self, problem, state, &data, &memory);
+        let is_feasible = context.is_feasible(feasibility_factor(accuracy));
+        let largest_change = largest_change(&context.linearized.gradient, &context.units.lengths);
         (state.automatic, state.data) = (Some(memory), Some(data));
         Ok(Continuation { is_feasible, largest_change })
     }
@@ -167,8 +178,8 @@ impl Automatic {
         Ok(data)
     }
 
-    /// Makes a rejected design, which is analysed, that of the state; `data` belongs to the design before it.
-    pub(in crate::sao) fn accept(
+    /// Makes the analysed design of a rejected step the current one; `data` belongs to the design before it.
+    pub(in crate::sao) fn accept_rejected_step(
         &self,
         method: &Method,
         problem: &Problem,
@@ -189,16 +200,16 @@ impl Automatic {
         Ok(())
     }
 
-    /// Limits the next step to half the one to a `refused` design.
-    pub(in crate::sao) fn narrow(
+    /// Limits the next step to half the one to a `rejected` design.
+    pub(in crate::sao) fn shorten_next_step(
         &self,
         method: &Method,
         problem: &Problem,
         state: &mut RunState,
-        refused: &[f64],
+        rejected: &[f64],
     ) -> Result<()> {
         let (mut memory, data) = self.memory_of(method, problem, state)?;
-        let step: Vec<f64> = refused.iter().zip(&state.design).map(|(to, from)| to - from).collect();
+        let step: Vec<f64> = rejected.iter().zip(&state.design).map(|(to, from)| to - from).collect();
         widths_after_rejection(&mut memory.widths, &step, true);
         let lengths = CycleContext::new(self, problem, state, &data, &memory).units.lengths;
         state.factors = memory.widths.iter().zip(&lengths).map(|(w, l)| w / l).collect();
@@ -229,7 +240,7 @@ impl Automatic {
 
     /// Removes the first stored designs if there are too many.
     fn forget(&self, problem: &Problem, memory: &mut AutomaticState) {
-        let by_size = if problem.n() > self.memory { (problem.n() + SURPLUS).min(MOST_STEPS) } else { 0 };
+        let by_size = if problem.n() > self.memory { (problem.n() + SURPLUS).min(MAX_STEPS) } else { 0 };
         let surplus = memory.points.len().saturating_sub(self.memory.max(by_size) + 1);
         memory.points.drain(..surplus);
     }
@@ -248,67 +259,84 @@ impl CycleContext<'_> {
     fn propose(&self) -> Result<Next> {
         let design = &self.state.design;
         let region = self.sides(&self.memory.widths);
-        let least = least_violation(&self.here, &self.units, design, [&region.lower, &region.upper])?;
+        let least = least_violation(&self.linearized, &self.units, design, [&region.lower, &region.upper])?;
         let restoration = is_incompatible(least, self.violation).then_some(least);
         if restoration.is_some()
-            && let Some(next) = self.stationary_violation(stationary::WIDE)?
+            && let Some(next) = self.stationary_violation(WIDE)?
         {
             return Ok(next);
         }
-        let surrogate = self.chosen();
+        let surrogate = self.selected_surrogate();
         let proposal = self.solve(&surrogate, self.domain(&surrogate), restoration)?;
-        let step: Vec<f64> = proposal.design.iter().zip(design).map(|(to, from)| to - from).collect();
-        let noise = self.noise(false);
-        let stalled = noise.map(noise::in_words).or_else(|| {
-            let reason = stalled(&step, &self.memory.widths, &self.units.lengths)?;
-            let kink = || self.has_kink().then(|| noise::KINK.to_owned());
-            Some(self.noise(true).map(noise::in_words).or_else(kink).unwrap_or(reason))
-        });
-        let (objectives, at_limit) = (self.objectives(), proposal.at_limit.contains(&true));
+        let (noise, objectives) = (self.noise(false), self.objectives());
+        let stalled = noise.map(noise::in_words).or_else(|| self.stalled(&proposal));
+        let is_without_progress = || self.has_settled(&proposal, &objectives, true);
+        let stalled = stalled.or_else(|| is_without_progress().then(|| NO_PROGRESS.to_owned()));
+        let test = self.stop_test(&proposal, &objectives, stalled.is_some());
+        if self.is_flat_start() && !self.increases_quadratically() {
+            return Ok(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[0], |_| true))));
+        }
+        if let Some(reason) = test.converged() {
+            let second_order = self.second_order_step(test.negligible(), test.has_settled);
+            let end = || Next::End(Status::Converged, reason, self.active_rows(&test.optimality));
+            return Ok(second_order.map_or_else(end, |p| Next::Analyse(Box::new(p))));
+        }
+        let Some(reason) = stalled else { return Ok(Next::Analyse(Box::new(proposal))) };
+        if noise.is_none()
+            && let Some(next) = self.step_after_stalling(restoration)?
+        {
+            return Ok(next);
+        }
+        Ok(self.stalled_end(&test, reason))
+    }
+
+    /// The reason in words if the step to a proposal or the box has become too small.
+    fn stalled(&self, proposal: &Proposal) -> Option<String> {
+        let step: Vec<f64> = proposal.design.iter().zip(&self.state.design).map(|(to, from)| to - from).collect();
+        let reason = stalled(&step, &self.memory.widths, &self.units.lengths)?;
+        let kink = || self.has_kink().then(|| noise::KINK.to_owned());
+        Some(self.noise(true).map(noise::in_words).or_else(kink).unwrap_or(reason))
+    }
+
+    /// True if the last steps have changed the objective by rounding only, see [`has_settled`]; false during a restoration.
+    fn has_settled(&self, proposal: &Proposal, objectives: &[f64], is_without_progress: bool) -> bool {
         let predicted = self.state.evaluation.objective - proposal.predicted.objective;
-        let is_without_change = |is_without_progress| {
-            restoration.is_none() && has_settled(&objectives, predicted, at_limit, is_without_progress)
-        };
-        let stalled = stalled.or_else(|| is_without_change(true).then(|| NO_PROGRESS.to_owned()));
+        let at_limit = proposal.at_limit.contains(&true);
+        proposal.restoration.is_none() && has_settled(objectives, predicted, at_limit, is_without_progress)
+    }
+
+    /// The stop test with a proposal.
+    fn stop_test<'o>(&self, proposal: &Proposal, objectives: &'o [f64], is_stalled: bool) -> StopTest<'o> {
         let λ = &proposal.solution.multipliers;
-        let optimality = Optimality::new(self.problem, design, &self.here, λ, &self.units.lengths);
-        let test = StopTest {
+        let optimality = Optimality::new(self.problem, &self.state.design, &self.linearized, λ, &self.units.lengths);
+        let has_settled = self.has_settled(proposal, objectives, false);
+        StopTest {
             is_feasible: self.is_feasible(1.0),
-            is_compatible: restoration.is_none(),
-            predicted,
-            at_limit,
-            is_last: stalled.is_some() || is_without_change(false),
-            has_settled: is_without_change(false),
+            is_compatible: proposal.restoration.is_none(),
+            predicted: self.state.evaluation.objective - proposal.predicted.objective,
+            at_limit: proposal.at_limit.contains(&true),
+            is_last: is_stalled || has_settled,
+            has_settled,
             largest_multiplier: self.largest_multiplier(&optimality.multipliers),
             optimality,
-            objectives: &objectives,
+            objectives,
             objective_range: self.units.objective_range,
             settled_range: self.state.trace().settled.width(),
             rejected_change: self.rejected_change(),
             tolerance: self.memory.tolerance,
             has_forward_differences: self.has_forward_differences(),
-        };
-        if self.is_flat_start() && !self.rises_evenly() {
-            return Ok(Next::Analyse(Box::new(self.displacement(stationary::DISPLACEMENTS[0], |_| true))));
         }
-        if let Some(reason) = test.converged() {
-            let unexplored = self.unexplored(test.negligible(), test.has_settled);
-            let end = || Next::End(Status::Converged, reason, self.active_rows(&test.optimality));
-            return Ok(unexplored.map_or_else(end, |p| Next::Analyse(Box::new(p))));
-        }
-        let Some(reason) = stalled else { return Ok(Next::Analyse(Box::new(proposal))) };
-        if noise.is_none()
-            && let Some(next) = self.after_stalling(restoration)?
-        {
-            return Ok(next);
-        }
+    }
+
+    /// The end of a stalled run, with the most specific reason.
+    fn stalled_end(&self, test: &StopTest, stalled: String) -> Next {
         let reason = match test.unbounded_multipliers() {
             Some(reason) => reason,
-            None if test.is_feasible => format!("{reason}; {}", test.optimality.in_words()),
+            None if test.is_feasible => format!("{stalled}; {}", test.optimality.in_words()),
             None => format!("no step reduces the violation further: {}", self.largest_violation_in_words()),
         };
         let reason = if test.has_forward_differences { format!("{reason}; {FORWARD}") } else { reason };
-        Ok(Next::End(Status::Stalled, reason, self.active_rows(&test.optimality)))
+        Next::End(Status::Stalled, reason, self.active_rows(&test.optimality))
     }
 
     /// True if the analysis is differentiated by forward differences, whose error is of the first order in their step.
@@ -319,7 +347,7 @@ impl CycleContext<'_> {
 
     /// The rows with a multiplier.
     fn active_rows(&self, optimality: &Optimality) -> Vec<ActiveRow> {
-        let rows = self.here.rows.iter().zip(&optimality.multipliers);
+        let rows = self.linearized.rows.iter().zip(&optimality.multipliers);
         rows.filter(|(_, λ)| **λ != 0.0).map(|(&row, &multiplier)| ActiveRow { row, multiplier }).collect()
     }
 }

@@ -52,9 +52,9 @@ pub(super) fn start_lengths(
             let usable = g[j].abs() > NEGLIGIBLE * steepest(&mut g.iter().copied());
             (usable && *r != 0.0).then(|| r.abs() / g[j].abs())
         };
-        median(rows.iter().filter_map(ratio).collect()).or_else(|| ratio(&(objective, here.slope.clone())))
+        median(rows.iter().filter_map(ratio).collect()).or_else(|| ratio(&(objective, here.gradient.clone())))
     };
-    let by_objective = |j: usize| Some((objective / here.slope[j]).abs()).filter(|d| d.is_finite() && *d > 0.0);
+    let by_objective = |j: usize| Some((objective / here.gradient[j]).abs()).filter(|d| d.is_finite() && *d > 0.0);
     // Very wide bounds and limits do not determine a length.
     let size = |j: usize| {
         let known = Some(start_sizes[j]).filter(|size| *size > 0.0);
@@ -87,7 +87,7 @@ pub(super) fn start_sizes(b: &[f64], objective: f64, here: &Linearized) -> Vec<f
     let n = b.len();
     let changes =
         |slope: &mut dyn Iterator<Item = f64>| -> Vec<f64> { slope.zip(b).map(|(g, b)| (g * b).abs()).collect() };
-    let by_objective = changes(&mut here.slope.iter().copied());
+    let by_objective = changes(&mut here.gradient.iter().copied());
     let by_rows: Vec<Vec<f64>> =
         (0..here.c.len()).map(|i| changes(&mut here.jacobian.row(i).iter().copied())).collect();
     let sum = |changes: &[f64]| changes.iter().sum::<f64>();
@@ -143,10 +143,10 @@ impl Units {
         let unit = |i: usize| {
             let change = |p: &AcceptedPoint| p.slopes[i].iter().zip(&lengths).map(|(g, l)| g * l).sum::<f64>();
             let largest = points.iter().map(change).fold(0.0, f64::max);
-            let value = evaluation.worst_of(i).map_or(0.0, |(_, g)| (g - 1.0).abs());
+            let value = evaluation.worst_of(i).map_or(0.0, |(_, c)| c.abs());
             [largest, value].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
         };
-        let mut rows: Vec<f64> = (0..evaluation.constraints.len()).map(unit).collect();
+        let mut rows: Vec<f64> = (0..evaluation.residuals.len()).map(unit).collect();
         if memory.has_common_unit {
             let violations = evaluation.violations();
             let violated = rows.iter().zip(&violations).filter(|(_, v)| **v > 0.0);

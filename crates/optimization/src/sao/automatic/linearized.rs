@@ -18,11 +18,11 @@ pub(super) struct Linearized {
     /// ∂c/∂b.
     pub jacobian: DMatrix<f64>,
     /// ∂F/∂b.
-    pub slope: Vec<f64>,
+    pub gradient: Vec<f64>,
 }
 
 impl Linearized {
-    /// At an analysed design whose retained rows were differentiated.
+    /// The linearization at an analysed design whose retained rows were differentiated.
     pub fn new(
         problem: &Problem,
         (design, responses, evaluation): (&[f64], &Responses, &Evaluation),
@@ -40,9 +40,9 @@ impl Linearized {
             slope.iter().enumerate().for_each(|(j, s)| jacobian[(i, j)] = *s);
         }
         Self {
-            c: rows.iter().map(|&row| evaluation.value_of(row) - 1.0).collect(),
+            c: rows.iter().map(|&row| evaluation.residual_of(row)).collect(),
             equality: rows.iter().map(|row| problem.constraints[row.constraint].is_equality()).collect(),
-            slope: total(problem.objective.signed(), 0),
+            gradient: total(problem.objective.signed(), 0),
             jacobian,
             rows,
         }
@@ -50,7 +50,7 @@ impl Linearized {
 
     /// The largest |∂ĝ/∂b| of each constraint over its rows, for each variable.
     pub fn largest_derivatives(&self, constraints: usize) -> Vec<Vec<f64>> {
-        let n = self.slope.len();
+        let n = self.gradient.len();
         let mut slopes = vec![vec![0.0f64; n]; constraints];
         for (i, row) in self.rows.iter().enumerate() {
             let largest = &mut slopes[row.constraint];
@@ -65,21 +65,21 @@ impl Linearized {
         self.equality[i] || self.c[i] > -ACTIVE * terms()
     }
 
-    /// Multipliers of the active rows by least squares over the variables off their bounds, in lengths. Where these push a variable away
-    /// from its bound, the multipliers of rows and bounds together: the variables off their bounds may be too few to determine those of
-    /// the rows.
-    pub fn balanced(&self, problem: &Problem, b: &[f64], lengths: &[f64]) -> Vec<f64> {
+    /// Least-squares multipliers of the active rows over the variables that are not at a bound, in lengths. If the gradient of the
+    /// Lagrangian then points from a bound into the interior, the multipliers of rows and bounds are determined together: the variables
+    /// that are not at a bound may be too few for those of the rows.
+    pub fn least_squares_multipliers(&self, problem: &Problem, b: &[f64], lengths: &[f64]) -> Vec<f64> {
         // −1 for a variable at its lower bound, 1 at its upper bound; both for one that is fixed.
         let bounds = |j: usize| {
             let (variable, near) = (&problem.variables[j], ACTIVE * lengths[j]);
             let at = [(b[j] - variable.lower <= near, -1.0), (variable.upper - b[j] <= near, 1.0)];
             at.into_iter().filter(|(is_at, _)| *is_at).map(move |(_, side)| (j, side))
         };
-        let held: Vec<(usize, f64)> = (0..b.len()).flat_map(bounds).collect();
-        let free: Vec<usize> = (0..b.len()).filter(|j| held.iter().all(|(k, _)| k != j)).collect();
+        let at_bounds: Vec<(usize, f64)> = (0..b.len()).flat_map(bounds).collect();
+        let free: Vec<usize> = (0..b.len()).filter(|j| at_bounds.iter().all(|(k, _)| k != j)).collect();
         let active: Vec<usize> = (0..self.c.len()).filter(|&i| self.is_active(i, lengths)).collect();
         let equality: Vec<bool> = active.iter().map(|&i| self.equality[i]).collect();
-        let least_squares_multipliers = |variables: &[usize], held: &[(usize, f64)]| {
+        let solve = |variables: &[usize], held: &[(usize, f64)]| {
             let gradient = |k: usize, a: usize| {
                 let j = variables[k];
                 match active.get(a) {
@@ -88,7 +88,7 @@ impl Linearized {
                 }
             };
             let gradients = DMatrix::from_fn(variables.len(), active.len() + held.len(), gradient);
-            let slope: Vec<f64> = variables.iter().map(|&j| self.slope[j] * lengths[j]).collect();
+            let slope: Vec<f64> = variables.iter().map(|&j| self.gradient[j] * lengths[j]).collect();
             let equality = [&equality[..], &vec![false; held.len()]].concat();
             let mut multipliers = vec![0.0; self.c.len()];
             active
@@ -97,21 +97,21 @@ impl Linearized {
                 .for_each(|(&i, λ)| multipliers[i] = λ);
             multipliers
         };
-        let multipliers = least_squares_multipliers(&free, &[]);
-        let slope = self.lagrangian_slope(&multipliers);
-        let leaves = |&(j, side): &(usize, f64)| {
+        let multipliers = solve(&free, &[]);
+        let slope = self.lagrangian_gradient(&multipliers);
+        let leaves_bound = |&(j, side): &(usize, f64)| {
             let is_fixed = problem.variables[j].upper - problem.variables[j].lower <= ACTIVE * lengths[j];
-            !is_fixed && side * slope[j] > ACTIVE * self.slope[j].abs()
+            !is_fixed && side * slope[j] > ACTIVE * self.gradient[j].abs()
         };
-        if active.is_empty() || !held.iter().any(leaves) {
+        if active.is_empty() || !at_bounds.iter().any(leaves_bound) {
             return multipliers;
         }
-        least_squares_multipliers(&(0..b.len()).collect::<Vec<_>>(), &held)
+        solve(&(0..b.len()).collect::<Vec<_>>(), &at_bounds)
     }
 
     /// ∂(F + Σ λᵢ cᵢ)/∂b.
-    pub fn lagrangian_slope(&self, multipliers: &[f64]) -> Vec<f64> {
-        let held = |j: usize| self.jacobian.column(j).iter().zip(multipliers).map(|(g, λ)| λ * g).sum::<f64>();
-        (0..self.slope.len()).map(|j| self.slope[j] + held(j)).collect()
+    pub fn lagrangian_gradient(&self, multipliers: &[f64]) -> Vec<f64> {
+        let of_rows = |j: usize| self.jacobian.column(j).iter().zip(multipliers).map(|(g, λ)| λ * g).sum::<f64>();
+        (0..self.gradient.len()).map(|j| self.gradient[j] + of_rows(j)).collect()
     }
 }

@@ -7,21 +7,22 @@
 //! | `candidates`, `quasi_newton` | the candidate approximations of a number |
 //! | `linearized`, `lengths` | first derivatives; lengths and units from the designs of the run |
 //! | `surrogate` | the approximate problem |
-//! | `situation` | the data at the beginning of a cycle |
+//! | `cycle_context` | the data at the beginning of a cycle |
 //! | `proposal`, `subproblem` | the proposed design: the solution of the approximate problem |
 //! | `restoration`, `stationary` | incompatible rows; points that no step improves |
-//! | `exploration` | steps along unknown curvatures before the end |
+//! | `displacement` | steps from points where derivatives show no direction |
+//! | `tangent_space`, `second_order` | curvature along the active rows; check of the second-order conditions before the end |
 //! | `convergence`, `noise` | the stop test; noise and kinks of the responses |
 //! | `selection`, `observation` | prediction errors and the choice by them |
-//! | `examination`, `acceptance` | the decision about a proposal; filter and box |
+//! | `trial_step`, `acceptance` | analysis of a proposal and the decision about it; filter and box |
 //! | `cycle` | one cycle |
 
 mod acceptance;
 mod candidates;
 mod convergence;
 mod cycle;
-mod examination;
-mod exploration;
+mod cycle_context;
+mod displacement;
 mod lengths;
 mod linearized;
 mod noise;
@@ -30,13 +31,15 @@ mod observation;
 mod proposal;
 mod quasi_newton;
 mod restoration;
+mod second_order;
 mod selection;
 mod shape;
-mod situation;
 mod state;
 mod stationary;
 mod subproblem;
 mod surrogate;
+mod tangent_space;
+mod trial_step;
 
 pub use candidates::{AcceptedPoint, ApproximationKind};
 pub(in crate::sao) use cycle::Continuation;

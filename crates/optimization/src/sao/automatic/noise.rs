@@ -1,8 +1,8 @@
 //! Noise and kinks of the responses, as trial steps show them.
 
 use super::candidates::AcceptedPoint;
-use super::numbers::{ApproximatedValue, find};
-use super::situation::CycleContext;
+use super::cycle_context::CycleContext;
+use super::numbers::{ApproximatedValue, find_number};
 use super::state::RejectedPoint;
 
 /// Number of the last trial steps from which noise is estimated.
@@ -64,7 +64,7 @@ impl CycleContext<'_> {
     /// The largest known absolute value of a number of the current design.
     fn largest_known(&self, k: usize) -> f64 {
         let id = self.current().numbers[k].id;
-        let known = self.memory.points.iter().filter_map(|point| find(self.problem, &point.numbers, id));
+        let known = self.memory.points.iter().filter_map(|point| find_number(self.problem, &point.numbers, id));
         known.fold(0.0, |a: f64, other| a.max(other.value.abs()))
     }
 
@@ -73,7 +73,7 @@ impl CycleContext<'_> {
         let trial = |ends: &[AcceptedPoint]| {
             let [from, to] = [&ends[0], &ends[1]];
             let values = |k: usize| {
-                let [from, to] = [from, to].map(|point| find(self.problem, &point.numbers, numbers[k].id));
+                let [from, to] = [from, to].map(|point| find_number(self.problem, &point.numbers, numbers[k].id));
                 Some((from?, to?.value))
             };
             self.trial([&from.design, &to.design], values, known)

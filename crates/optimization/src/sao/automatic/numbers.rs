@@ -13,7 +13,7 @@ pub enum NumberId {
     Response(ResponseAt),
     /// The objective, if it is approximated directly.
     Objective,
-    /// ĝ of a constraint that is approximated directly, or of a peak in continuous time.
+    /// c = ĝ − 1 of a constraint that is approximated directly, or of a peak in continuous time.
     Row(RowId),
 }
 
@@ -54,7 +54,7 @@ impl NumberId {
         match self {
             Self::Response(at) => responses.at(at),
             Self::Objective => evaluation.objective,
-            Self::Row(row) => evaluation.value_of(row),
+            Self::Row(row) => evaluation.residual_of(row),
         }
     }
 }
@@ -71,7 +71,7 @@ pub struct ApproximatedValue {
 }
 
 /// All numbers that the objective and the retained rows need, sorted.
-pub(super) fn collect(
+pub(super) fn collect_numbers(
     problem: &Problem,
     design: &[f64],
     (responses, evaluation): (&Responses, &Evaluation),
@@ -108,14 +108,14 @@ pub(super) fn collect(
                 slope.into_iter().map(|s| s / constraint.scale).collect()
             }
         };
-        numbers.push(ApproximatedValue { id: NumberId::Row(row), value: evaluation.value_of(row), gradient });
+        numbers.push(ApproximatedValue { id: NumberId::Row(row), value: evaluation.residual_of(row), gradient });
     }
     numbers.sort_unstable_by_key(|number| number.id);
     numbers
 }
 
 /// The number of this identity; for a peak in continuous time the nearest one of its constraint.
-pub(super) fn find<'a>(
+pub(super) fn find_number<'a>(
     problem: &Problem,
     numbers: &'a [ApproximatedValue],
     id: NumberId,
@@ -132,8 +132,8 @@ pub(super) fn find<'a>(
     problem.constraints[row.constraint].is_continuous.then_some(nearest)
 }
 
-/// Intermediate variables y(b) with their derivatives ∂y/∂b.
-pub(super) fn mapped(intermediates: &Intermediates, b: &[f64]) -> (Vec<f64>, Option<DMatrix<f64>>) {
+/// Intermediate variables y(b) with their derivatives ∂y/∂b; `None` stands for the identity.
+pub(super) fn values_and_jacobian(intermediates: &Intermediates, b: &[f64]) -> (Vec<f64>, Option<DMatrix<f64>>) {
     if let Intermediates::Identity = intermediates {
         return (b.to_vec(), None);
     }
@@ -142,7 +142,7 @@ pub(super) fn mapped(intermediates: &Intermediates, b: &[f64]) -> (Vec<f64>, Opt
 }
 
 /// Σ wₖ ∂²yₖ/∂b².
-pub(super) fn mapped_curvature(intermediates: &Intermediates, weights: &[f64], b: &[f64]) -> DMatrix<f64> {
+pub(super) fn weighted_hessian(intermediates: &Intermediates, weights: &[f64], b: &[f64]) -> DMatrix<f64> {
     let sum = |b: &[HyperDual]| {
         let terms = weights.iter().enumerate().map(|(k, &w)| intermediates.component(k, b) * w);
         terms.fold(HyperDual::from(0.0), |a, t| a + t)
@@ -151,14 +151,14 @@ pub(super) fn mapped_curvature(intermediates: &Intermediates, weights: &[f64], b
 }
 
 /// The solution s of (∂y/∂b)ᵀ s = `gradient`: the gradient with respect to y. `None` if ∂y/∂b is singular.
-pub(super) fn pulled(rows: &Option<DMatrix<f64>>, gradient: &[f64]) -> Option<Vec<f64>> {
+pub(super) fn gradient_in_intermediates(rows: &Option<DMatrix<f64>>, gradient: &[f64]) -> Option<Vec<f64>> {
     let Some(rows) = rows else { return Some(gradient.to_vec()) };
     let solution = rows.transpose().lu().solve(&DVector::from_column_slice(gradient))?;
     solution.iter().all(|v| v.is_finite()).then(|| solution.as_slice().to_vec())
 }
 
 /// (∂y/∂b)ᵀ s: the gradient with respect to b from the gradient s with respect to y.
-pub(super) fn pushed(rows: &Option<DMatrix<f64>>, slope: Vec<f64>) -> Vec<f64> {
+pub(super) fn gradient_in_design(rows: &Option<DMatrix<f64>>, slope: Vec<f64>) -> Vec<f64> {
     match rows {
         None => slope,
         Some(rows) => rows.tr_mul(&DVector::from_vec(slope)).as_slice().to_vec(),

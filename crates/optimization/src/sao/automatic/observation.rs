@@ -2,11 +2,11 @@
 
 use super::Scores;
 use super::candidates::Samples;
+use super::cycle_context::{CycleContext, SurrogateKind};
 use super::linearized::Linearized;
-use super::numbers::{NumberGroup, collect, find};
+use super::numbers::{NumberGroup, collect_numbers, find_number};
 use super::proposal::Proposal;
 use super::selection::{Observation, ObservedLagrangian, discount};
-use super::situation::{CycleContext, Kind};
 use super::surrogate::Surrogate;
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, RowId};
@@ -23,9 +23,9 @@ impl CycleContext<'_> {
     ) {
         let numbers = &self.current().numbers;
         let AnalyzedDesign { design, responses, evaluation } = analyzed;
-        let found = derivatives.map(|data| collect(self.problem, design, (responses, evaluation), data));
+        let found = derivatives.map(|data| collect_numbers(self.problem, design, (responses, evaluation), data));
         let observed = numbers.iter().map(|number| {
-            let there = found.as_ref().and_then(|found| find(self.problem, found, number.id));
+            let there = found.as_ref().and_then(|found| find_number(self.problem, found, number.id));
             let value = number.id.value(responses, evaluation);
             (value, there.map_or_else(Vec::new, |there| there.gradient.clone()))
         });
@@ -43,13 +43,13 @@ impl CycleContext<'_> {
         if let Some(lagrangian) = self.observed_lagrangian(proposal, analyzed, derivatives) {
             let λ = &proposal.solution.multipliers;
             let error = |surrogate: &Surrogate| lagrangian.error(&surrogate.gradients(design), λ, weights);
-            let linear = self.surrogate(Kind::Linear).map_or(0.0, |s| error(&s));
+            let linear = self.surrogate(SurrogateKind::Linear).map_or(0.0, |s| error(&s));
             let of = |kind| {
                 let surrogate = self.surrogate(kind)?;
                 Some(lagrangian.quotient(error(&surrogate), linear, surrogate.is_defined(design)))
             };
-            let (mixture, whole) = (of(Kind::Mixture), of(Kind::Lagrangian));
-            discount(&mut scores.mixture, mixture);
+            let (selected, whole) = (of(SurrogateKind::Selected), of(SurrogateKind::Lagrangian));
+            discount(&mut scores.selected, selected);
             discount(&mut scores.lagrangian, whole);
         }
         for (group, members) in groups {
@@ -66,18 +66,18 @@ impl CycleContext<'_> {
         derivatives: Option<&CycleData>,
     ) -> Option<ObservedLagrangian> {
         let λ = &proposal.solution.multipliers;
-        let rows = self.here.rows.iter().zip(λ).filter(|(_, λ)| **λ != 0.0);
-        let sum: f64 = rows.map(|(row, λ)| λ * (analyzed.evaluation.value_of(*row) - 1.0)).sum();
+        let rows = self.linearized.rows.iter().zip(λ).filter(|(_, λ)| **λ != 0.0);
+        let sum: f64 = rows.map(|(row, λ)| λ * analyzed.evaluation.residual_of(*row)).sum();
         let value = analyzed.evaluation.objective + sum;
         let gradient = derivatives.and_then(|data| {
             let AnalyzedDesign { design, responses, evaluation } = analyzed;
             let there = Linearized::new(self.problem, (design, responses, evaluation), data);
             let of = |row: &RowId| there.rows.iter().position(|r| r == row);
             let mut multipliers = vec![0.0; there.rows.len()];
-            for (row, λ) in self.here.rows.iter().zip(λ).filter(|(_, λ)| **λ != 0.0) {
+            for (row, λ) in self.linearized.rows.iter().zip(λ).filter(|(_, λ)| **λ != 0.0) {
                 multipliers[of(row)?] = *λ;
             }
-            Some(there.lagrangian_slope(&multipliers))
+            Some(there.lagrangian_gradient(&multipliers))
         });
         Some(ObservedLagrangian { value, gradient })
     }

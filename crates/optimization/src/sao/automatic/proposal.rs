@@ -19,12 +19,13 @@ pub(super) struct Proposal {
 /// The reason why a design is analysed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
+    /// To improve objective or violation.
     Improvement,
     /// To determine the curvature of the Lagrangian in a direction; accepted if the curvature is negative.
     Curvature,
-    /// To move along directions in which the Lagrangian has no curvature: a better design may be at their end; accepted if the Lagrangian does not increase.
+    /// To move along directions of zero curvature, at whose end a better design may be; accepted if the Lagrangian does not increase.
     Flat,
-    /// To leave a stationary point or to move a variable on which no function depends; always accepted.
+    /// To leave a stationary point or to move a variable on which no function depends; accepted for any prediction.
     Displacement,
     /// To go back from a stationary violation to the best feasible design of the run; always accepted.
     Return,

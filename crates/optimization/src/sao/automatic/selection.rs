@@ -20,15 +20,16 @@ const ROUNDING: f64 = 1e-12;
 pub struct Scores {
     /// For each group of numbers, in order of [`ApproximationKind::ALL`].
     pub groups: Vec<(NumberGroup, [Option<f64>; 6])>,
-    /// Of the Lagrangian by the chosen candidates.
-    pub mixture: Option<f64>,
+    /// Of the Lagrangian by the selected candidates.
+    #[serde(rename = "mixture")]
+    pub selected: Option<f64>,
     /// Of the Lagrangian by linear responses and a BFGS matrix of the Lagrangian.
     pub lagrangian: Option<f64>,
 }
 
 impl Scores {
     /// The candidate for a group: that of symmetric rank-one updates, unless another one is clearly better.
-    pub fn choose(&self, group: NumberGroup) -> ApproximationKind {
+    pub fn select(&self, group: NumberGroup) -> ApproximationKind {
         let preferred = ApproximationKind::Sr1;
         let Ok(k) = self.groups.binary_search_by_key(&group, |(g, _)| *g) else { return preferred };
         // Until it has a score, the preferred candidate has that of the linear one.
@@ -40,9 +41,9 @@ impl Scores {
         if score(best) < HYSTERESIS * score(preferred) { best } else { preferred }
     }
 
-    /// True if the BFGS matrix of the Lagrangian predicts clearly better than the chosen candidates.
+    /// True if the BFGS matrix of the Lagrangian predicts clearly better than the selected candidates.
     pub fn prefers_lagrangian(&self) -> bool {
-        matches!((self.mixture, self.lagrangian), (Some(mixture), Some(lagrangian)) if lagrangian < HYSTERESIS * mixture)
+        matches!((self.selected, self.lagrangian), (Some(selected), Some(whole)) if whole < HYSTERESIS * selected)
     }
 
     /// Updates the scores of a group by quotients.
@@ -176,11 +177,11 @@ mod tests {
     #[test]
     fn another_candidate_must_be_clearly_better() {
         let (group, mut scores) = (NumberGroup::Objective, Scores::default());
-        assert_eq!(scores.choose(group), ApproximationKind::Sr1);
+        assert_eq!(scores.select(group), ApproximationKind::Sr1);
         scores.update(group, [Some(1.0), Some(0.85), None, None, Some(1.0), None]);
-        assert_eq!(scores.choose(group), ApproximationKind::Sr1);
+        assert_eq!(scores.select(group), ApproximationKind::Sr1);
         scores.update(group, [Some(1.0), Some(0.1), None, None, Some(1.0), None]);
-        assert_eq!(scores.choose(group), ApproximationKind::Diagonal);
+        assert_eq!(scores.select(group), ApproximationKind::Diagonal);
     }
 
     #[test]

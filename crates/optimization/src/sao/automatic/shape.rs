@@ -1,6 +1,6 @@
 //! Check of the method's data from a file.
 
-use super::numbers::collect;
+use super::numbers::collect_numbers;
 use super::{AcceptedPoint, AutomaticState};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Problem};
@@ -22,12 +22,12 @@ impl AutomaticState {
         require(self.tolerance >= 0.0 && self.tolerance.is_finite(), "the tolerance is not a positive number or zero")?;
         self.points.iter().try_for_each(|point| point.check(problem))?;
         let last = self.points.last().filter(|point| point.design == here.design);
-        let expected = collect(problem, &here.design, (&here.responses, &here.evaluation), data);
+        let expected = collect_numbers(problem, &here.design, (&here.responses, &here.evaluation), data);
         let same =
             |numbers: &[super::ApproximatedValue]| numbers.iter().map(|a| a.id).eq(expected.iter().map(|b| b.id));
         require(last.is_some_and(|point| same(&point.numbers)), "the last stored design is not that of the state")?;
         self.filter.iter().try_for_each(|entry| length("violations", m, entry.violations.len()))?;
-        self.left.iter().try_for_each(|violations| length("violations", m, violations.len()))?;
+        self.displaced_from.iter().try_for_each(|violations| length("violations", m, violations.len()))?;
         for point in &self.rejected {
             length("rejected design", n, point.design.len())?;
             length("rejected values", expected.len(), point.values.len())?;

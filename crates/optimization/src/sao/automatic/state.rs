@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Data that the automatic method stores from cycle to cycle.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct AutomaticState {
-    /// d of each variable.
+    /// Start length d of each variable.
     pub start_lengths: Vec<f64>,
     /// True for each start length that is a guess, as the variable starts at zero and has no range.
     #[serde(default)]
@@ -24,16 +24,16 @@ pub struct AutomaticState {
     pub rejections: usize,
     /// Rejected designs with the numbers there, since the last accepted one.
     pub rejected: Vec<RejectedPoint>,
-    /// The largest violation of each constraint at the points that the run has left by a displacement.
-    #[serde(default)]
-    pub left: Vec<Vec<f64>>,
-    /// True while rows have a common unit, so that the largest violation is that of the problem: restoration continues with it if the
-    /// violation measured by slopes is stationary.
+    /// The largest violation of each constraint at the stationary points from which a displacement was made.
+    #[serde(rename = "left", default)]
+    pub displaced_from: Vec<Vec<f64>>,
+    /// True while all rows have the same unit, so that the largest violation is that of the problem. Restoration continues with it where
+    /// the violation in the units of the rows is stationary.
     #[serde(default)]
     pub has_common_unit: bool,
-    /// Number of analyses near a design that seemed to be an optimum, to determine the curvature along a direction.
-    #[serde(default)]
-    pub explorations: usize,
+    /// Number of trial steps from designs that seemed to be optima, to determine the curvature in a direction.
+    #[serde(rename = "explorations", default)]
+    pub curvature_trials: usize,
     /// Negligible change of the objective if the run of another method is continued; zero otherwise.
     #[serde(default)]
     pub tolerance: f64,

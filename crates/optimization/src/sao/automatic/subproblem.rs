@@ -1,13 +1,13 @@
-//! The solution of the approximate problem of a cycle.
+//! Proposed designs: the solution of the approximate problem of a cycle, and other designs with their prediction.
 
 use super::acceptance::DesignMerit;
+use super::cycle_context::{CycleContext, SurrogateKind};
 use super::proposal::{Proposal, Purpose};
-use super::situation::CycleContext;
 use super::surrogate::{BoxedSurrogate, Surrogate};
 use crate::problem::RowId;
 use crate::sao::Region;
 use error::Result;
-use nlp::{Curvature, Solution, Sqp, SubproblemSolver};
+use nlp::{Curvature, KktResidual, Solution, Sqp, SubproblemSolver};
 
 /// Fraction of the half width within which a variable counts as at its move limit.
 const AT_LIMIT: f64 = 1e-3;
@@ -33,7 +33,7 @@ impl CycleContext<'_> {
         // The relaxation must exceed rounding errors, so that the relaxed rows are compatible, but not the possible gain of the rows.
         let relaxed = |t: f64| -> Vec<f64> {
             let relaxed = t + (1e-7 * t + 1e-10).min(LEFT * (self.violation - t));
-            self.here.rows.iter().map(|r| unit(r) * relaxed).collect()
+            self.linearized.rows.iter().map(|r| unit(r) * relaxed).collect()
         };
         let relaxation = restoration.map(relaxed);
         let objective = self.state.evaluation.objective;
@@ -46,7 +46,7 @@ impl CycleContext<'_> {
             .collect();
         let sides = [&region.lower[..], &region.upper[..]];
         let program =
-            BoxedSurrogate::new(surrogate, &widths, sides, &self.here.equality, relaxation.clone(), objective);
+            BoxedSurrogate::new(surrogate, &widths, sides, &self.linearized.equality, relaxation.clone(), objective);
         let sqp = Sqp::default().with_curvature(Curvature::Absolute).with_iterations(self.settings.iterations)?;
         let solver = nlp::AutoSolver::default().with_sqp(sqp);
         let found = solver.solve(&program, &vec![1.0; self.n()])?;
@@ -77,10 +77,37 @@ impl CycleContext<'_> {
         })
     }
 
+    /// A proposed design that is not the solution of a subproblem, with the prediction of the linear surrogate.
+    pub(super) fn with_linear_prediction(&self, design: Vec<f64>, region: Region, purpose: Purpose) -> Proposal {
+        let surrogate = self.surrogate(SurrogateKind::Linear).expect("only the Lagrangian may be missing");
+        let values = surrogate.values(&design);
+        let mut predicted = self.merit(values.objective, &values.rows);
+        if purpose != Purpose::Improvement {
+            predicted.violation = f64::INFINITY;
+        }
+        let (from, lengths) = (&self.state.design, &self.units.lengths);
+        let solution = Solution {
+            x: design.clone(),
+            objective: values.objective,
+            multipliers: self.linearized.least_squares_multipliers(self.problem, from, lengths),
+            rows: values.rows,
+            lower_multipliers: vec![],
+            upper_multipliers: vec![],
+            iterations: 0,
+            evaluations: nlp::Evaluations::default(),
+            status: nlp::ProgramStatus::Relaxed,
+            relaxation: None,
+            relaxed_rows: vec![],
+            kkt: KktResidual::default(),
+        };
+        let at_limit = self.at_limit(&design, &region, None);
+        Proposal { design, region, at_limit, solution, restoration: None, predicted, purpose }
+    }
+
     /// The merit with these values of the objective and the retained rows.
     pub(super) fn merit(&self, objective: f64, rows: &[f64]) -> DesignMerit {
         let mut violations = vec![f64::NEG_INFINITY; self.problem.constraints.len()];
-        for ((row, c), equality) in self.here.rows.iter().zip(rows).zip(&self.here.equality) {
+        for ((row, c), equality) in self.linearized.rows.iter().zip(rows).zip(&self.linearized.equality) {
             let v = &mut violations[row.constraint];
             *v = v.max(if *equality { c.abs() } else { *c });
         }

@@ -57,7 +57,7 @@ impl<'a> Surrogate<'a> {
         let row = |row: &RowId| {
             let constraint = &problem.constraints[row.constraint];
             if let Some(number) = index(NumberId::Row(*row)) {
-                return RowForm::Affine { number, weight: 1.0, constant: -1.0, bound: None };
+                return RowForm::Affine { number, weight: 1.0, constant: 0.0, bound: None };
             }
             affine(constraint.signed(), row.point, constraint.scale, constraint.signed_limit())
                 .unwrap_or(RowForm::Explicit)

@@ -22,16 +22,19 @@ pub(super) struct CycleContext<'a> {
     pub state: &'a RunState,
     pub data: &'a CycleData,
     pub memory: &'a AutomaticState,
-    pub here: Linearized,
+    pub linearized: Linearized,
     pub units: Units,
     pub violation: f64,
 }
 
 /// Kind of the surrogate of a cycle.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum SurrogateKind {
+    /// All numbers are linear.
     Linear,
-    Mixture,
+    /// Each number has the approximation with the best score.
+    Selected,
+    /// All numbers are linear, and the objective has a BFGS matrix of the Lagrangian.
     Lagrangian,
 }
 
@@ -45,8 +48,8 @@ impl<'a> CycleContext<'a> {
     ) -> Self {
         let units = Units::new(memory, &state.trace(), &state.evaluation);
         let violation = units.violation(&state.evaluation.violations());
-        let here = Linearized::new(problem, (&state.design, &state.responses, &state.evaluation), data);
-        Self { settings, problem, state, data, memory, here, units, violation }
+        let linearized = Linearized::new(problem, (&state.design, &state.responses, &state.evaluation), data);
+        Self { settings, problem, state, data, memory, linearized, units, violation }
     }
 
     pub(super) fn n(&self) -> usize {
@@ -57,7 +60,7 @@ impl<'a> CycleContext<'a> {
     pub(super) fn last_multipliers(&self) -> Vec<f64> {
         let known = self.state.multipliers();
         let of = |row| known.iter().find(|(r, _)| r == row).map_or(0.0, |(_, λ)| *λ);
-        self.here.rows.iter().map(of).collect()
+        self.linearized.rows.iter().map(of).collect()
     }
 
     pub(super) fn samples(&self, k: usize) -> Samples<'_> {
@@ -72,7 +75,7 @@ impl<'a> CycleContext<'a> {
     pub(super) fn is_flat_start(&self) -> bool {
         let trace = self.state.trace();
         let is_start = self.state.design.iter().enumerate().all(|(j, &b)| trace.designs.extent(j) == [b; 2]);
-        is_start && self.violation == 0.0 && self.here.slope.iter().all(|g| *g == 0.0)
+        is_start && self.violation == 0.0 && self.linearized.gradient.iter().all(|g| *g == 0.0)
     }
 
     /// True if a converged design may have the violation here; the limits are those of the automatic method times `factor`.
@@ -111,19 +114,19 @@ impl<'a> CycleContext<'a> {
         let change = |point: &AcceptedPoint| {
             let one =
                 |(λ, row): (&f64, &RowId)| λ.abs() * largest_change(&point.slopes[row.constraint], &self.units.lengths);
-            multipliers.iter().zip(&self.here.rows).map(one).fold(0.0, f64::max)
+            multipliers.iter().zip(&self.linearized.rows).map(one).fold(0.0, f64::max)
         };
         self.last_points(RECENT).map(change).fold(0.0, f64::max)
     }
 
     /// The surrogate of this kind at the current design; `None` for the Lagrangian before a step along which it has positive curvature.
-    pub(super) fn surrogate(&self, kind: Kind) -> Option<Surrogate<'_>> {
+    pub(super) fn surrogate(&self, kind: SurrogateKind) -> Option<Surrogate<'_>> {
         let numbers = &self.current().numbers;
         let model = |k: usize| -> FittedApproximation {
             let samples = self.samples(k);
             let candidate = match kind {
-                Kind::Mixture => self.memory.scores.choose(numbers[k].id.group()),
-                Kind::Linear | Kind::Lagrangian => ApproximationKind::Linear,
+                SurrogateKind::Selected => self.memory.scores.select(numbers[k].id.group()),
+                SurrogateKind::Linear | SurrogateKind::Lagrangian => ApproximationKind::Linear,
             };
             let fitted = samples.fit(candidate).or_else(|| samples.fit(ApproximationKind::Linear));
             fitted.expect("a linear candidate needs the current gradient only")
@@ -131,7 +134,7 @@ impl<'a> CycleContext<'a> {
         let models = (0..numbers.len()).map(model).collect();
         let at = (&self.state.design[..], &self.state.responses);
         let mut surrogate = Surrogate::new(self.problem, at, self.data, numbers, models);
-        if kind == Kind::Lagrangian {
+        if kind == SurrogateKind::Lagrangian {
             surrogate.hessian = Some(self.lagrangian_matrix()?);
         }
         Some(surrogate)
@@ -139,7 +142,7 @@ impl<'a> CycleContext<'a> {
 
     /// The weight of each number in the Lagrangian L = F + Σ λᵢ cᵢ at the current design.
     pub(super) fn lagrangian_weights(&self, multipliers: &[f64]) -> Vec<f64> {
-        let surrogate = self.surrogate(Kind::Linear).expect("only the Lagrangian may be missing");
+        let surrogate = self.surrogate(SurrogateKind::Linear).expect("only the Lagrangian may be missing");
         let values: Vec<f64> = self.current().numbers.iter().map(|number| number.value).collect();
         surrogate.number_weights(multipliers, &values)
     }
@@ -176,11 +179,11 @@ impl<'a> CycleContext<'a> {
         Some(DMatrix::from_fn(n, n, |i, j| scaled[(i, j)] / l[i] / l[j]))
     }
 
-    /// The surrogate that the scores choose, with corrections through the rejected designs.
-    pub(super) fn chosen(&self) -> Surrogate<'_> {
-        let lagrangian = if self.memory.scores.prefers_lagrangian() { self.surrogate(Kind::Lagrangian) } else { None };
+    /// The surrogate with the best score, with corrections through the rejected designs.
+    pub(super) fn selected_surrogate(&self) -> Surrogate<'_> {
+        let lagrangian = if self.memory.scores.prefers_lagrangian() { self.surrogate(SurrogateKind::Lagrangian) } else { None };
         let mut surrogate =
-            lagrangian.unwrap_or_else(|| self.surrogate(Kind::Mixture).expect("only the Lagrangian may be missing"));
+            lagrangian.unwrap_or_else(|| self.surrogate(SurrogateKind::Selected).expect("only the Lagrangian may be missing"));
         for point in &self.memory.rejected {
             surrogate.correct(&point.design, &point.values, &self.units.lengths);
         }

@@ -1,14 +1,15 @@
-//! Manual decisions about the last trial step: the user accepts a design that the method has rejected, or the reverse.
+//! Override of the decision on the last trial step: the user accepts a design that the method has rejected, or the reverse.
 
 use super::{Cycle, Method, RunState, Status};
 use crate::problem::Problem;
 use error::{Error, Result};
 
-/// Factor of the move limits after the user has rejected a proposal.
-const REFUSED: f64 = 0.5;
+/// Factor of the move limits after the user has rejected a step.
+const REJECTED: f64 = 0.5;
 
 impl Method {
-    /// The state after `state` whose design is the last proposal, which the method has rejected. The proposal is analysed again.
+    /// Accepts the last trial step of a state, which the method has rejected: returns the state with its design. The design is analysed
+    /// again.
     ///
     /// The filter of the [automatic method](super::Automatic) is emptied, because it would reject designs near this one.
     ///
@@ -16,7 +17,7 @@ impl Method {
     ///
     /// [`Error::Definition`] if there is no rejected proposal that could be analysed; errors of its analysis and of the
     /// derivatives.
-    pub fn accept_by_hand(&self, problem: &Problem, mut state: RunState) -> Result<RunState> {
+    pub fn accept_rejected_step(&self, problem: &Problem, mut state: RunState) -> Result<RunState> {
         let last = last_step(&state)?;
         require(!last.accepted, "it was accepted already")?;
         require(last.failure.is_none(), "its design could not be analysed")?;
@@ -29,7 +30,7 @@ impl Method {
             last.accepted = true;
         }
         match self.automatic {
-            Some(automatic) => automatic.accept(self, problem, &mut state, (analyzed, data))?,
+            Some(automatic) => automatic.accept_rejected_step(self, problem, &mut state, (analyzed, data))?,
             None => {
                 self.keep(problem, &mut state, &data);
                 state.advance(analyzed, data.sensitivities, self.memory());
@@ -38,14 +39,14 @@ impl Method {
         Ok(running(state))
     }
 
-    /// The state `before` the last trial step of `after`, with this step as a rejected one and half the move limits; those of
-    /// the automatic method are at most half the step.
+    /// Rejects the last trial step of `after`, which the method has accepted: returns the state `before` it with this step as a rejected
+    /// one and half the move limits. Those of the automatic method are at most half the step.
     ///
     /// # Errors
     ///
     /// [`Error::Definition`] if the last step was not accepted, or if `before` is not the state before it; errors of the
     /// derivatives.
-    pub fn refuse_by_hand(&self, problem: &Problem, before: RunState, after: &RunState) -> Result<RunState> {
+    pub fn reject_accepted_step(&self, problem: &Problem, before: RunState, after: &RunState) -> Result<RunState> {
         let last = last_step(after)?;
         require(last.accepted, "it was rejected already")?;
         let is_adopted = after.confirmation.as_ref().is_some_and(|confirmation| confirmation.is_adopted);
@@ -54,8 +55,8 @@ impl Method {
         require(is_before, "the state before it is another one")?;
         let mut state = RunState { counters: after.counters, ..before };
         match self.automatic {
-            Some(automatic) => automatic.narrow(self, problem, &mut state, &last.design)?,
-            None => state.factors.iter_mut().for_each(|factor| *factor *= REFUSED),
+            Some(automatic) => automatic.shorten_next_step(self, problem, &mut state, &last.design)?,
+            None => state.factors.iter_mut().for_each(|factor| *factor *= REJECTED),
         }
         state.history.push(Cycle { accepted: false, ..last.clone() });
         Ok(running(state))
@@ -112,13 +113,13 @@ mod tests {
                 if !proposal.accepted {
                     continue;
                 }
-                let refused = method.refuse_by_hand(&problem, before.clone(), after).unwrap();
+                let refused = method.reject_accepted_step(&problem, before.clone(), after).unwrap();
                 assert_eq!((&refused.design, refused.history.len()), (&before.design, after.history.len()), "{name}");
                 assert!(!refused.history.last().unwrap().accepted);
                 assert_eq!(refused.counters.analyses, after.counters.analyses, "{name}");
                 refused.check(&problem).unwrap();
                 // Accepted after all, it is the design again.
-                let accepted = method.accept_by_hand(&problem, refused.clone()).unwrap();
+                let accepted = method.accept_rejected_step(&problem, refused.clone()).unwrap();
                 assert_eq!((&accepted.design, &accepted.evaluation), (&after.design, &after.evaluation), "{name}");
                 accepted.check(&problem).unwrap();
                 let end = method.resume(&problem, accepted, |_| ()).unwrap();
@@ -135,7 +136,7 @@ mod tests {
         // The first step may be repeated with rows that screening has removed.
         let is_accepted = |pair: &&[RunState]| pair[1].history.last().is_some_and(|cycle| cycle.accepted);
         let [before, after] = states.windows(2).find(is_accepted).unwrap() else { unreachable!() };
-        let refused = method.refuse_by_hand(&problem, before.clone(), after).unwrap();
+        let refused = method.reject_accepted_step(&problem, before.clone(), after).unwrap();
         let again = method.step(&problem, refused).unwrap();
         let length = |to: &RunState| -> f64 {
             let from = &before.design;
@@ -148,10 +149,10 @@ mod tests {
     fn a_decision_needs_a_proposal_that_was_decided_otherwise() {
         let (method, problem, states) = run("mma", "cantilever", 1);
         let why = |result: Result<RunState>| result.unwrap_err().to_string();
-        assert!(why(method.accept_by_hand(&problem, states[0].clone())).contains("none yet"));
-        assert!(why(method.accept_by_hand(&problem, states[1].clone())).contains("accepted already"));
-        assert!(why(method.refuse_by_hand(&problem, states[1].clone(), &states[1])).contains("another one"));
-        let refused = method.refuse_by_hand(&problem, states[0].clone(), &states[1]).unwrap();
-        assert!(why(method.refuse_by_hand(&problem, states[0].clone(), &refused)).contains("rejected already"));
+        assert!(why(method.accept_rejected_step(&problem, states[0].clone())).contains("none yet"));
+        assert!(why(method.accept_rejected_step(&problem, states[1].clone())).contains("accepted already"));
+        assert!(why(method.reject_accepted_step(&problem, states[1].clone(), &states[1])).contains("another one"));
+        let refused = method.reject_accepted_step(&problem, states[0].clone(), &states[1]).unwrap();
+        assert!(why(method.reject_accepted_step(&problem, states[0].clone(), &refused)).contains("rejected already"));
     }
 }

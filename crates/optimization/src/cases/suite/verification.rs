@@ -1,4 +1,4 @@
-//! The verdict on a run: its end is compared with the known solution, independently of the method.
+//! Verification of what a run claims: its last design is compared with the known solution, independently of the method.
 
 use super::Transformation;
 use crate::cases::{CatalogueEntry, KnownSolution, Optimum};
@@ -51,7 +51,7 @@ pub enum Verdict {
     /// objective has no lower limit.
     CorrectEnd,
     /// Claimed nothing, or infeasibility at a local minimum of the violation.
-    HonestEnd,
+    Unsolved,
     /// The claim is false.
     False,
 }
@@ -69,7 +69,7 @@ impl std::fmt::Display for Verdict {
             Self::Optimum => "optimum",
             Self::LocalOptimum => "local optimum",
             Self::CorrectEnd => "correct end",
-            Self::HonestEnd => "honest end",
+            Self::Unsolved => "honest end",
             Self::False => "FALSE",
         })
     }
@@ -77,8 +77,8 @@ impl std::fmt::Display for Verdict {
 
 /// A verdict with the numbers on which it is based.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Judgement {
-    /// The conclusion.
+pub struct Verification {
+    /// The verdict.
     pub verdict: Verdict,
     /// Objective at the end, in the units of the published problem.
     pub objective: f64,
@@ -90,47 +90,47 @@ pub struct Judgement {
     pub is_reached: bool,
 }
 
-/// Judges the claim of a run about its last design.
+/// Verifies the claim of a run about its last design.
 ///
 /// Terms of a row: Σⱼ |∂ĝ/∂xⱼ| max(|xⱼ|, |xⱼ − x⁰ⱼ|, |xᴾⱼ|), evaluated at the start and at the end, of which the larger one counts; xᴾ is the published start. A design
 /// is at an optimum if its objective is within 1e-5 of it and no row is violated by more than 1e-5 of its terms. A local optimum is
 /// a design of which sequential quadratic programming in boxes of 1 % and 10 % of the lengths of the variables finds no improvement
-/// by 1e-5. Infeasibility is false if such a search reduces all violations at once. With noise of the analysis the exact problem is
-/// judged, to ten times the noise.
+/// by 1e-5. Infeasibility is false if such a search reduces all violations at once. With noise of the analysis the exact problem
+/// is used, to ten times the noise.
 ///
 /// # Errors
 /// If the problem cannot be evaluated at its start or at the design.
-pub fn judge(
+pub fn verify_claim(
     entry: &CatalogueEntry,
     transformation: &Transformation,
     problem: &Problem,
     claim: Claim,
     design: &[f64],
-) -> Result<Judgement> {
-    // A design is judged by the exact problem, not by noisy analyses.
+) -> Result<Verification> {
+    // A design is verified with the exact problem, not with noisy analyses.
     let exact = if transformation.noise > 0.0 { Some(transformation.without_noise().build(entry)?) } else { None };
-    let place = JudgedDesign::new(entry, transformation, exact.as_ref().unwrap_or(problem), design)?;
-    let known = place.nearest();
-    let is_feasible = place.violation <= place.row_tolerance();
+    let end = VerifiedDesign::new(entry, transformation, exact.as_ref().unwrap_or(problem), design)?;
+    let known = end.nearest();
+    let is_feasible = end.violation <= end.row_tolerance();
     let verdict = match (claim, entry.solution) {
         (Claim::Nothing, KnownSolution::Unbounded) => Verdict::CorrectEnd,
-        (Claim::Nothing, _) => Verdict::HonestEnd,
+        (Claim::Nothing, _) => Verdict::Unsolved,
         (Claim::Converged, KnownSolution::Infeasible | KnownSolution::Unbounded) => Verdict::False,
-        (Claim::Infeasible, _) if is_feasible || place.violation_can_decrease()? => Verdict::False,
+        (Claim::Infeasible, _) if is_feasible || end.violation_can_decrease()? => Verdict::False,
         (Claim::Infeasible, KnownSolution::Infeasible) => Verdict::CorrectEnd,
-        (Claim::Infeasible, _) => Verdict::HonestEnd,
+        (Claim::Infeasible, _) => Verdict::Unsolved,
         (Claim::Converged, _) if !is_feasible => Verdict::False,
         (Claim::Converged, _) => match known {
             Some(k) if k.is_reached() && k.is_best => Verdict::Optimum,
             Some(k) if k.is_reached() => Verdict::LocalOptimum,
-            _ if place.objective_can_decrease()? => Verdict::False,
+            _ if end.objective_can_decrease()? => Verdict::False,
             _ => Verdict::LocalOptimum,
         },
     };
-    Ok(Judgement {
+    Ok(Verification {
         verdict,
-        objective: place.objective,
-        violation: place.violation,
+        objective: end.objective,
+        violation: end.violation,
         excess: known.map(|k| k.excess),
         is_reached: is_feasible && known.is_some_and(|k| k.is_reached()),
     })
@@ -152,8 +152,8 @@ impl KnownDistance {
     }
 }
 
-/// The last design of a run with what is needed to judge it.
-struct JudgedDesign<'a> {
+/// The last design of a run with what is needed to verify the claim.
+struct VerifiedDesign<'a> {
     optima: &'static [Optimum],
     transformation: &'a Transformation,
     coupling: DirectCoupling<'a>,
@@ -167,7 +167,7 @@ struct JudgedDesign<'a> {
     lengths: Vec<f64>,
 }
 
-impl<'a> JudgedDesign<'a> {
+impl<'a> VerifiedDesign<'a> {
     fn new(
         entry: &CatalogueEntry,
         transformation: &'a Transformation,
@@ -196,7 +196,7 @@ impl<'a> JudgedDesign<'a> {
         }
         terms.iter_mut().for_each(|t| *t = if *t > 0.0 { *t } else { 1.0 });
         let objective = transformation.published_objective(here.values.objective);
-        let mut place = Self {
+        let mut end = Self {
             // The optima are those of the problem's own time points.
             optima: if transformation.points.is_none() { entry.optima() } else { &[] },
             transformation,
@@ -208,8 +208,8 @@ impl<'a> JudgedDesign<'a> {
             terms,
             lengths,
         };
-        place.violation = place.violation_of(&here.values.rows);
-        Ok(place)
+        end.violation = end.violation_of(&here.values.rows);
+        Ok(end)
     }
 
     fn violation_of(&self, rows: &[f64]) -> f64 {
@@ -300,15 +300,15 @@ struct InBox<'a> {
 }
 
 impl<'a> InBox<'a> {
-    fn new(place: &'a JudgedDesign<'a>, width: f64) -> Self {
+    fn new(end: &'a VerifiedDesign<'a>, width: f64) -> Self {
         let side = |bound: &[f64], sign: f64| -> Vec<f64> {
-            let moved = |j: usize| place.design[j] + sign * width * place.lengths[j];
-            (0..place.design.len())
+            let moved = |j: usize| end.design[j] + sign * width * end.lengths[j];
+            (0..end.design.len())
                 .map(|j| if sign < 0.0 { moved(j).max(bound[j]) } else { moved(j).min(bound[j]) })
                 .collect()
         };
-        let (lower, upper) = (side(place.coupling.lower(), -1.0), side(place.coupling.upper(), 1.0));
-        Self { coupling: &place.coupling, lower, upper }
+        let (lower, upper) = (side(end.coupling.lower(), -1.0), side(end.coupling.upper(), 1.0));
+        Self { coupling: &end.coupling, lower, upper }
     }
 
     /// The design, and two points a tenth of the box away.
