@@ -168,7 +168,9 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
         if let DeValue::Table(inner) = old.get_ref() {
             let keys: Vec<String> = inner.keys().map(|inner| format!("{key}.{}", inner.get_ref())).collect();
             let message = format!("`{key}` is a table");
-            return Err(fail(Diagnostic::new(old.span(), message).help(format!("set one of its keys: {}", keys.join(", ")))));
+            return Err(fail(
+                Diagnostic::new(old.span(), message).help(format!("set one of its keys: {}", keys.join(", "))),
+            ));
         }
         return Ok(edited(old.span(), &value));
     }

@@ -130,7 +130,11 @@ fn the_comparisons_of_the_pages_have_the_counts_of_the_methods() {
                 let now = place.run(&command.split_whitespace().collect::<Vec<_>>(), 0);
                 if std::env::var_os("UPDATE_DOCS").is_none() {
                     let counts = [table, &now].map(counts);
-                    assert!(!counts[0].is_empty() && counts[0] == counts[1], "{}: {command}: {counts:?}", path.display());
+                    assert!(
+                        !counts[0].is_empty() && counts[0] == counts[1],
+                        "{}: {command}: {counts:?}",
+                        path.display()
+                    );
                 }
                 new = new.replacen(table, &now, 1);
                 tables += 1;

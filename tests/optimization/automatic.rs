@@ -293,7 +293,8 @@ fn an_objective_is_not_zero_beside_that_of_a_start_far_away() {
         let (entry, transformation) = (find(name).unwrap(), Transformation::parse(start).unwrap());
         let problem = transformation.build(entry).unwrap();
         let end = solve(&problem);
-        let verification = suite::verify_claim(entry, &transformation, &problem, suite::Claim::from(end.status), &end.design);
+        let verification =
+            suite::verify_claim(entry, &transformation, &problem, suite::Claim::from(end.status), &end.design);
         assert_ne!(verification.unwrap().verdict, Verdict::False, "{name}, {start}: {}", end.reason);
     }
 }

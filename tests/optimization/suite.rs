@@ -2,7 +2,7 @@
 //! recognized.
 
 use super::documented::assert_table;
-use linkwright::cases::suite::{Claim, Suite, Transformation, Verdict, verify_claim, problems, run};
+use linkwright::cases::suite::{Claim, Suite, Transformation, Verdict, problems, run, verify_claim};
 use linkwright::cases::{AnalysisCounts, CatalogueEntry, KnownSolution, find};
 use linkwright::nlp::{Program, Sqp, SubproblemSolver};
 use linkwright::problem::DirectCoupling;
@@ -122,10 +122,7 @@ fn optima_local_optima_and_honest_ends_are_told_apart() {
         verdict("hs71", Claim::Converged, &[1.0, 4.742_999_638, 3.821_149_984, 1.379_408_293]),
         Verdict::Optimum
     );
-    assert_eq!(
-        verdict("hs71", Claim::Nothing, &[1.0, 4.742_999_638, 3.821_149_984, 1.379_408_293]),
-        Verdict::Unsolved
-    );
+    assert_eq!(verdict("hs71", Claim::Nothing, &[1.0, 4.742_999_638, 3.821_149_984, 1.379_408_293]), Verdict::Unsolved);
     assert_eq!(verdict("hs16", Claim::Converged, &[-0.5, 0.5f64.sqrt()]), Verdict::LocalOptimum);
     // A point of HS 44 on a bound, from which the objective decreases.
     assert_eq!(verdict("hs44", Claim::Converged, &[8.0 / 3.0, 0.0, 0.0, 0.0]), Verdict::False);

@@ -295,7 +295,9 @@ impl StudyOutput {
         if missing > 0 {
             self.show().note(&format!("{} runs are done, {failed} of them failed.", rows.len()))?;
             self.show().note(&match part == Part::WHOLE {
-                true => format!("{missing} runs are missing; `linkwright study FILE --out {}` does them", argument(&shown)),
+                true => {
+                    format!("{missing} runs are missing; `linkwright study FILE --out {}` does them", argument(&shown))
+                }
                 false => format!(
                     "Part {}/{} is complete; `linkwright study merge DIR…` joins the parts",
                     part.number, part.of

@@ -1,8 +1,8 @@
 //! Compilation of parsed expressions to operations on a stack.
 
 use super::compiled::{CompiledExpression, StackOperation};
-use super::function::FUNCTIONS;
 use super::dimension::KnownDimension;
+use super::function::FUNCTIONS;
 use super::names::{Meaning, Order};
 use super::reduction::REDUCTIONS;
 use super::table::TableFunction;

@@ -2,8 +2,8 @@
 
 use super::ExpressionTree;
 use super::axis::Axis;
-use super::function::FUNCTIONS;
 use super::dimension::KnownDimension;
+use super::function::FUNCTIONS;
 use super::table::TableFunction;
 use crate::model_file::unit::Unit;
 use crate::model_file::{Diagnostic, limits};

@@ -111,7 +111,8 @@ mod tests {
             let problem = (entry.build)().unwrap();
             for optimum in entry.optima() {
                 let design = optimum.design.unwrap();
-                let found = verify_claim(entry, &Transformation::default(), &problem, Claim::Converged, design).unwrap();
+                let found =
+                    verify_claim(entry, &Transformation::default(), &problem, Claim::Converged, design).unwrap();
                 assert!(found.violation < DIGITS, "{}: violation {:e}", entry.name, found.violation);
                 let apart = (found.objective - optimum.objective).abs() / optimum.objective.abs().max(1.0);
                 assert!(apart < DIGITS, "{}: F = {} at {}", entry.name, found.objective, optimum.objective);

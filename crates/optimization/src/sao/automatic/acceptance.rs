@@ -67,8 +67,8 @@ impl AcceptanceTest {
         let Self { from, to, predicted, .. } = self;
         let (h, next) = (from.violation, to.violation);
         let noise = ROUNDING * from.objective.abs();
-        let trades_off_too_much = h <= FEASIBLE
-            && to.objective > from.objective + MAX_TRADE_OFF * self.objective_per_violation * h + noise;
+        let trades_off_too_much =
+            h <= FEASIBLE && to.objective > from.objective + MAX_TRADE_OFF * self.objective_per_violation * h + noise;
         if let Some(least) = self.restoration {
             let decreases = h - next >= RESTORED * (h - least) && next < h && !trades_off_too_much;
             return if decreases { Decision::Violation } else { Decision::Rejected };
@@ -88,7 +88,8 @@ impl AcceptanceTest {
         if decrease <= (1e-4 * self.objective_per_violation * h * h).max(0.0) {
             return Decision::Violation;
         }
-        let sufficient = (FRACTION * decrease).min(if next <= FEASIBLE { SUFFICIENT * self.objective_range } else { decrease });
+        let sufficient =
+            (FRACTION * decrease).min(if next <= FEASIBLE { SUFFICIENT * self.objective_range } else { decrease });
         if from.objective - to.objective >= sufficient - noise {
             return Decision::Decrease;
         }

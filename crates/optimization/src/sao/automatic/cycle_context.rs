@@ -181,9 +181,10 @@ impl<'a> CycleContext<'a> {
 
     /// The surrogate with the best score, with corrections through the rejected designs.
     pub(super) fn selected_surrogate(&self) -> Surrogate<'_> {
-        let lagrangian = if self.memory.scores.prefers_lagrangian() { self.surrogate(SurrogateKind::Lagrangian) } else { None };
-        let mut surrogate =
-            lagrangian.unwrap_or_else(|| self.surrogate(SurrogateKind::Selected).expect("only the Lagrangian may be missing"));
+        let lagrangian =
+            if self.memory.scores.prefers_lagrangian() { self.surrogate(SurrogateKind::Lagrangian) } else { None };
+        let mut surrogate = lagrangian
+            .unwrap_or_else(|| self.surrogate(SurrogateKind::Selected).expect("only the Lagrangian may be missing"));
         for point in &self.memory.rejected {
             surrogate.correct(&point.design, &point.values, &self.units.lengths);
         }

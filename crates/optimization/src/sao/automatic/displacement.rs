@@ -85,8 +85,7 @@ impl CycleContext<'_> {
     /// A displacement from a point where steps do not reduce the violation; `None` after several that led to no better point.
     pub(super) fn next_displacement(&self) -> Option<Proposal> {
         let unsuccessful = self.unsuccessful_displacements();
-        let is_allowed =
-            unsuccessful < DISPLACEMENTS.len() && self.memory.displaced_from.len() < MAX_DISPLACEMENTS;
+        let is_allowed = unsuccessful < DISPLACEMENTS.len() && self.memory.displaced_from.len() < MAX_DISPLACEMENTS;
         is_allowed.then(|| self.displacement(DISPLACEMENTS[unsuccessful], |_| true))
     }
 
@@ -100,8 +99,7 @@ impl CycleContext<'_> {
         let increases: Vec<f64> = displacements.map(|cycle| cycle.objective - here).collect();
         let is_quadratic = |pair: &[f64]| {
             let expected = SHORTER * SHORTER * pair[0];
-            pair[1] <= QUADRATIC * expected
-                && (pair[1] >= expected / QUADRATIC || expected <= ROUNDING * here.abs())
+            pair[1] <= QUADRATIC * expected && (pair[1] >= expected / QUADRATIC || expected <= ROUNDING * here.abs())
         };
         let is_constant = increases.iter().all(|increase| *increase == 0.0);
         let is_shown = is_constant || !problem.objective.quantity.is_explicit();

@@ -53,11 +53,8 @@ impl TangentSpace<'_> {
             return None;
         }
         let trial = |direction| CurvatureTrial { direction, purpose: Purpose::Curvature, equilibrated: None };
-        let known = if self.has_known_hessian() {
-            tangent.clone()
-        } else {
-            self.step_directions(&self.strongly_active, true)
-        };
+        let known =
+            if self.has_known_hessian() { tangent.clone() } else { self.step_directions(&self.strongly_active, true) };
         let orthogonal = tangent.iter().map(|v| orthogonal_part(v, &known));
         let unknown = orthonormal(orthogonal.filter(|v| v.norm() > INDEPENDENT));
         let is_partly_unknown = !unknown.is_empty() && known.len() < tangent.len();

@@ -68,8 +68,7 @@ impl<'a> TangentSpace<'a> {
             |i: &usize| here.equality[*i] || multipliers[*i] * space.row_gradient(*i).amax() > negligible;
         let active = || (0..here.c.len()).filter(|&i| here.is_active(i, lengths));
         let strongly_active = orthonormal(active().filter(is_strongly_active).map(|i| space.row_gradient(i)));
-        (space.active, space.strongly_active) =
-            (orthonormal(active().map(|i| space.row_gradient(i))), strongly_active);
+        (space.active, space.strongly_active) = (orthonormal(active().map(|i| space.row_gradient(i))), strongly_active);
         space
     }
 
@@ -109,10 +108,7 @@ impl<'a> TangentSpace<'a> {
 
     /// −∂L/∂b, projected onto the tangent space of the active rows.
     pub fn projected_descent(&self) -> DVector<f64> {
-        orthogonal_part(
-            &self.of_free_variables(|j| -self.gradient[j] * self.context.units.lengths[j]),
-            &self.active,
-        )
+        orthogonal_part(&self.of_free_variables(|j| -self.gradient[j] * self.context.units.lengths[j]), &self.active)
     }
 
     /// True if no number has a weight in the Lagrangian: all its functions are given directly, and its Hessian is known.
@@ -145,9 +141,8 @@ impl<'a> TangentSpace<'a> {
     pub fn local_secant_pairs(&self) -> Vec<SecantPair> {
         let pairs = self.context.lagrangian_steps(&self.weights).into_iter();
         let steps = pairs.zip(self.context.memory.points.windows(2));
-        let is_local = |([step, _], ends): &(SecantPair, &[AcceptedPoint])| {
-            has_effect(step) && self.shows_local_curvature(ends)
-        };
+        let is_local =
+            |([step, _], ends): &(SecantPair, &[AcceptedPoint])| has_effect(step) && self.shows_local_curvature(ends);
         steps.filter(is_local).map(|(pair, _)| pair).collect()
     }
 
@@ -220,7 +215,11 @@ impl<'a> TangentSpace<'a> {
         let has_negative = found.first().is_some_and(|&k| eigen.eigenvalues[k] < -positive);
         let direction = |k: usize| linear_combination(directions, eigen.eigenvectors.column(k).iter().copied());
         let equilibrated = equilibrated.filter(|_| !has_negative);
-        Some(NonpositiveCurvature { directions: found.into_iter().map(direction).collect(), has_negative, equilibrated })
+        Some(NonpositiveCurvature {
+            directions: found.into_iter().map(direction).collect(),
+            has_negative,
+            equilibrated,
+        })
     }
 
     /// The violation of weakly active rows by a step along a direction, divided by the first-order changes of the rows.

@@ -55,7 +55,8 @@ const RETURNED: f64 = 0.25;
 
 impl AutomaticState {
     pub(super) fn update(&mut self, changes: StateChanges) {
-        let StateChanges { scores, curvature_trials, widths, filter, displaced_from, rejections, has_common_unit } = changes;
+        let StateChanges { scores, curvature_trials, widths, filter, displaced_from, rejections, has_common_unit } =
+            changes;
         (self.scores, self.curvature_trials, self.widths) = (scores, curvature_trials, widths);
         self.has_common_unit = has_common_unit;
         self.displaced_from.extend(displaced_from);
@@ -90,8 +91,10 @@ impl CycleContext<'_> {
             decision = Decision::Rejected;
         }
         // The change of the gradient along a curvature trial determines more of the Hessian than the change of the value.
-        let needs_derivatives = decision != Decision::Rejected || (missed.is_empty() && self.determines_curvature(proposal));
-        let derivatives = analyzed.as_ref().ok().filter(|_| needs_derivatives).map(|a| method.differentiate(self.problem, a));
+        let needs_derivatives =
+            decision != Decision::Rejected || (missed.is_empty() && self.determines_curvature(proposal));
+        let derivatives =
+            analyzed.as_ref().ok().filter(|_| needs_derivatives).map(|a| method.differentiate(self.problem, a));
         let derivatives = match derivatives.transpose() {
             Ok(derivatives) => derivatives,
             Err(error) => {
@@ -106,14 +109,8 @@ impl CycleContext<'_> {
     pub(super) fn record(&self, method: &Method, proposal: &Proposal, step: &TrialStep) -> Cycle {
         let Self { problem, state, .. } = self;
         let Proposal { region, at_limit, solution, .. } = proposal;
-        let record = AnalysedProposal {
-            data: self.data,
-            region,
-            solution,
-            distance: 0.0,
-            at_limit,
-            analyzed: &step.analyzed,
-        };
+        let record =
+            AnalysedProposal { data: self.data, region, solution, distance: 0.0, at_limit, analyzed: &step.analyzed };
         let from = (&state.design[..], &state.evaluation);
         let trial = Trial::new(problem, &method.screening, from, state.last_step.as_deref(), &record);
         let verdict = if step.decision == Decision::Rejected { StepVerdict::Reject } else { StepVerdict::Accept };
