@@ -226,3 +226,27 @@ fn the_shaper_needs_few_analyses_without_a_scale() {
         state.counters.analyses
     );
 }
+
+/// A crossing exists close to a design only: beyond the domain of the approximations, steps are shorter.
+#[test]
+fn the_latest_crossing_is_found_although_it_vanishes_beyond() {
+    let text = "version = 2\n[design]\na = { start = 1.2, lower = 0.2, upper = 3 }\nw = { start = 2, lower = 0.5, upper = 4 }\n\
+        [time]\nto = 2\npoints = 41\n[[output]]\nname = \"x\"\nvalue = \"a*sin(w*time)\"\n\
+        [objective]\nmaximize = \"crossing(x, 1)\"\n[[constraint]]\nname = \"size\"\nvalue = \"a*w\"\nat_least = 1\n";
+    let model = parsed(text);
+    let end = model.method().solve(&model.problem().unwrap(), |_| ()).unwrap();
+    assert!(end.cycles() > 2 && -end.evaluation.objective > 1.5, "{}: {:?}", end.reason, end.evaluation);
+}
+
+/// An equality on an interval holds there, and is not violated elsewhere.
+#[test]
+fn an_equality_may_hold_on_an_interval() {
+    let text = "version = 2\n[design]\na = { start = 1.2, lower = 0.2, upper = 3 }\n[time]\nto = 1\npoints = 11\n\
+        [[output]]\nname = \"x\"\nvalue = \"a*if(time < 0.55, time, 0.5)\"\n[objective]\nminimize = \"a^2\"\n\
+        [[constraint]]\nname = \"rest\"\nvalue = \"x\"\nequals = 0.25\nfrom = 0.6\n";
+    let model = parsed(text);
+    let problem = model.problem().unwrap();
+    let end = model.method().solve(&problem, |_| ()).unwrap();
+    assert!(end.status.is_success() && (end.design[0] - 0.5).abs() < 1e-9, "{}: {:?}", end.reason, end.design);
+    assert!(end.evaluation.max_violation_pct().abs() < 1e-7, "{}", end.evaluation.max_violation_pct());
+}

@@ -183,9 +183,6 @@ fn window(section: &Section<'_>, known: &QuantityContext<'_>, value: &CompiledQu
     let Some(grid) = known.grid.filter(|_| value.is_transient) else {
         return Err(section.error_at(key, "an interval needs a value that changes with time"));
     };
-    if section.has("equals") {
-        return Err(section.error_at(key, "an equality holds at every time point, not on an interval"));
-    }
     let interval = [from.unwrap_or(grid.points[0]), to.unwrap_or(grid.points[grid.len() - 1])];
     if !grid.points_between(interval[0], interval[1]).is_empty() {
         return Ok(Some(interval));
@@ -227,5 +224,6 @@ fn continuous(
     } else {
         return Ok(constraints.into_iter().map(Constraint::in_continuous_time).collect());
     };
-    Err(section.error_at("continuous", format!("{obstacle} cannot hold in continuous time")))
+    let error = section.error_at("continuous", format!("{obstacle} cannot hold in continuous time"));
+    Err(error.help("leave `continuous` out: it then holds at the time points, of which there may be more"))
 }

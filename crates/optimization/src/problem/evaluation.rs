@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Evaluation {
     /// Minimized value of the objective, in its unit: F, or −F where F is maximized.
     pub objective: f64,
-    /// `residuals[j][p]`: c = ĝ_j − 1 at time point p, so that feasible means ≤ 0; −1 outside the window of a constraint. It has
+    /// `residuals[j][p]`: c = ĝ_j − 1 at time point p, so that feasible means ≤ 0; −1 outside the window of an inequality, 0 outside that of an equality. It has
     /// digits that ĝ has not if the scale of the constraint is large.
     ///
     /// Where a constraint holds in continuous time, the value of a time point that is a local maximum is that of the peak
@@ -39,7 +39,12 @@ impl From<StoredEvaluation> for Evaluation {
     fn from(stored: StoredEvaluation) -> Self {
         let StoredEvaluation { objective, residuals, constraints, equalities, peaks } = stored;
         let earlier = constraints.into_iter().map(|g| g.into_iter().map(|g| g - 1.0).collect());
-        Self { objective, residuals: if residuals.is_empty() { earlier.collect() } else { residuals }, equalities, peaks }
+        Self {
+            objective,
+            residuals: if residuals.is_empty() { earlier.collect() } else { residuals },
+            equalities,
+            peaks,
+        }
     }
 }
 

@@ -190,8 +190,9 @@ impl Problem {
         let mut residuals = Vec::with_capacity(self.constraints.len());
         let mut peaks: Vec<PeakTime> = vec![];
         for (j, constraint) in self.constraints.iter().enumerate() {
+            let outside = if constraint.is_equality() { 0.0 } else { -1.0 };
             let value = |p| {
-                if self.holds(j, p) { constraint.residual(at(constraint.signed(), p)) } else { -1.0 }
+                if self.holds(j, p) { constraint.residual(at(constraint.signed(), p)) } else { outside }
             };
             let mut history: Vec<f64> = (0..self.points_of(&constraint.quantity)).map(value).collect();
             if let Some(p) = history.iter().position(|v| !v.is_finite()) {
@@ -358,8 +359,8 @@ impl Problem {
         if constraint.window.is_none() {
             return Ok(());
         }
-        if !is_transient || constraint.is_equality() || constraint.is_continuous {
-            let why = "only an inequality at the time points of a grid can hold in a part of them";
+        if !is_transient || constraint.is_continuous {
+            let why = "only a constraint at the time points of a grid can hold in a part of them";
             return refused(why, "remove its window");
         }
         if grid.is_some_and(|grid| constraint.points_in(&self.grids[grid]).is_empty()) {

@@ -19,8 +19,8 @@ as_object!(BumpStop);
 element_inputs!(BumpStopInputs {
     a: coordinate_or("ground.x", "coordinate that it acts against"),
     b: coordinate("coordinate that it acts on"),
-    stiffness: required("N/m^1.5", 1e3, "stiffness"),
-    damping: optional("0", "s/m", 0.1, "damping"),
+    stiffness: required("N/m^1.5 or N·m/rad^1.5", 1e3, "stiffness"),
+    damping: optional("0", "s/m or s/rad", 0.1, "damping"),
     limit: required("m or rad", 0.02, "limit of b − a"),
 });
 

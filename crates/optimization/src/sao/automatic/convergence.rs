@@ -324,11 +324,16 @@ pub(super) fn largest_change(slope: &[f64], lengths: &[f64]) -> f64 {
     slope.iter().zip(lengths).map(|(g, l)| (g * l).abs()).sum()
 }
 
+/// max |vⱼ| / ℓⱼ.
+pub(super) fn largest_share(v: &[f64], lengths: &[f64]) -> f64 {
+    v.iter().zip(lengths).map(|(v, l)| v.abs() / l).fold(0.0, f64::max)
+}
+
 /// The reason in words if the steps have become too small.
 pub(super) fn stalled(step: &[f64], widths: &[f64], lengths: &[f64]) -> Option<String> {
-    let largest = |v: &[f64]| v.iter().zip(lengths).map(|(v, l)| v.abs() / l).fold(0.0, f64::max);
-    if largest(widths) < STALLED[1] {
+    if largest_share(widths, lengths) < STALLED[1] {
         return Some("no acceptable design was found in the smallest box".to_owned());
     }
-    (largest(step) < STALLED[0]).then(|| "the step is zero, but the optimality conditions do not hold".to_owned())
+    (largest_share(step, lengths) < STALLED[0])
+        .then(|| "the step is zero, but the optimality conditions do not hold".to_owned())
 }

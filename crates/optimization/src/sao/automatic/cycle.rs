@@ -2,7 +2,9 @@
 
 use super::acceptance::{Decision, widths_after_rejection};
 use super::candidates::AcceptedPoint;
-use super::convergence::{Optimality, StopTest, feasibility_factor, has_settled, largest_change, stalled};
+use super::convergence::{
+    Optimality, StopTest, feasibility_factor, has_settled, largest_change, largest_share, stalled,
+};
 use super::cycle_context::CycleContext;
 use super::displacement::DISPLACEMENTS;
 use super::lengths::{spread, start_lengths, start_sizes};
@@ -25,6 +27,10 @@ const LEAST_WIDTH: f64 = 1e-3;
 const SURPLUS: usize = 10;
 const MAX_STEPS: usize = 120;
 
+/// Factor of a box in which the approximate problem is not finite, and the largest share of the lengths below which it is not reduced further.
+const SMALLER_BOX: f64 = 0.25;
+const SMALLEST_BOX: f64 = 1e-6;
+
 /// The reason for the end of a run without progress.
 const NO_PROGRESS: &str =
     "the last steps have changed the objective by rounding only, but the optimality conditions do not hold";
@@ -39,6 +45,12 @@ impl Automatic {
         let (mut memory, data) = self.memory_of(method, problem, &mut state)?;
         let context = CycleContext::new(self, problem, &state, &data, &memory);
         let next = match context.propose() {
+            // A quantity such as the time of a crossing may exist close to the design only.
+            Err(Error::NotFinite { .. }) if largest_share(&memory.widths, &context.units.lengths) > SMALLEST_BOX => {
+                memory.widths.iter_mut().for_each(|width| *width *= SMALLER_BOX);
+                (state.automatic, state.data) = (Some(memory), Some(data));
+                return self.step(method, problem, state);
+            }
             Err(Error::NotFinite { .. }) => Next::End(Status::Stalled, NOT_FINITE.to_owned(), vec![]),
             next => next?,
         };
