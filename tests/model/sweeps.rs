@@ -179,16 +179,17 @@ fn tables_and_reports_show_the_axis_in_its_unit() {
 /// A parallelogram whose crank turns once: its change points, where the rocker can also turn the other way.
 fn parallelogram(points: usize) -> String {
     let body = |name: &str, at: &str, angle: &str| {
-        format!("[[body]]\nname = \"{name}\"\nmass = 1\ninertia = 0.01\nposition = {at}\nangle = \"{angle}\"\n")
+        format!("[[body]]\nname = \"{name}\"\nmass = \"m\"\ninertia = 0.01\nposition = {at}\nangle = \"{angle}\"\n")
     };
     format!(
-        "version = 2\n{}{}{}[[joint]]\nname = \"A0\"\na = \"ground\"\nb = \"crank\"\n\
+        "version = 2\n[design]\nm = {{ start = 1, lower = 0.5 }}\n{}{}{}[[joint]]\nname = \"A0\"\na = \"ground\"\nb = \"crank\"\n\
          [[joint]]\nname = \"A\"\na = {{ body = \"crank\", at = [0.1, 0] }}\nb = \"coupler\"\n\
          [[joint]]\nname = \"B\"\na = {{ body = \"coupler\", at = [0.3, 0] }}\nb = {{ body = \"rocker\", at = [0.1, 0] }}\n\
          [[joint]]\nname = \"B0\"\na = {{ body = \"ground\", at = [0.3, 0] }}\nb = \"rocker\"\n\
          [[driver]]\nname = \"motor\"\ncoordinate = \"crank.theta\"\nmotion = \"pi/2 + phi\"\n\
          [sweep]\nvariable = \"phi\"\nto = \"360 deg\"\npoints = {points}\n[analysis]\nkind = \"kinematics\"\n\
-         [[output]]\nname = \"rocker\"\nvalue = \"rocker.theta - crank.theta\"\n",
+         [[output]]\nname = \"rocker\"\nvalue = \"rocker.theta - crank.theta\"\n\
+         [objective]\nminimize = \"final(rocker)\"\n",
         body("crank", "[0, 0]", "90 deg"),
         body("coupler", "[0, 0.1]", "0 deg"),
         body("rocker", "[0.3, 0]", "90 deg"),
@@ -201,7 +202,7 @@ fn a_change_point_at_a_time_point_is_an_error() {
     let of = |points: usize| {
         let model = read("m.toml", &parallelogram(points)).unwrap_or_else(|report| panic!("{report}"));
         let problem = model.problem().unwrap();
-        problem.analyze(&[])
+        problem.analyze(&[1.0])
     };
     for points in [5, 9, 13, 37, 73, 91, 121, 361] {
         let reason = of(points).err().map_or_else(|| panic!("{points} points: no error"), |error| error.to_string());

@@ -235,7 +235,7 @@ fn the_latest_crossing_is_found_although_it_vanishes_beyond() {
         [objective]\nmaximize = \"crossing(x, 1)\"\n[[constraint]]\nname = \"size\"\nvalue = \"a*w\"\nat_least = 1\n";
     let model = parsed(text);
     let end = model.method().solve(&model.problem().unwrap(), |_| ()).unwrap();
-    assert!(end.cycles() > 2 && -end.evaluation.objective > 1.5, "{}: {:?}", end.reason, end.evaluation);
+    assert!(end.cycles() > 2 && -end.evaluation.objective > 0.85, "{}: {:?}", end.reason, end.evaluation);
 }
 
 /// An equality on an interval holds there, and is not violated elsewhere.
