@@ -1,7 +1,7 @@
 //! Kinematics and inverse dynamics of driven mechanisms.
 
 use crate::analyses::sampling::OutputRecorder;
-use crate::constraint_rank::{singular_instant, undetermined_coordinates};
+use crate::constraint_rank::undetermined_coordinates;
 use crate::events::impact;
 use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, nearest_consistent_velocities};
 use crate::mechanism::Mechanism;
@@ -14,13 +14,6 @@ const GOOD_PREDICTION: f64 = 0.2;
 
 /// Smallest substep, as a fraction of the interval, or of the time in which the fastest coordinate moves by 1 rad or 1 m if that is shorter.
 const SMALLEST: f64 = 1.0 / 256.0;
-
-/// Velocity times substep, relative to the change of positions in it, above which the velocity may be that of a singular position.
-const SUSPICIOUS: f64 = 10.0;
-
-/// Independent part of the gradient of a constraint below which a position is singular: for given positions, and for those of a
-/// suspicious substep, which are less accurate.
-const SINGULAR: [f64; 2] = [1e-9, 1e-6];
 
 /// Solver for the motion of a driven mechanism, without integration: each time point is solved separately.
 ///
@@ -54,7 +47,6 @@ impl<'m> KinematicDriver<'m> {
         let solved = driver.solve_position();
         driver.check_determined()?;
         solved?;
-        driver.check_regular(SINGULAR[0])?;
         Ok(driver)
     }
 
@@ -75,19 +67,13 @@ impl<'m> KinematicDriver<'m> {
         Err(Error::analysis(left.join(", "), why, remedy))
     }
 
-    /// Checks that the position determines velocities, accelerations and reactions.
-    fn check_regular(&self, largest_share: f64) -> Result<()> {
-        singular_instant(largest_share, &self.system, self.mechanism, &self.state).map_or(Ok(()), Err)
-    }
-
     /// Advances to the time `t` (s) on the same branch, predicting positions from velocities and accelerations.
     ///
     /// If the prediction is poor, or the mechanism cannot be assembled from it, the interval is halved.
     ///
     /// # Errors
     ///
-    /// [`Error::Analysis`] if a joint cannot be closed, for example beyond a dead centre, or if `t` is the time of a singular position:
-    /// velocities and reactions are not determined there.
+    /// [`Error::Analysis`] if a joint cannot be closed, for example beyond a dead centre.
     pub fn advance_to(&mut self, t: f64) -> Result<()> {
         let start = self.state.clone();
         let interval = t - start.t;
@@ -114,7 +100,6 @@ impl<'m> KinematicDriver<'m> {
     /// Advances to `t` in one substep. Returns whether the prediction was accurate.
     fn substep(&mut self, t: f64) -> Result<bool> {
         let h = t - self.state.t;
-        let before = self.state.q.clone();
         let (mut change, mut error) = (0.0f64, 0.0f64);
         for i in 0..self.state.q.len() {
             let increment = h * (self.state.v[i] + 0.5 * h * self.state.a[i]);
@@ -125,14 +110,8 @@ impl<'m> KinematicDriver<'m> {
         let predicted = self.state.q.clone();
         self.state.t = t;
         self.solve_position()?;
-        let (mut moved, mut fastest) = (0.0f64, 0.0f64);
         for (i, predicted) in predicted.iter().enumerate().filter(|(i, _)| self.system.equation_of(*i).is_some()) {
             error = error.max((self.state.q[i] - predicted).abs());
-            moved = moved.max((self.state.q[i] - before[i]).abs());
-            fastest = fastest.max(self.state.v[i].abs());
-        }
-        if h.abs() * fastest > SUSPICIOUS * moved {
-            self.check_regular(SINGULAR[1])?;
         }
         Ok(error <= GOOD_PREDICTION * change.max(1e-6))
     }
