@@ -489,8 +489,8 @@ impl EventLocator {
             before = StepBeforeSwitch { h, opening: end, state: step.ends()[1].clone() };
         }
         let before = match self.approach(step, switch, before, [root, longest]) {
-            Approach::Reached(h) => return Ok(Some(h)),
-            Approach::Stopped(before) => before,
+            RootSearch::Reached(h) => return Ok(Some(h)),
+            RootSearch::Stopped(before) => before,
         };
         if before.h == 0.0 {
             return Err(immediate(step.mechanism(), step.ends()[0], switch));
@@ -513,7 +513,7 @@ impl EventLocator {
         switch: usize,
         mut before: StepBeforeSwitch,
         [mut root, longest]: [f64; 2],
-    ) -> Approach {
+    ) -> RootSearch {
         let mut part = MOST;
         for _ in 0..MAX_TRIALS {
             let trial = before.h + part * (root.min(longest) - before.h);
@@ -526,7 +526,7 @@ impl EventLocator {
             };
             if !(opening > 0.0) {
                 if opening < 0.0 && opening >= -stopping_error(step, switch, trial) {
-                    return Approach::Reached(trial);
+                    return RootSearch::Reached(trial);
                 }
                 part *= 0.5;
                 continue;
@@ -538,15 +538,15 @@ impl EventLocator {
             before = StepBeforeSwitch { h: trial, opening, state: step.ends()[1].clone() };
             part = MOST;
             if is_at_switch(step, switch, trial) {
-                return Approach::Reached(trial);
+                return RootSearch::Reached(trial);
             }
         }
-        Approach::Stopped(before)
+        RootSearch::Stopped(before)
     }
 }
 
 /// Result of trial steps towards a switch.
-enum Approach {
+enum RootSearch {
     /// The step has this length in s and ends at the switch.
     Reached(f64),
     /// The last trial step before the switch.

@@ -1,6 +1,7 @@
 //! One cycle of the automatic method.
 
 use super::acceptance::{Decision, widths_after_rejection};
+use super::analyzed_proposal::AnalyzedProposal;
 use super::candidates::AcceptedPoint;
 use super::convergence::{
     Optimality, StopTest, feasibility_factor, has_settled, largest_change, largest_share, stalled,
@@ -12,7 +13,6 @@ use super::linearized::Linearized;
 use super::proposal::{Next, Proposal};
 use super::restoration::{is_incompatible, least_violation};
 use super::stationary::WIDE;
-use super::trial_step::TrialStep;
 use super::{Automatic, AutomaticState, noise};
 use crate::approximation::CycleData;
 use crate::problem::{AnalyzedDesign, Problem, RowId};
@@ -96,7 +96,7 @@ impl Automatic {
         method: &Method,
         problem: &Problem,
         (state, memory): (&mut RunState, &mut AutomaticState),
-        trial: TrialStep,
+        trial: AnalyzedProposal,
         data: CycleData,
     ) -> Result<CycleData> {
         match (trial.analyzed, trial.derivatives) {

@@ -14,10 +14,11 @@
 //! | `tangent_space`, `second_order` | curvature along the active rows; check of the second-order conditions before the end |
 //! | `convergence`, `noise` | the stop test; noise and kinks of the responses |
 //! | `selection`, `observation` | prediction errors and the choice by them |
-//! | `trial_step`, `acceptance` | analysis of a proposal and the decision about it; filter and box |
+//! | `analyzed_proposal`, `acceptance` | analysis of a proposal and the decision about it; filter and box |
 //! | `cycle` | one cycle |
 
 mod acceptance;
+mod analyzed_proposal;
 mod candidates;
 mod convergence;
 mod cycle;
@@ -39,7 +40,6 @@ mod stationary;
 mod subproblem;
 mod surrogate;
 mod tangent_space;
-mod trial_step;
 
 pub use candidates::{AcceptedPoint, ApproximationKind};
 pub(in crate::sao) use cycle::Continuation;

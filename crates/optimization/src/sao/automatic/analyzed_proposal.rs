@@ -16,7 +16,7 @@ use crate::sao::{Cycle, Method, StepVerdict};
 use error::Result;
 
 /// A proposed design with its analysis.
-pub(super) struct TrialStep {
+pub(super) struct AnalyzedProposal {
     pub decision: Decision,
     pub analyzed: Result<AnalyzedDesign>,
     /// The derivatives there, if it was accepted or determines a curvature.
@@ -78,7 +78,7 @@ impl AutomaticState {
 
 impl CycleContext<'_> {
     /// Analyses a proposal, decides about it, and differentiates it if the derivatives are needed. A failure rejects it.
-    pub(super) fn analyze_proposal(&self, method: &Method, proposal: &Proposal) -> TrialStep {
+    pub(super) fn analyze_proposal(&self, method: &Method, proposal: &Proposal) -> AnalyzedProposal {
         let mut analyzed = self.problem.analyze_design(&proposal.design);
         let mut decision = analyzed.as_ref().map_or(Decision::Rejected, |a| self.decide(proposal, a));
         let missed = match &analyzed {
@@ -102,11 +102,11 @@ impl CycleContext<'_> {
                 None
             }
         };
-        TrialStep { decision, analyzed, derivatives, missed }
+        AnalyzedProposal { decision, analyzed, derivatives, missed }
     }
 
     /// The row of the history for a proposal.
-    pub(super) fn record(&self, method: &Method, proposal: &Proposal, step: &TrialStep) -> Cycle {
+    pub(super) fn record(&self, method: &Method, proposal: &Proposal, step: &AnalyzedProposal) -> Cycle {
         let Self { problem, state, .. } = self;
         let Proposal { region, at_limit, solution, .. } = proposal;
         let record =
@@ -120,8 +120,8 @@ impl CycleContext<'_> {
     }
 
     /// The changes of the data of the run by a trial step.
-    pub(super) fn changes(&self, proposal: &Proposal, trial: &TrialStep) -> StateChanges {
-        let TrialStep { decision, analyzed, derivatives, missed } = trial;
+    pub(super) fn changes(&self, proposal: &Proposal, trial: &AnalyzedProposal) -> StateChanges {
+        let AnalyzedProposal { decision, analyzed, derivatives, missed } = trial;
         let (memory, purpose, analyzed) = (self.memory, proposal.purpose, analyzed.as_ref().ok());
         let is_accepted = *decision != Decision::Rejected;
         let mut changes = StateChanges {
