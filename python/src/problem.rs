@@ -15,6 +15,7 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -168,20 +169,24 @@ impl Problem {
         let number = |of: fn(&Evaluation) -> f64| -> Bound<'py, PyArray1<f64>> {
             all.iter().map(|a| a.as_ref().map_or(f64::NAN, |a| of(&a.evaluation))).collect::<Vec<_>>().into_pyarray(py)
         };
-        let table = |points: usize, of: &dyn Fn(&AnalyzedDesign) -> &[f64]| -> Bound<'py, PyArray2<f64>> {
+        let table = |points: usize, of: &dyn Fn(&AnalyzedDesign) -> Cow<'_, [f64]>| -> Bound<'py, PyArray2<f64>> {
             let mut table = Array2::from_elem((all.len(), points), f64::NAN);
             for (mut row, analyzed) in table.outer_iter_mut().zip(&all) {
                 let Ok(analyzed) = analyzed else { continue };
-                row.iter_mut().zip(of(analyzed)).for_each(|(to, value)| *to = *value);
+                row.iter_mut().zip(&*of(analyzed)).for_each(|(to, value)| *to = *value);
             }
             table.into_pyarray(py)
         };
         let points = |grid: Option<usize>| grid.map_or(1, |g| problem.grids[g].len());
         let responses = (0..problem.responses.len())
-            .map(|h| table(points(problem.responses[h].grid), &move |a| &a.responses.values[h]))
+            .map(|h| table(points(problem.responses[h].grid), &move |a| Cow::from(&a.responses.values[h])))
             .collect();
         let constraints = (0..problem.constraints.len())
-            .map(|j| table(problem.points_of(&problem.constraints[j].quantity), &move |a| &a.evaluation.constraints[j]))
+            .map(|j| {
+                table(problem.points_of(&problem.constraints[j].quantity), &move |a| {
+                    Cow::from(a.evaluation.normalized(j))
+                })
+            })
             .collect();
         let failures = all.iter().map(|a| a.as_ref().err().map(ToString::to_string)).collect();
         Ok((responses, number(|e| e.objective), constraints, number(Evaluation::max_violation_pct), failures))

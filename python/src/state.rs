@@ -56,7 +56,9 @@ impl State {
     /// Values of the normalized constraints.
     #[getter]
     fn constraints<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<f64>>> {
-        (0..self.0.evaluation.residuals.len()).map(|j| PyArray1::from_vec(py, self.0.evaluation.normalized(j))).collect()
+        (0..self.0.evaluation.residuals.len())
+            .map(|j| PyArray1::from_vec(py, self.0.evaluation.normalized(j)))
+            .collect()
     }
 
     /// Active rows at the design: numbers of constraint and time point, multiplier.
