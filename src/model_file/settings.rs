@@ -338,7 +338,7 @@ mod tests {
             assert!(set(key, "1").is_err(), "{key}");
         }
         let report = set("design.k", "2").unwrap_err().to_string();
-        assert!(report.contains("design.k.start, design.k.lower"), "{report}");
+        assert!(report.contains("design.k.lower, design.k.start"), "{report}");
     }
 
     #[test]

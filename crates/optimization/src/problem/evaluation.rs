@@ -151,6 +151,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn evaluations_of_earlier_runs_are_read() {
+        let read = |text: &str| serde_json::from_str::<Evaluation>(text).unwrap();
+        let earlier = read(r#"{"objective": 2.0, "constraints": [[0.75, 1.5], [1.0]], "equalities": [1]}"#);
+        assert_eq!((&earlier.residuals, &earlier.equalities), (&vec![vec![-0.25, 0.5], vec![0.0]], &vec![1]));
+        assert_eq!(earlier.max_violation_pct(), 50.0);
+        assert_eq!(read(&serde_json::to_string(&earlier).unwrap()), earlier);
+    }
+
+    #[test]
     fn ends_count_and_plateaus_count_once() {
         assert_eq!(maxima(&[0.8, 0.9, 0.2, 0.8, 0.75]), [0, 1, 3, 4]);
         assert_eq!(maxima(&[0.0, 0.9, 0.9, 0.0]), [0, 1, 3]);
