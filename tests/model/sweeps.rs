@@ -175,3 +175,77 @@ fn tables_and_reports_show_the_axis_in_its_unit() {
     let page = place.read("run/report.html");
     assert!(page.contains("lift [mm]") && page.contains("The mechanism over the lift."), "axis of the report");
 }
+
+/// A parallelogram whose crank turns once: its change points, where the rocker can also turn the other way.
+fn parallelogram(points: usize) -> String {
+    let body = |name: &str, at: &str, angle: &str| {
+        format!("[[body]]\nname = \"{name}\"\nmass = \"m\"\ninertia = 0.01\nposition = {at}\nangle = \"{angle}\"\n")
+    };
+    format!(
+        "version = 2\n[design]\nm = {{ start = 1, lower = 0.5 }}\n{}{}{}[[joint]]\nname = \"A0\"\na = \"ground\"\nb = \"crank\"\n\
+         [[joint]]\nname = \"A\"\na = {{ body = \"crank\", at = [0.1, 0] }}\nb = \"coupler\"\n\
+         [[joint]]\nname = \"B\"\na = {{ body = \"coupler\", at = [0.3, 0] }}\nb = {{ body = \"rocker\", at = [0.1, 0] }}\n\
+         [[joint]]\nname = \"B0\"\na = {{ body = \"ground\", at = [0.3, 0] }}\nb = \"rocker\"\n\
+         [[driver]]\nname = \"motor\"\ncoordinate = \"crank.theta\"\nmotion = \"pi/2 + phi\"\n\
+         [sweep]\nvariable = \"phi\"\nto = \"360 deg\"\npoints = {points}\n[analysis]\nkind = \"kinematics\"\n\
+         [[output]]\nname = \"rocker\"\nvalue = \"rocker.theta - crank.theta\"\n\
+         [objective]\nminimize = \"final(rocker)\"\n",
+        body("crank", "[0, 0]", "90 deg"),
+        body("coupler", "[0, 0.1]", "0 deg"),
+        body("rocker", "[0.3, 0]", "90 deg"),
+    )
+}
+
+/// At a change point velocities and reactions are not determined: a time point there is an error, and others step over it.
+#[test]
+fn a_change_point_at_a_time_point_is_an_error() {
+    let of = |points: usize| {
+        let model = read("m.toml", &parallelogram(points)).unwrap_or_else(|report| panic!("{report}"));
+        let problem = model.problem().unwrap();
+        problem.analyze(&[1.0])
+    };
+    for points in [5, 9, 13, 37, 73, 121, 361] {
+        let reason = of(points).err().map_or_else(|| panic!("{points} points: no error"), |error| error.to_string());
+        assert!(
+            reason.contains("singular position") && reason.contains("other time points"),
+            "{points} points: {reason}"
+        );
+    }
+    for points in [6, 8, 72, 91, 360] {
+        let largest = of(points).unwrap().values[0].iter().fold(0.0f64, |a, x| a.max(x.abs()));
+        assert!(largest < 1e-9, "{points} points: {largest}");
+    }
+}
+
+/// A crank-rocker whose crank turns 30 rad: the positions at a time do not depend on the number of time points before it.
+#[test]
+fn a_branch_is_kept_for_any_distance_of_time_points() {
+    let of = |points: usize| {
+        let body = |name: &str, at: &str, angle: f64| {
+            format!("[[body]]\nname = \"{name}\"\nmass = \"m\"\ninertia = 0.01\nposition = {at}\nangle = {angle}\n")
+        };
+        let text = format!(
+            "version = 2\n[design]\nm = {{ start = 1, lower = 0.5 }}\n{}{}{}\
+             [[joint]]\nname = \"A\"\na = \"ground\"\nb = {{ body = \"crank\", at = [-0.05, 0] }}\n\
+             [[joint]]\nname = \"B\"\na = {{ body = \"crank\", at = [0.05, 0] }}\nb = {{ body = \"coupler\", at = [-0.15, 0] }}\n\
+             [[joint]]\nname = \"C\"\na = {{ body = \"coupler\", at = [0.15, 0] }}\nb = {{ body = \"rocker\", at = [0.13, 0] }}\n\
+             [[joint]]\nname = \"D\"\na = {{ body = \"ground\", at = [0.4, 0] }}\nb = {{ body = \"rocker\", at = [-0.13, 0] }}\n\
+             [[driver]]\nname = \"motor\"\nkind = \"relative\"\nb = \"crank.theta\"\nmotion = \"10*time\"\n\
+             [time]\nto = 3\npoints = {points}\n[analysis]\nkind = \"kinematics\"\n\
+             [[output]]\nname = \"rocker\"\nvalue = \"rocker.theta\"\n[objective]\nminimize = \"final(rocker)\"\n",
+            body("crank", "[0.05, 0]", 0.0),
+            body("coupler", "[0.2, 0.15]", 0.6),
+            body("rocker", "[0.37, 0.14]", 1.7),
+        );
+        let model = read("m.toml", &text).unwrap_or_else(|report| panic!("{report}"));
+        model.problem().unwrap().analyze(&[1.0]).unwrap().values[0].clone()
+    };
+    let fine = of(3601);
+    for points in [2, 3, 4, 5, 6, 7, 9, 13, 101] {
+        let every = 3600 / (points - 1);
+        for (p, angle) in of(points).iter().enumerate() {
+            let error = (angle - fine[p * every]).abs();
+            assert!(error < 1e-9, "{points} points, point {p}: {error}");
+        }
+    }
+}

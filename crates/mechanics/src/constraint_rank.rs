@@ -87,24 +87,47 @@ fn active_constraints(mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<boo
     is_active
 }
 
-/// Relative norm of the independent part of a gradient below which a position counts as singular.
+/// Relative norm of the independent part of a gradient below which a position counts as singular for an integration that stops near it.
 const SINGULAR: f64 = 1e-3;
 
 /// The error of an analysis that stops in or near a singular position, where constraints that are independent elsewhere
 /// depend on each other: a dead centre, or a flat parallelogram. `None` if `state` is not near one.
 pub(crate) fn singular_position(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Error> {
+    let remedy = "if a drive moves it, the drive exceeds the reach of the mechanism: reduce its stroke, or change lengths; otherwise start \
+                  elsewhere, replace a joint by a stiff bushing, or take fixed steps, which may step over the position, and check the energy";
+    singular_within(SINGULAR, remedy, system, mechanism, state)
+}
+
+/// As [`singular_position`], for a time point of kinematics at which positions are known and velocities are not: an independent part
+/// below `largest_share` is left of a gradient.
+pub(crate) fn singular_instant(
+    largest_share: f64,
+    system: &System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+) -> Option<Error> {
+    let remedy = "at the end of its reach, reduce the stroke of the drive or change lengths; at a change point, take other time points, which \
+                  step over it, or dynamics";
+    singular_within(largest_share, remedy, system, mechanism, state)
+}
+
+fn singular_within(
+    largest_share: f64,
+    remedy: &str,
+    system: &System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+) -> Option<Error> {
     if mechanism.multipliers == 0 || system.allows_redundancy() || state.q.iter().any(|q| !q.is_finite()) {
         return None;
     }
     let (share, multiplier) = ConstraintRank::of(system, mechanism, state).smallest;
-    (share < SINGULAR).then(|| {
+    (share < largest_share).then(|| {
         let why = format!(
             "the mechanism is in a singular position at t = {}, where this constraint depends on the others (an \
              independent part of {share:.0e} is left) and the motion can branch",
-            Seconds(state.t));
-        let remedy = "if a drive moves it, the drive exceeds the reach of the mechanism: reduce its stroke, or change \
-                      lengths; otherwise start elsewhere, replace a joint by a stiff bushing, or take fixed steps, which may \
-                      step over the position, and check the energy";
+            Seconds(state.t)
+        );
         Error::analysis(name_of(mechanism, Unknown::Multiplier(multiplier)), why, remedy)
     })
 }

@@ -1,7 +1,7 @@
 //! Kinematics and inverse dynamics of driven mechanisms.
 
 use crate::analyses::sampling::OutputRecorder;
-use crate::constraint_rank::undetermined_coordinates;
+use crate::constraint_rank::{singular_instant, undetermined_coordinates};
 use crate::events::impact;
 use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, nearest_consistent_velocities};
 use crate::mechanism::Mechanism;
@@ -9,11 +9,19 @@ use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
 
-/// Largest error of a predicted position for which a substep is accepted, as a fraction of the change of the position.
+/// Largest error of a predicted coordinate for which a substep is accepted, relative to the terms |h v| + ½ h² |a| of its change.
 const GOOD_PREDICTION: f64 = 0.2;
 
 /// Smallest substep, as a fraction of the interval, or of the time in which the fastest coordinate moves by 1 rad or 1 m if that is shorter.
 const SMALLEST: f64 = 1.0 / 256.0;
+
+/// Terms of the next change of a position, relative to that in a substep, above which velocity and acceleration may be those of a singular
+/// position.
+const SUSPICIOUS: f64 = 10.0;
+
+/// Independent part of the gradient of a constraint below which a position is singular: for given positions, and for those of a
+/// suspicious substep, which are less accurate.
+const SINGULAR: [f64; 2] = [1e-9, 1e-6];
 
 /// Solver for the motion of a driven mechanism, without integration: each time point is solved separately.
 ///
@@ -47,6 +55,7 @@ impl<'m> KinematicDriver<'m> {
         let solved = driver.solve_position();
         driver.check_determined()?;
         solved?;
+        driver.check_regular(SINGULAR[0])?;
         Ok(driver)
     }
 
@@ -67,13 +76,19 @@ impl<'m> KinematicDriver<'m> {
         Err(Error::analysis(left.join(", "), why, remedy))
     }
 
+    /// Checks that the position determines velocities, accelerations and reactions.
+    fn check_regular(&self, largest_share: f64) -> Result<()> {
+        singular_instant(largest_share, &self.system, self.mechanism, &self.state).map_or(Ok(()), Err)
+    }
+
     /// Advances to the time `t` (s) on the same branch, predicting positions from velocities and accelerations.
     ///
     /// If the prediction is poor, or the mechanism cannot be assembled from it, the interval is halved.
     ///
     /// # Errors
     ///
-    /// [`Error::Analysis`] if a joint cannot be closed, for example beyond a dead centre.
+    /// [`Error::Analysis`] if a joint cannot be closed, for example beyond a dead centre, or if `t` is the time of a singular position:
+    /// velocities and reactions are not determined there.
     pub fn advance_to(&mut self, t: f64) -> Result<()> {
         let start = self.state.clone();
         let interval = t - start.t;
@@ -97,23 +112,32 @@ impl<'m> KinematicDriver<'m> {
         Ok(())
     }
 
-    /// Advances to `t` in one substep. Returns whether the prediction was accurate.
+    /// Advances to `t` in one substep. Returns whether the prediction of each coordinate was accurate.
     fn substep(&mut self, t: f64) -> Result<bool> {
         let h = t - self.state.t;
-        let (mut change, mut error) = (0.0f64, 0.0f64);
+        let before = self.state.clone();
         for i in 0..self.state.q.len() {
-            let increment = h * (self.state.v[i] + 0.5 * h * self.state.a[i]);
-            change = change.max(increment.abs());
-            self.state.q[i] += increment;
-            self.state.v[i] += h * self.state.a[i];
+            self.state.q[i] += h * (before.v[i] + 0.5 * h * before.a[i]);
+            self.state.v[i] += h * before.a[i];
         }
         let predicted = self.state.q.clone();
         self.state.t = t;
-        self.solve_position()?;
-        for (i, predicted) in predicted.iter().enumerate().filter(|(i, _)| self.system.equation_of(*i).is_some()) {
-            error = error.max((self.state.q[i] - predicted).abs());
+        if let Err(error) = self.solve_position() {
+            self.check_regular(SINGULAR[1])?;
+            return Err(error);
         }
-        Ok(error <= GOOD_PREDICTION * change.max(1e-6))
+        let (mut is_accurate, mut moved, mut next) = (true, 0.0f64, 0.0f64);
+        for i in (0..predicted.len()).filter(|&i| self.system.equation_of(i).is_some()) {
+            // Coordinates have different units.
+            let terms = |state: &State<f64>| (h * state.v[i]).abs() + 0.5 * h * h * state.a[i].abs();
+            is_accurate &= (self.state.q[i] - predicted[i]).abs() <= GOOD_PREDICTION * terms(&before).max(1e-6);
+            moved = moved.max((self.state.q[i] - before.q[i]).abs());
+            next = next.max(terms(&self.state));
+        }
+        if next > SUSPICIOUS * moved {
+            self.check_regular(SINGULAR[1])?;
+        }
+        Ok(is_accurate)
     }
 
     /// Assembles the current time point and solves for velocities, accelerations and multipliers.
