@@ -5,6 +5,7 @@ use crate::linalg::redundancy::Redundancy;
 use crate::linalg::sparse::Sparse;
 use crate::linalg::static_order::StaticOrderLu;
 use faer::dyn_stack::MemBuffer;
+use std::sync::Arc;
 
 /// A matrix of fixed pattern with the cheapest factorization that is stable for its entries.
 ///
@@ -96,16 +97,39 @@ impl Factor {
         }
     }
 
+    /// Excludes `directions` of redundant multipliers, Uᵀ λ = 0, from the solutions with matrices that are factorized from now on.
+    pub(crate) fn exclude(&mut self, directions: &Arc<[Vec<f64>]>) {
+        self.redundancy.iter_mut().for_each(|redundancy| redundancy.exclude(directions));
+    }
+
+    /// Orthonormal basis of the multipliers without effect in the factorized matrix, if constraints may be redundant.
+    pub(crate) fn null_space(&mut self) -> Arc<[Vec<f64>]> {
+        let Some(redundancy) = self.redundancy.take() else { return Arc::default() };
+        let basis = redundancy.null_space(|b| self.solve_factorized(b));
+        self.redundancy = Some(redundancy);
+        basis
+    }
+
     /// Factorizes; this may overwrite the entries.
     ///
     /// # Errors
     ///
     /// [`Singular`] if a pivot is zero or not finite.
     pub fn factorize(&mut self) -> Result<(), Singular> {
-        if let Some(mut redundancy) = self.redundancy.take() {
-            redundancy.shift(self.entries_mut());
-            self.redundancy = Some(redundancy);
+        let Some(mut redundancy) = self.redundancy.take() else { return self.factorize_entries() };
+        redundancy.shift(self.entries_mut());
+        let done = self.factorize_entries();
+        if done.is_ok() {
+            redundancy.prepare(|b, transposed| match transposed {
+                false => self.solve_factorized(b),
+                true => self.solve_factorized_transposed(b),
+            });
         }
+        self.redundancy = Some(redundancy);
+        done
+    }
+
+    fn factorize_entries(&mut self) -> Result<(), Singular> {
         let done = match &mut self.factorization {
             Factorization::StaticOrderLu(m) => {
                 self.pivoted = m.factorize().is_err();

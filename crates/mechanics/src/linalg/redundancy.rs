@@ -1,5 +1,8 @@
 //! Least-norm solutions of saddle-point systems with redundant constraints.
 
+use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
+
 /// Entries of a saddle-point matrix A = \[K Φᵀ; Φ 0\] whose constraints may be redundant, for solutions of A x = b.
 ///
 /// If constraints depend on each other, A is singular, and multipliers are not unique. Instead of A the matrix
@@ -10,6 +13,14 @@
 /// from x = 0 (proximal point iteration, or augmented Lagrangian method). Coordinates converge to the unique solution
 /// and multipliers to the one of least norm, by a factor ε/(ε + σ) in each correction, where σ are the nonzero
 /// eigenvalues of Φ K⁻¹ Φᵀ.
+///
+/// Constraints that depend on each other in all positions that satisfy them are independent in others, such as the stages of explicit
+/// steps, where they contradict each other slightly. Directions U of the multipliers without effect, Φᵀ U = 0 in a consistent position
+/// near by, can be excluded from the solution, Uᵀ λ = 0, by solving with
+///
+/// $$ \begin{bmatrix} A - \varepsilon E & U \\ U^T & 0 \end{bmatrix} , $$
+///
+/// instead.
 ///
 /// # Sources
 ///
@@ -24,6 +35,21 @@ pub(crate) struct Redundancy {
     multipliers: Vec<bool>,
     /// The entries of A.
     entries: Vec<f64>,
+    /// ε of the last matrix.
+    shift: f64,
+    /// Directions of the multipliers that solutions do not have.
+    excluded: Arc<[Vec<f64>]>,
+    /// The exclusion of these from solutions with the shifted matrix and with its transpose.
+    exclusions: [Exclusion; 2],
+}
+
+/// The exclusion of directions U from solutions with a matrix B.
+#[derive(Clone, Debug, Default)]
+struct Exclusion {
+    /// B⁻¹ U.
+    responses: Vec<Vec<f64>>,
+    /// (Uᵀ B⁻¹ U)⁻¹.
+    inverse: DMatrix<f64>,
 }
 
 /// ε as a fraction of the smallest estimated diagonal entry of Φ K⁻¹ Φᵀ.
@@ -31,6 +57,16 @@ const SHIFT: f64 = 1e-4;
 
 /// Stiffness of a coordinate, and entry of a constraint, relative to the largest one, up to which it counts as rounding.
 const NEGLIGIBLE: f64 = 1e-12;
+
+/// Change of a direction of unit length in one power iteration at which it counts as converged, and up to which it is one without effect.
+const CONVERGED: f64 = 1e-11;
+const WITHOUT_EFFECT: f64 = 1e-6;
+
+/// Largest number of power iterations for one direction.
+const MOST_ITERATIONS: usize = 12;
+
+/// Multiples of the golden ratio have fractional parts that are distributed evenly.
+const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Largest number of corrections.
 const MOST_CORRECTIONS: usize = 40;
@@ -44,7 +80,69 @@ impl Redundancy {
         let places: Vec<_> = rows.iter().enumerate().flat_map(|(i, row)| row.iter().map(move |&j| [i, j])).collect();
         let places: Vec<_> = places.into_iter().map(|[i, j]| [i, j, slot(i, j)]).collect();
         let diagonal = (0..rows.len()).filter(|&i| multipliers[i]).map(|i| slot(i, i)).collect();
-        Self { entries: vec![0.0; places.len()], places, diagonal, multipliers: multipliers.to_vec() }
+        Self {
+            entries: vec![0.0; places.len()],
+            places,
+            diagonal,
+            multipliers: multipliers.to_vec(),
+            shift: 0.0,
+            excluded: Arc::default(),
+            exclusions: Default::default(),
+        }
+    }
+
+    /// Excludes `directions` of the multipliers from the solutions of matrices that are factorized from now on.
+    pub fn exclude(&mut self, directions: &Arc<[Vec<f64>]>) {
+        self.excluded = Arc::clone(directions);
+    }
+
+    /// Prepares the exclusions, where `solve` solves with the shifted matrix, or with its transpose if its second argument is true.
+    pub fn prepare(&mut self, mut solve: impl FnMut(&mut [[f64; 1]], bool)) {
+        let count = self.excluded.len();
+        for (k, exclusion) in self.exclusions.iter_mut().enumerate() {
+            exclusion.responses.clear();
+            for direction in self.excluded.iter() {
+                let mut b: Vec<[f64; 1]> = direction.iter().map(|x| [*x]).collect();
+                solve(&mut b, k == 1);
+                exclusion.responses.push(b.into_flattened());
+            }
+            let entry = |i: usize, j: usize| dot(&self.excluded[i], &exclusion.responses[j]);
+            let inverse = DMatrix::from_fn(count, count, entry).try_inverse();
+            exclusion.inverse = inverse.unwrap_or_else(|| DMatrix::from_element(count, count, f64::NAN));
+        }
+    }
+
+    /// Orthonormal basis of the directions of multipliers without effect, Φᵀ U = 0, where `solve` solves with the shifted matrix.
+    ///
+    /// They are the eigenvectors of ε (Φ K⁻¹ Φᵀ + ε)⁻¹ with the eigenvalue one. Those of all other directions are near zero, so that
+    /// power iteration needs few steps.
+    pub fn null_space(&self, mut solve: impl FnMut(&mut [[f64; 1]])) -> Arc<[Vec<f64>]> {
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        let mut b = vec![[0.0]; self.multipliers.len()];
+        while basis.len() < self.diagonal.len() {
+            // Any start that is not orthogonal to all of these directions finds one.
+            let start = |i: usize| 0.5 + (GOLDEN * ((i + 1) * (basis.len() + 1)) as f64).fract();
+            let all = self.multipliers.iter().enumerate();
+            let mut direction: Vec<f64> = all.map(|(i, is_one)| if *is_one { start(i) } else { 0.0 }).collect();
+            let mut change = f64::INFINITY;
+            for _ in 0..MOST_ITERATIONS {
+                orthonormalize(&mut direction, &basis);
+                b.iter_mut().zip(&direction).for_each(|(b, x)| *b = [-self.shift * x]);
+                solve(&mut b);
+                let image = |i: usize| if self.multipliers[i] { b[i][0] } else { 0.0 };
+                change = direction.iter().enumerate().map(|(i, x)| (image(i) - x).powi(2)).sum::<f64>().sqrt();
+                direction.iter_mut().enumerate().for_each(|(i, x)| *x = image(i));
+                if change <= CONVERGED {
+                    break;
+                }
+            }
+            if !(change <= WITHOUT_EFFECT) {
+                break;
+            }
+            orthonormalize(&mut direction, &basis);
+            basis.push(direction);
+        }
+        basis.into()
     }
 
     /// Stores `matrix` and subtracts ε from the diagonal of its multipliers.
@@ -69,6 +167,7 @@ impl Redundancy {
         let smallest = compliance.into_iter().filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
         let shift = SHIFT * if smallest.is_finite() { smallest } else { 1.0 };
         self.diagonal.iter().for_each(|&slot| matrix[slot] -= shift);
+        self.shift = shift;
     }
 
     /// Solves A X = B in place, or Aᵀ X = B if `transposed`, where `solve` solves with the shifted matrix.
@@ -76,8 +175,12 @@ impl Redundancy {
         &self,
         b: &mut [[f64; W]],
         transposed: bool,
-        mut solve: impl FnMut(&mut [[f64; W]]),
+        mut solve_shifted: impl FnMut(&mut [[f64; W]]),
     ) {
+        let mut solve = |b: &mut [[f64; W]]| {
+            solve_shifted(b);
+            self.remove_excluded(b, transposed);
+        };
         let right = b.to_vec();
         solve(b);
         let (mut change, mut columns) = (right.clone(), [CorrectionProgress::default(); W]);
@@ -102,6 +205,18 @@ impl Redundancy {
         }
     }
 
+    /// Turns solutions with the shifted matrix, or with its transpose, into those of the bordered matrix.
+    fn remove_excluded<const W: usize>(&self, b: &mut [[f64; W]], transposed: bool) {
+        let Exclusion { responses, inverse } = &self.exclusions[usize::from(transposed)];
+        for lane in (0..W).take_while(|_| !responses.is_empty()) {
+            let parts = self.excluded.iter().map(|direction| b.iter().zip(direction).map(|(b, u)| b[lane] * u).sum());
+            let factors = inverse * DVector::from_iterator(responses.len(), parts);
+            for (response, factor) in responses.iter().zip(factors.iter()) {
+                b.iter_mut().zip(response).for_each(|(b, x)| b[lane] -= factor * x);
+            }
+        }
+    }
+
     /// Largest absolute value of the coordinates and of the multipliers, column by column.
     fn largest<const W: usize>(&self, rows: &[[f64; W]]) -> [[f64; W]; 2] {
         let mut largest = [[0.0f64; W]; 2];
@@ -111,6 +226,20 @@ impl Redundancy {
         }
         largest
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Makes `direction` orthogonal to the `basis`, and its length one.
+fn orthonormalize(direction: &mut [f64], basis: &[Vec<f64>]) {
+    for other in basis {
+        let share = dot(direction, other);
+        direction.iter_mut().zip(other).for_each(|(x, y)| *x -= share * y);
+    }
+    let length = dot(direction, direction).sqrt();
+    direction.iter_mut().for_each(|x| *x /= length);
 }
 
 /// Progress of the corrections of one column: of its coordinates and of its multipliers.

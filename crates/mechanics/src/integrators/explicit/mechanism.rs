@@ -24,6 +24,7 @@ use crate::system::state::{State, gather};
 use crate::system::{System, Unknown};
 use crate::{Error, Result, reaction_loads};
 use error::Seconds;
+use std::sync::Arc;
 
 /// A mechanism as a system of first-order equations: all positions, followed by all velocities.
 ///
@@ -59,6 +60,8 @@ pub struct MechanismRhs<'m> {
     pub(crate) step_ends: Option<StepEnds>,
     /// Equations of motion in relative coordinates, if these are the unknowns.
     pub(crate) relative: Option<Box<RelativeRhs>>,
+    /// Multipliers without effect at the beginning of the step, if constraints are redundant: they are excluded in the step.
+    without_effect: Arc<[Vec<f64>]>,
     rows: Vec<[f64; 1]>,
     jets: ElementWorkspace<Jet2<f64>>,
     /// Elements with switching functions.
@@ -155,6 +158,7 @@ impl<'m> MechanismRhs<'m> {
             locator: None,
             step_ends: None,
             relative: None,
+            without_effect: Arc::default(),
             rows,
             jets,
             switching,
@@ -219,6 +223,7 @@ impl<'m> MechanismRhs<'m> {
             return Err(self.non_finite_error());
         }
         let load = self.system.largest_coordinate_row(&self.rows);
+        self.system.factor().exclude(&self.without_effect);
         self.system.factorize(self.mechanism, self.state.t)?;
         self.system.factor().solve(&mut self.rows);
         self.system.set_accelerations(&self.rows, &mut self.state);
@@ -303,6 +308,18 @@ impl OdeRhs for MechanismRhs<'_> {
         Ok(())
     }
 
+    fn begin_step(&mut self, t: f64, y: &[f64]) -> Result<()> {
+        if self.relative.is_some() || !self.system.allows_redundancy() {
+            return Ok(());
+        }
+        self.set_state(t, y);
+        self.system.assemble(self.mechanism, &self.state, Linearization::accelerations(), &mut self.rows);
+        self.system.factor().exclude(&Arc::default());
+        self.system.factorize(self.mechanism, t)?;
+        self.without_effect = self.system.factor().null_space();
+        Ok(())
+    }
+
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<()> {
         self.mechanism.tick(t);
         if let Some(relative) = &mut self.relative {
@@ -316,6 +333,7 @@ impl OdeRhs for MechanismRhs<'_> {
         if self.rows.iter().any(|row| !row[0].is_finite()) {
             return Err(self.non_finite_error());
         }
+        self.system.factor().exclude(&self.without_effect);
         self.system.factorize(self.mechanism, t)?;
         self.correct(0);
         self.correct(1);

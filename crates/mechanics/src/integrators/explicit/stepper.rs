@@ -15,6 +15,11 @@ pub trait OdeRhs {
     /// Writes dy/dt at (`t`, `y`) to `k`, the derivative of the step's `slot`.
     fn rates(&mut self, slot: usize, t: f64, y: &[f64], k: &mut [f64]) -> Result<()>;
 
+    /// Prepares the evaluations of a step that begins at (`t`, `y`).
+    fn begin_step(&mut self, _t: f64, _y: &[f64]) -> Result<()> {
+        Ok(())
+    }
+
     /// Projects the end of a step onto the manifold of the solution.
     fn project(&mut self, _t: f64, _y: &mut [f64]) -> Result<()> {
         Ok(())
@@ -133,6 +138,7 @@ impl<F: OdeRhs> Stepper<F> {
     pub fn attempt(&mut self, end: f64, tolerance: Option<&Tolerance>) -> Result<(f64, usize)> {
         self.t[1] = end;
         (self.has_end, self.is_dense) = (false, false);
+        self.rhs.begin_step(self.t[0], &self.old)?;
         for slot in 1..self.method.end {
             self.evaluate(slot)?;
         }
