@@ -10,7 +10,9 @@ use super::run_directory::{NamedValue, Nearest, PAGE};
 use super::tables;
 use clap::Args;
 use linkwright::model_file::Model;
-use linkwright::problem::{self, DesignVariable, Evaluation, Problem, ResponseAt, Responses, SignedQuantity, TimeGrid};
+use linkwright::problem::{
+    self, AnalyzedDesign, DesignVariable, Problem, ResponseAt, Responses, SignedQuantity, TimeGrid,
+};
 use linkwright::report::number::{readable, unit_of_derivative, with_unit, without_rounding};
 use linkwright::report::outcome;
 use linkwright::report::table::{Cell, Table, one_line};
@@ -71,9 +73,7 @@ pub struct Sensitivities {
 struct AnalysedDesign {
     title: String,
     problem: Problem,
-    design: Vec<f64>,
-    responses: Responses,
-    evaluation: Evaluation,
+    analyzed: AnalyzedDesign,
 }
 
 impl DesignArguments {
@@ -92,7 +92,8 @@ impl DesignArguments {
         drop(line);
         warn(&warnings);
         let responses = Responses { warnings, ..responses };
-        Ok(AnalysedDesign { title: model.title().to_owned(), problem, design, responses, evaluation })
+        let analyzed = AnalyzedDesign { design, responses, evaluation };
+        Ok(AnalysedDesign { title: model.title().to_owned(), problem, analyzed })
     }
 
     fn show(&self) -> Show {
@@ -129,19 +130,20 @@ impl DesignArguments {
 impl AnalysedDesign {
     fn objective(&self) -> NamedValue {
         let objective = &self.problem.objective;
-        let value = outcome::objective(&self.problem, &self.design, &self.evaluation);
+        let value = outcome::objective(&self.problem, &self.analyzed.design, &self.analyzed.evaluation);
         NamedValue { name: objective.name.clone(), unit: objective.unit.clone(), value }
     }
 
     /// The design without the variable that bounds a peak, which an analysis does not use.
     fn design_values(&self) -> Vec<NamedValue> {
         let bound = self.problem.objective.peak().map(|peak| peak.variable);
-        let own = self.problem.variables.iter().zip(&self.design).enumerate().filter(|(k, _)| Some(*k) != bound);
+        let own =
+            self.problem.variables.iter().zip(&self.analyzed.design).enumerate().filter(|(k, _)| Some(*k) != bound);
         own.map(|(_, (v, &value))| NamedValue { name: v.name.clone(), unit: v.unit.clone(), value }).collect()
     }
 
     fn outputs(&self) -> Vec<OutputRange> {
-        let all = self.problem.responses.iter().zip(&self.responses.values);
+        let all = self.problem.responses.iter().zip(&self.analyzed.responses.values);
         all.map(|(response, values)| {
             let grid = response.grid.map(|grid| &self.problem.grids[grid]);
             OutputRange::new(&response.name, &response.unit, grid, values)
@@ -150,7 +152,7 @@ impl AnalysedDesign {
     }
 
     fn constraints(&self) -> Vec<Nearest> {
-        let all = outcome::constraints(&self.problem, &self.design, &self.evaluation);
+        let all = outcome::constraints(&self.problem, &self.analyzed.design, &self.analyzed.evaluation);
         all.into_iter().map(|c| Nearest::new(&self.problem, c)).collect()
     }
 }
@@ -349,7 +351,7 @@ impl Analyze {
         }
         let analysed = self.given.analyse(&model, false)?;
         let (outputs, constraints) = (analysed.outputs(), analysed.constraints());
-        let AnalysedDesign { problem, design, responses, evaluation, .. } = &analysed;
+        let AnalysedDesign { problem, analyzed: AnalyzedDesign { design, responses, evaluation }, .. } = &analysed;
         if self.given.json {
             let (objective, values) = (Some(analysed.objective()), analysed.design_values());
             let title = analysed.title.clone();
@@ -445,7 +447,7 @@ impl Sensitivities {
         if !self.given.json {
             self.given.head(&analysed)?;
         }
-        let AnalysedDesign { problem, design, responses, .. } = &analysed;
+        let AnalysedDesign { problem, analyzed: AnalyzedDesign { design, responses, .. }, .. } = &analysed;
         let points_of =
             |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
         let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(points_of).collect();
@@ -454,7 +456,7 @@ impl Sensitivities {
         drop(line);
         let table = tables::sensitivities(problem, responses, &instants, &rows)?;
         let known = problem::Sensitivities { at: instants, rows };
-        let (objective, constraints) = self.gradients(&analysed, &known);
+        let (objective, constraints) = self.gradients(&analysed, &known)?;
         if self.given.json {
             let record = SensitivityRecord {
                 event: "sensitivities",
@@ -502,52 +504,60 @@ impl Sensitivities {
         &self,
         analysed: &AnalysedDesign,
         known: &problem::Sensitivities,
-    ) -> (GradientRecord, Vec<GradientRecord>) {
-        let AnalysedDesign { problem, design, responses, evaluation, .. } = analysed;
+    ) -> anyhow::Result<(GradientRecord, Vec<GradientRecord>)> {
+        let AnalysedDesign { problem, analyzed, .. } = analysed;
+        let AnalyzedDesign { design, responses, evaluation } = analyzed;
         let bound = problem.objective.peak().map(|peak| peak.variable);
-        let gradient = |quantity, sign, p| -> Vec<Derivative> {
-            let signed = SignedQuantity { quantity, sign, bound: None };
-            let all = problem.total_derivative(signed, p, design, responses, known);
+        let named = |all: Vec<f64>| -> Vec<Derivative> {
             let named = problem.variables.iter().zip(all).enumerate().filter(|(k, _)| Some(*k) != bound);
             named.map(|(_, (v, value))| Derivative { variable: v.name.clone(), value }).collect()
         };
+        let of_row = |row, sign| problem.row_derivative(row, sign, analyzed, known).map(named);
         let unit_of = |grid: Option<usize>| grid.map(|grid| problem.grids[grid].unit.clone()).unwrap_or_default();
         let NamedValue { name, unit, value } = analysed.objective();
         let objective = match outcome::peak_row(problem, design, evaluation) {
             Some(row) => {
                 let constraint = &problem.constraints[row.constraint];
                 let grid = constraint.quantity.grid();
+                let time = outcome::time_of(problem, evaluation, row);
                 GradientRecord {
-                    words: format!("{name} at {}", problem.time_in_words(grid, row.point)),
-                    time: grid.map(|grid| problem.grids[grid].shown_points()[row.point]),
+                    words: time
+                        .map_or_else(|| name.clone(), |(grid, time)| format!("{name} at {}", grid.in_words(time))),
+                    time: time.map(|(grid, time)| grid.shown(time)),
                     time_unit: unit_of(grid),
-                    derivatives: gradient(&constraint.quantity, constraint.sign(), row.point),
+                    derivatives: of_row(row, constraint.sign())?,
                     ..GradientRecord { name, unit, value, ..GradientRecord::default() }
                 }
             }
             None => GradientRecord {
                 words: name.clone(),
-                derivatives: gradient(&problem.objective.quantity, 1.0, 0),
+                derivatives: named(problem.total_derivative(
+                    SignedQuantity { quantity: &problem.objective.quantity, sign: 1.0, bound: None },
+                    0,
+                    design,
+                    responses,
+                    known,
+                )),
                 ..GradientRecord { name, unit, value, ..GradientRecord::default() }
             },
         };
-        let constraint = |c: outcome::ConstraintValue| {
+        let constraint = |c: outcome::ConstraintValue| -> linkwright::Result<GradientRecord> {
             let quantity = &problem.constraints[c.row.constraint].quantity;
-            let at = c.time.map(|_| format!(" at {}", problem.time_in_words(quantity.grid(), c.row.point)));
+            let at = c.time_in_words.as_ref().map(|time| format!(" at {time}"));
             let limit = with_unit(c.limit, &c.unit, self.given.digits.count());
-            GradientRecord {
+            Ok(GradientRecord {
                 words: format!("{} {} {limit}{}", c.name, c.relation(), at.unwrap_or_default()),
                 time_unit: unit_of(quantity.grid().filter(|_| c.time.is_some())),
-                derivatives: gradient(quantity, 1.0, c.row.point),
+                derivatives: of_row(c.row, 1.0)?,
                 relation: Some(c.relation()),
                 limit: Some(c.limit),
                 value: c.value,
                 time: c.time,
                 name: c.name,
                 unit: c.unit,
-            }
+            })
         };
         let constraints = outcome::constraints(problem, design, evaluation).into_iter().map(constraint);
-        (objective, constraints.collect())
+        Ok((objective, constraints.collect::<linkwright::Result<_>>()?))
     }
 }

@@ -5,7 +5,7 @@
 
 use super::number::{counted, without_rounding};
 use crate::Result;
-use crate::problem::{Evaluation, Goal, PeakBound, Problem, RowId, Side};
+use crate::problem::{Evaluation, Goal, PeakBound, Problem, RowId, Side, TimeGrid};
 use crate::sao::{Cycle, RunState};
 
 /// Excess over the limit, relative to size or scale, up to which a constraint counts as satisfied.
@@ -153,8 +153,10 @@ pub struct ConstraintValue {
     pub tolerance: f64,
     /// Constraint and time point.
     pub row: RowId,
-    /// The time, if the quantity changes with time.
+    /// The time, if the quantity changes with time; in continuous time that of the peak.
     pub time: Option<f64>,
+    /// The time in words, with its unit: `time 1.08 s`.
+    pub time_in_words: Option<String>,
 }
 
 impl ConstraintValue {
@@ -216,7 +218,8 @@ fn constraint(problem: &Problem, j: usize, design: &[f64], evaluation: &Evaluati
     let held = values.iter().enumerate().filter_map(|(p, value)| Some((p, (*value)?)));
     let first = |best: (usize, f64), next: (usize, f64)| if margin(next.1) < margin(best.1) { next } else { best };
     let (point, value) = held.clone().reduce(first).unwrap_or((0, f64::NAN));
-    let quantity = &constraint.quantity;
+    let row = RowId { constraint: j, point };
+    let time = time_of(problem, evaluation, row);
     let size = held.fold(limit.abs(), |size, (_, value)| size.max(value.abs()));
     ConstraintValue {
         tolerance: SATISFIED * size.max(constraint.scale),
@@ -227,12 +230,18 @@ fn constraint(problem: &Problem, j: usize, design: &[f64], evaluation: &Evaluati
         value,
         margin: margin(value),
         size,
-        row: RowId { constraint: j, point },
-        time: quantity
-            .grid()
-            .filter(|_| quantity.is_transient())
-            .map(|g| problem.grids[g].shown(problem.grids[g].points[point])),
+        row,
+        time: time.map(|(grid, time)| grid.shown(time)),
+        time_in_words: time.map(|(grid, time)| grid.in_words(time)),
     }
+}
+
+/// The time of a row with its grid: that of a local maximum in continuous time, or of a time point. `None` unless the quantity changes
+/// with time.
+pub fn time_of<'p>(problem: &'p Problem, evaluation: &Evaluation, row: RowId) -> Option<(&'p TimeGrid, f64)> {
+    let quantity = &problem.constraints[row.constraint].quantity;
+    let grid = &problem.grids[quantity.grid().filter(|_| quantity.is_transient())?];
+    Some((grid, evaluation.peak_of(row).map_or(grid.points[row.point], |peak| peak.time)))
 }
 
 /// The constrained quantity in its unit, at each time point at which the constraint holds; `None` at the others.
@@ -274,7 +283,7 @@ pub fn at_bound(problem: &Problem, k: usize, value: f64) -> Option<&'static str>
 mod tests {
     use super::*;
     use crate::cases::impact_absorber;
-    use crate::problem::{ClosedForm, Constraint, DesignVariable, ProblemBuilder, Quantity, TimeGrid};
+    use crate::problem::{ClosedForm, Constraint, DesignVariable, ProblemBuilder, Quantity};
     use crate::sao::Method;
     use autodiff::Scalar;
 

@@ -446,35 +446,29 @@ fn exact(problem: &Problem, design: &[f64], indices: &[usize], wanted: &[StudyQu
     at.sort_unstable();
     at.dedup();
     let sensitivities = Sensitivities { rows: problem.sensitivities(design, responses, &at)?, at };
-    let total = |quantity, sign, p| {
-        problem.total_derivative(SignedQuantity { quantity, sign, bound: None }, p, design, responses, &sensitivities)
-    };
-    let gradient = |q: &StudyQuantity| -> Vec<f64> {
-        match &q.measure {
+    let of_row = |row, sign| problem.row_derivative(row, sign, &analyzed, &sensitivities);
+    let objective = SignedQuantity { quantity: &problem.objective.quantity, sign: 1.0, bound: None };
+    let gradient = |q: &StudyQuantity| -> Result<Vec<f64>> {
+        Ok(match &q.measure {
             ResultKind::Objective => match peak {
-                Some(row) => {
-                    let constraint = &problem.constraints[row.constraint];
-                    total(&constraint.quantity, constraint.sign(), row.point)
-                }
-                None => total(&problem.objective.quantity, 1.0, 0),
+                Some(row) => of_row(row, problem.constraints[row.constraint].sign())?,
+                None => problem.total_derivative(objective, 0, design, responses, &sensitivities),
             },
-            ResultKind::Constraint(i) => {
-                total(&problem.constraints[constraints[*i].row.constraint].quantity, 1.0, constraints[*i].row.point)
-            }
+            ResultKind::Constraint(i) => of_row(constraints[*i].row, 1.0)?,
             ResultKind::Margin(i) | ResultKind::Distance(i) => {
                 let c = &constraints[*i];
                 let constraint = &problem.constraints[c.row.constraint];
                 let sign = if constraint.is_equality() { (c.value - c.limit).signum() } else { constraint.sign() };
-                total(&constraint.quantity, -sign, c.row.point)
+                of_row(c.row, -sign)?
             }
             ResultKind::Violation => vec![f64::NAN; design.len()],
             other => {
                 let place = output(responses, other).and_then(|place| sensitivities.row_of(place));
                 place.map_or(vec![f64::NAN; design.len()], |k| sensitivities.rows.row(k).iter().copied().collect())
             }
-        }
+        })
     };
-    let all: Vec<Vec<f64>> = wanted.iter().map(gradient).collect();
+    let all: Vec<Vec<f64>> = wanted.iter().map(gradient).collect::<Result<_>>()?;
     let rows = DMatrix::from_fn(wanted.len(), indices.len(), |i, k| all[i][indices[k]]);
     Ok(QuantityGradients { values: of_analyzed(problem, &analyzed, wanted), rows })
 }

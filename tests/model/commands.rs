@@ -409,3 +409,34 @@ fn a_name_that_is_no_text_is_a_name_of_a_file() {
     std::fs::create_dir(place.0.join("folder.toml")).unwrap();
     assert!(place.run(&["analyze", "folder.toml"], 1).contains("it is a folder, not a file"));
 }
+
+/// Derivatives of a limit in continuous time and of a peak at all times are those at the time of the peak, not at the nearest time point.
+#[test]
+fn derivatives_of_a_peak_between_time_points_are_those_of_the_peak() {
+    let place = TempFolder::new("between-points");
+    place.example("impact-absorber");
+    let coarse = place.read("impact-absorber.toml").replace("points = 101", "points = 13");
+    let continuous = coarse.replace("at_most = 1.0\n", "at_most = 1.0\ncontinuous = true\n");
+    std::fs::write(place.0.join("coarse.toml"), continuous).unwrap();
+    let record = |command: &str, at: String| -> serde_json::Value {
+        serde_json::from_str(&text(&linkwright(&[command, "coarse", "--at", &at, "--json"], &place.0).stdout)).unwrap()
+    };
+    let nearest = |k: f64| {
+        let analysis = record("analyze", format!("k={k}"));
+        let upper = analysis["constraints"].as_array().unwrap().iter().find(|c| c["relation"] == "≤").unwrap().clone();
+        [&upper["value"], &upper["time"]].map(|x| x.as_f64().unwrap())
+    };
+    // For k = 1 and c = 0.3 the peak is at tan ωt = ω/0.15, between the points at 1 and 2 s.
+    let omega = (1.0f64 - 0.15 * 0.15).sqrt();
+    let time = (omega / 0.15).atan() / omega;
+    let record = record("sensitivities", "k=1".to_owned());
+    let upper = record["constraints"].as_array().unwrap().iter().find(|c| c["relation"] == "≤").unwrap();
+    assert!((upper["time"].as_f64().unwrap() - time).abs() < 1e-9 && (nearest(1.0)[1] - time).abs() < 1e-9, "{upper}");
+    let peak = (-0.15 * time).exp() * (omega * time).sin() / omega;
+    assert!((upper["value"].as_f64().unwrap() - peak).abs() < 1e-9, "{upper} for {peak}");
+    let derivative = upper["derivatives"][0]["value"].as_f64().unwrap();
+    let expected = (nearest(1.0 - 1e-4)[0] - nearest(1.0 - 3e-4)[0]) / 2e-4;
+    assert!((derivative - expected).abs() < 1e-3 * expected.abs(), "{derivative} for {expected}");
+    let exact = (nearest(1.0)[0] - nearest(1.0 - 2e-6)[0]) / 2e-6;
+    assert!((derivative - exact).abs() < 1e-5, "{derivative} for {exact}");
+}

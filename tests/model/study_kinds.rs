@@ -129,6 +129,36 @@ at_most = 0
     );
 }
 
+/// The peak of x sin(t + y) over all times is x, whatever y is, although the nearest of the few time points is not at the peak.
+#[test]
+fn tolerances_of_a_peak_between_time_points_are_those_of_the_peak() {
+    let model = r#"
+[design]
+x = { start = 3.0 }
+y = { start = 0.1 }
+[time]
+to = 3.0
+points = 6
+[[output]]
+name = "signal"
+value = "x*sin(time + y)"
+[objective]
+name = "cost"
+minimize = "x"
+[[constraint]]
+name = "level"
+value = "signal"
+at_most = 5
+continuous = true
+"#;
+    let study =
+        study(model, "kind = \"tolerance\"\ncount = 100\n[vary.x]\ndeviation = 0.3\n[vary.y]\ndeviation = 0.1\n");
+    let moments = table(&study, &rows(&study), "moments");
+    let level = moments.iter().find(|row| row["quantity"] == "level").unwrap_or_else(|| panic!("{moments:?}"));
+    assert!((number(level, "nominal") - 3.0).abs() < 1e-9, "{level}");
+    assert!((number(level, "linear_deviation") - 0.3).abs() < 1e-6, "{level}");
+}
+
 /// The study of tolerances of a constraint `limit` of standard normal x and y: the row of its reliability, and the sentences about it.
 fn reliability(limit: &str, count: usize) -> (serde_json::Value, String) {
     let model = format!(

@@ -139,8 +139,6 @@ impl OptimizationReport<'_> {
         let columns = ["constraint", "unit", "limit", "first", "last", "margin", "worst at", "remark"];
         let mut table = Table::new("Constraints at their smallest margins", columns);
         for (before, after) in first.iter().zip(&last) {
-            let quantity = &self.problem.constraints[after.row.constraint].quantity;
-            let at = after.time.map(|_| self.problem.time_in_words(quantity.grid(), after.row.point));
             table.push([
                 after.name.as_str().into(),
                 after.unit.as_str().into(),
@@ -148,7 +146,7 @@ impl OptimizationReport<'_> {
                 before.shown().into(),
                 after.shown().into(),
                 rounded(after).into(),
-                at.unwrap_or_default().as_str().into(),
+                after.time_in_words.as_deref().unwrap_or_default().into(),
                 after.status().into(),
             ])?;
         }
@@ -174,8 +172,7 @@ impl OptimizationReport<'_> {
         let Some(nearest) = last.iter().min_by(|a, b| relative(a).total_cmp(&relative(b))) else {
             return ("constraints", "none".to_owned(), String::new());
         };
-        let quantity = &self.problem.constraints[nearest.row.constraint].quantity;
-        let time = nearest.time.map(|_| self.problem.time_in_words(quantity.grid(), nearest.row.point));
+        let time = nearest.time_in_words.as_ref();
         let place = time.map_or_else(|| nearest.name.clone(), |time| format!("{} at {time}", nearest.name));
         let violated = last.iter().filter(|c| c.status() == "violated").count();
         if violated > 0 {

@@ -16,14 +16,23 @@ pub struct EnergyDrift {
     pub largest: f64,
     /// Time in s of this change.
     pub time: f64,
-    /// First time in s at which the change exceeds [`NOTABLE`] times the largest kinetic energy, if it does.
+    /// Fraction of the largest kinetic energy above which the change is worth a warning: [`NOTABLE`], or less for steps with a small tolerance.
+    pub limit: f64,
+    /// First time in s at which the change exceeds this, if it does.
     pub notable_from: Option<f64>,
     /// Largest kinetic energy in J.
     pub kinetic: f64,
 }
 
-/// Fraction of the largest kinetic energy above which a change of the energy is worth a warning.
+/// Fraction of the largest kinetic energy above which a change of the energy is worth a warning in any motion.
 pub const NOTABLE: f64 = 0.01;
+
+/// The same fraction for adaptive steps, in units of their tolerance: changes above it come from singular positions, or other
+/// places at which the estimated errors are wrong.
+const UNCONTROLLED: f64 = 1e5;
+
+/// The smallest such fraction.
+const SMALLEST_LIMIT: f64 = 1e-4;
 
 /// Ratio of the change to the largest kinetic energy from which on the warning states it as a multiple, not in percent.
 const MANY: f64 = 10.0;
@@ -45,7 +54,7 @@ impl EnergyDrift {
         self.largest / self.kinetic.max(f64::MIN_POSITIVE)
     }
 
-    /// Warning about a loss or gain of energy above [`NOTABLE`]: its size, its first time and the remedy; `None` below it.
+    /// Warning about a loss or gain of energy above the limit: its size, its first time and the remedy; `None` below it.
     pub fn warning(&self) -> Option<String> {
         let from = self.notable_from?;
         let (verb, damping) = if self.largest < 0.0 { ("loses", "less") } else { ("gains", "more") };
@@ -54,12 +63,12 @@ impl EnergyDrift {
             true => format!("{:.2} % of", 100.0 * fraction),
             false => format!("{fraction:.1e} times"),
         };
+        let limit: f64 = format!("{:.0e}", 100.0 * self.limit).parse().unwrap_or(100.0 * self.limit);
         Some(format!(
             "the motion {verb} {:.3e} J, {share} its largest kinetic energy, although nothing in the mechanism does \
-             work or dissipates: more than {:.0} % from t = {from} on. Take shorter steps or a smaller tolerance, or {damping} \
+             work or dissipates: more than {limit} % from t = {from} on. Take shorter steps or a smaller tolerance, or {damping} \
              numerical damping; if the change is sudden, the mechanism passes a singular position there.",
             self.largest.abs(),
-            100.0 * NOTABLE,
             from = Seconds(from)
         ))
     }
@@ -81,7 +90,14 @@ impl EnergyWatch {
         let mut workspace = ElementWorkspace::default();
         let drift = is_conservative(mechanism, start).then(|| {
             let [kinetic, potential] = energy_in(mechanism, start, &mut workspace);
-            EnergyDrift { start: kinetic + potential, largest: 0.0, time: start.t, notable_from: None, kinetic }
+            EnergyDrift {
+                start: kinetic + potential,
+                largest: 0.0,
+                time: start.t,
+                limit: NOTABLE,
+                notable_from: None,
+                kinetic,
+            }
         });
         let mut slow = start.clone();
         slow.v.fill(AT_REST);
@@ -102,12 +118,13 @@ impl EnergyWatch {
         }
     }
 
-    /// The recorded change; `None` for mechanisms that do not conserve their energy.
-    pub fn finish(self) -> Option<EnergyDrift> {
+    /// The recorded change; `None` for mechanisms that do not conserve their energy. `tolerance` is that of steps whose error is controlled.
+    pub fn finish(self, tolerance: Option<f64>) -> Option<EnergyDrift> {
         let drift = self.drift?;
-        let is_notable = |[_, change, rounding]: &&[f64; 3]| *change > NOTABLE * drift.kinetic + rounding;
+        let limit = tolerance.map_or(NOTABLE, |tolerance| (UNCONTROLLED * tolerance).clamp(SMALLEST_LIMIT, NOTABLE));
+        let is_notable = |[_, change, rounding]: &&[f64; 3]| *change > limit * drift.kinetic + rounding;
         let notable_from = self.records.iter().find(is_notable).map(|[t, _, _]| *t);
-        Some(EnergyDrift { notable_from, ..drift })
+        Some(EnergyDrift { limit, notable_from, ..drift })
     }
 }
 

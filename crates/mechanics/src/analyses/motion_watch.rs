@@ -44,7 +44,7 @@ impl MotionWatch {
 
     /// The change of the energy, and the warnings. `tolerance` is the absolute tolerance of the steps in m or rad, if their error is controlled.
     pub fn finish(self, mechanism: &Mechanism<f64>, tolerance: Option<f64>) -> (Option<EnergyDrift>, Vec<String>) {
-        let energy_drift = self.energy.finish();
+        let energy_drift = self.energy.finish(tolerance);
         let mut warnings = self.coefficients.warnings(mechanism);
         warnings.extend(self.initial_velocities);
         warnings.extend(self.tension.warning(mechanism));

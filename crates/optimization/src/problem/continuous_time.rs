@@ -1,6 +1,6 @@
 //! Responses between time points, and the local maxima of constraints in continuous time.
 
-use super::{PeakTime, Problem, Quantity, ResponseAt, Responses, RowId};
+use super::{AnalyzedDesign, PeakTime, Problem, Quantity, ResponseAt, Responses, RowId, Sensitivities, SignedQuantity};
 use autodiff::{BLOCK, Dual, HyperDual, WIDTH, partials, seed};
 use error::Result;
 use nalgebra::{Const, DMatrix, SMatrix, SVector, U1};
@@ -203,14 +203,48 @@ impl Problem {
     /// dĝ/db of a local maximum: ∂ĝ/∂b at its time, because the shift of the time has no first-order effect.
     pub fn peak_gradient(&self, peak: &Peak, b: &[f64]) -> Vec<f64> {
         let constraint = &self.constraints[peak.row.constraint];
+        self.derivative_at_peak(constraint.signed(), peak, b, |value| constraint.residual(value))
+    }
+
+    /// The total derivative of `sign` times the constrained quantity of a row of an analysed design: at the time point, or at the time of
+    /// the local maximum whose value the row has.
+    ///
+    /// `sensitivities` are those of [`Self::responses_of`] at the time point.
+    ///
+    /// # Errors
+    ///
+    /// Those of the analysis, for a local maximum.
+    pub fn row_derivative(
+        &self,
+        row: RowId,
+        sign: f64,
+        analyzed: &AnalyzedDesign,
+        sensitivities: &Sensitivities,
+    ) -> Result<Vec<f64>> {
+        let AnalyzedDesign { design, responses, evaluation } = analyzed;
+        let signed = SignedQuantity { quantity: &self.constraints[row.constraint].quantity, sign, bound: None };
+        let Some(&at) = evaluation.peak_of(row) else {
+            return Ok(self.total_derivative(signed, row.point, design, responses, sensitivities));
+        };
+        let peak = self.peak(at, design, responses, &evaluation.residuals[row.constraint])?;
+        Ok(self.derivative_at_peak(signed, &peak, design, |value| value))
+    }
+
+    fn derivative_at_peak(
+        &self,
+        signed: SignedQuantity<'_>,
+        peak: &Peak,
+        b: &[f64],
+        of: impl Fn(Dual) -> Dual,
+    ) -> Vec<f64> {
         let chunk = |first: usize| {
             let values_at_t = (0..peak.responses.len()).map(|i| {
                 let slope = |k: usize, _| if first + k < b.len() { peak.gradients[(i, first + k)] } else { 0.0 };
                 Dual::new(peak.responses[i], Derivative::some(SVector::<f64, WIDTH>::from_fn(slope)))
             });
             let values_at_t: Vec<Dual> = values_at_t.collect();
-            let value = constraint.signed().value_at(&values_at_t, &seed(b, first), Dual::from_re(peak.time));
-            partials(&constraint.residual(value), b.len() - first)
+            let value = signed.value_at(&values_at_t, &seed(b, first), Dual::from_re(peak.time));
+            partials(&of(value), b.len() - first)
         };
         (0..b.len()).step_by(WIDTH).flat_map(chunk).collect()
     }

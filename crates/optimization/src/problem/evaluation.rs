@@ -126,6 +126,11 @@ impl Evaluation {
         self.residual_of(row) + 1.0
     }
 
+    /// The local maximum whose value the row has; `None` for the value of a time point.
+    pub fn peak_of(&self, row: RowId) -> Option<&PeakTime> {
+        self.peaks.iter().find(|peak| peak.row == row)
+    }
+
     /// The local maximum of the row's constraint that is nearest to its time point; `None` unless the constraint is in
     /// continuous time.
     pub fn nearest_peak(&self, row: RowId) -> Option<&PeakTime> {

@@ -70,15 +70,20 @@ impl TimeGrid {
         self.points.iter().map(|&t| self.shown(t)).collect()
     }
 
-    /// A point in words, with as many digits as distinguish it from its neighbours: `time 1.08 s`.
+    /// A point in words, as [`Self::in_words`].
     pub(super) fn point_in_words(&self, p: usize) -> String {
-        let shown = self.shown_points();
+        self.in_words(self.points[p])
+    }
+
+    /// A time, in the unit of the points, in words, with as many digits as distinguish neighbouring points: `time 1.08 s`.
+    pub fn in_words(&self, time: f64) -> String {
+        let (shown, time) = (self.shown_points(), self.shown(time));
         let steps = shown.windows(2).map(|pair| pair[1] - pair[0]);
         let step = steps.fold(f64::INFINITY, f64::min);
         // Hundredths of the smallest step; a single point is written in full.
         let decimals = (2.0 - step.log10()).ceil().clamp(0.0, 15.0) as usize;
-        let rounded = if step.is_finite() { format!("{:.decimals$}", shown[p]) } else { shown[p].to_string() };
-        format!("{} {} {}", self.name, Readable(rounded.parse().unwrap_or(shown[p])), self.unit)
+        let rounded = if step.is_finite() { format!("{time:.decimals$}") } else { time.to_string() };
+        format!("{} {} {}", self.name, Readable(rounded.parse().unwrap_or(time)), self.unit)
     }
 
     /// Checks that the grid is not empty and the points increase.
