@@ -26,6 +26,14 @@ const WITHOUT_MULTIPLIERS: [&str; 2] = ["hs13", "tangent-circles"];
 const SQP_STALLS: [&str; 8] =
     ["hs116", "tangent-6", "tangents-of-a-circle", "enclosing-ellipse", "hs89", "hs90", "hs91", "hs92"];
 
+/// hs110 has logarithms of x − 2.
+#[test]
+fn a_claim_about_a_design_without_values_is_false() {
+    let undefined = [1.0; 10];
+    assert_eq!(verdict("hs110", Claim::Converged, &undefined), Verdict::False);
+    assert_eq!(verdict("hs110", Claim::Nothing, &undefined), Verdict::Unsolved);
+}
+
 #[test]
 fn the_suites_have_the_promised_numbers_of_problems() {
     let count = |suite| small_problems().filter(|entry| entry.suite == suite).count();

@@ -19,7 +19,7 @@ const KEYS: &[Key] = &[
     ),
     optional("residual", Accepts::Number, "residual of the optimality conditions below which the run may end"),
     optional("confirm", Accepts::Flag, "whether the automatic method confirms the end of a run; yes by default"),
-    optional("max_cycles", Accepts::Count, "largest number of cycles"),
+    optional("max_cycles", Accepts::Count, "largest number of cycles; 500 by default for `automatic`, 100 for others"),
     optional("smallest_factor", Accepts::Number, "move-limit factor below which the run has stalled"),
     optional(
         "cutoff",

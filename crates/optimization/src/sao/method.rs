@@ -69,10 +69,11 @@ impl Method {
         Self { screening: Screening::as_published(), stop: Stop::as_published(), ..Self::slp() }
     }
 
-    /// The automatic method, which needs no choice of approximation.
+    /// The automatic method, which needs no choice of approximation. Its runs may take 500 cycles: along narrow curved valleys it
+    /// makes steady progress, and it ends by itself where it makes none.
     pub fn automatic() -> Self {
-        let screening = Screening::all();
-        Self { automatic: Some(Automatic::default()), screening, ..Self::slp() }
+        let (screening, stop) = (Screening::all(), Stop { max_cycles: 500, ..Stop::default() });
+        Self { automatic: Some(Automatic::default()), screening, stop, ..Self::slp() }
     }
 
     /// Replaces the approximation.

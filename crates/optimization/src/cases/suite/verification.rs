@@ -4,7 +4,7 @@ use super::Transformation;
 use crate::cases::{CatalogueEntry, KnownSolution, Optimum};
 use crate::problem::{DirectCoupling, Problem};
 use crate::sao::Status;
-use error::Result;
+use error::{Error, Result};
 use nalgebra::DMatrix;
 use nlp::{Gradients, Program, Sqp, SubproblemSolver, Values};
 
@@ -90,6 +90,14 @@ pub struct Verification {
     pub is_reached: bool,
 }
 
+impl Verification {
+    /// The verification of a claim about a design at which the problem is not defined.
+    fn of_undefined(claim: Claim) -> Self {
+        let verdict = if claim == Claim::Nothing { Verdict::Unsolved } else { Verdict::False };
+        Self { verdict, objective: f64::NAN, violation: f64::NAN, excess: None, is_reached: false }
+    }
+}
+
 /// Verifies the claim of a run about its last design.
 ///
 /// Terms of a row: Σⱼ |∂ĝ/∂xⱼ| max(|xⱼ|, |xⱼ − x⁰ⱼ|, |xᴾⱼ|), evaluated at the start and at the end, of which the larger one counts; xᴾ is the published start. A design
@@ -98,8 +106,10 @@ pub struct Verification {
 /// by 1e-5. Infeasibility is false if such a search reduces all violations at once. With noise of the analysis the exact problem
 /// is used, to ten times the noise.
 ///
+/// A design at which objective, constraints or their derivatives are not finite is no optimum: any claim about it is false.
+///
 /// # Errors
-/// If the problem cannot be evaluated at its start or at the design.
+/// If the problem cannot be evaluated at the design for another reason.
 pub fn verify_claim(
     entry: &CatalogueEntry,
     transformation: &Transformation,
@@ -109,7 +119,10 @@ pub fn verify_claim(
 ) -> Result<Verification> {
     // A design is verified with the exact problem, not with noisy analyses.
     let exact = if transformation.noise > 0.0 { Some(transformation.without_noise().build(entry)?) } else { None };
-    let end = VerifiedDesign::new(entry, transformation, exact.as_ref().unwrap_or(problem), design)?;
+    let end = match VerifiedDesign::new(entry, transformation, exact.as_ref().unwrap_or(problem), design) {
+        Err(Error::NotFinite { .. }) => return Ok(Verification::of_undefined(claim)),
+        end => end?,
+    };
     let known = end.nearest();
     let is_feasible = end.violation <= end.row_tolerance();
     let verdict = match (claim, entry.solution) {
