@@ -17,8 +17,9 @@ use crate::QuadraticProgram;
 use crate::solution::Candidate;
 use nalgebra::{DMatrix, DVector};
 
-/// Largest number of active sets.
+/// Largest number of active sets: after an interior point method, and from the active set of another program.
 const ROUNDS: usize = 25;
+const WARM_ROUNDS: usize = 10;
 /// Shift of the diagonal, in scaled units.
 const SHIFT: f64 = 1e-9;
 /// Steps of iterative refinement at most.
@@ -45,11 +46,36 @@ struct WorkingSet {
 
 /// The best of `approximate` and the solutions of a sequence of active sets, with its residual.
 pub(super) fn polish(program: &QuadraticProgram, approximate: Candidate) -> (Candidate, f64) {
-    let mut active = initial_set(program, &approximate);
+    let active = initial_set(program, &approximate);
+    improve(program, approximate, active, ROUNDS)
+}
+
+/// The best point of a sequence of active sets, which begins with that of `near`, the solution of a similar program; with its residual.
+pub(super) fn from_active_set(program: &QuadraticProgram, near: &Candidate) -> (Candidate, f64) {
+    let n = near.x.len();
+    let rows = (0..near.multipliers.len()).map(|i| program.equality[i] || near.multipliers[i] > 0.0).collect();
+    let bound = |j: usize| match (near.lower[j] > 0.0, near.upper[j] > 0.0) {
+        _ if program.lower[j] == program.upper[j] => BoundStatus::Lower,
+        (true, _) => BoundStatus::Lower,
+        (_, true) => BoundStatus::Upper,
+        _ => BoundStatus::Free,
+    };
+    let active = WorkingSet { rows, bounds: (0..n).map(bound).collect() };
+    let center = Candidate { x: program.center.clone(), ..near.clone() };
+    improve(program, center, active, WARM_ROUNDS)
+}
+
+/// The best of `approximate` and the solutions of at most `rounds` active sets from `active`, with its residual.
+fn improve(
+    program: &QuadraticProgram,
+    approximate: Candidate,
+    mut active: WorkingSet,
+    rounds: usize,
+) -> (Candidate, f64) {
     let mut best = residual(program, &approximate);
     let mut chosen = approximate;
     let mut seen = vec![];
-    for _ in 0..ROUNDS {
+    for _ in 0..rounds {
         if best <= ROUNDING || seen.contains(&active) {
             break;
         }
