@@ -156,7 +156,7 @@ impl StudyPlan for MultiStartPlan {
             optima.chunk_by(|a, b| (a.value(objective) - b.value(objective)).abs() <= SAME * scale).collect();
         let found = groups.first().map_or(0, |group| group.len());
         let column = &phase.columns[objective];
-        let sentences = vec![
+        let mut sentences = vec![
             format!(
                 "{} of {} runs converged to a feasible design, {found} of them to the best objective, {} = {} {}.",
                 optima.len(),
@@ -170,6 +170,16 @@ impl StudyPlan for MultiStartPlan {
                 n => format!("The optima have {n} different objectives."),
             },
         ];
+        if let Some(better) = self.better_without_convergence(rows, best) {
+            sentences.push(format!(
+                "Run {} ended at a better feasible design, {} = {} {}, without convergence ({}).",
+                better.run,
+                column.name,
+                readable(better.value(objective), 6),
+                column.unit,
+                better.status.to_lowercase()
+            ));
+        }
         let (first, n) = (objective + WORK, self.start.len());
         let figure = self.figure(rows, &optima, [1, 2], [first, first + 1.min(n - 1)]);
         Ok(Conclusions {
@@ -188,6 +198,16 @@ impl StudyPlan for MultiStartPlan {
 }
 
 impl MultiStartPlan {
+    /// The run with the best feasible design among those that have not converged, if this is better than `best`.
+    fn better_without_convergence<'r>(&self, rows: &'r Rows, best: f64) -> Option<&'r Row> {
+        let (objective, sign) = (self.objective(), if self.is_maximum { -1.0 } else { 1.0 });
+        let value = |row: &Row| sign * row.value(objective);
+        let is_feasible = |row: &&Row| !row.has_failed() && row.value(objective + 1) <= FEASIBLE;
+        let others = rows.of(0).filter(|row| !self.is_optimum(row)).filter(is_feasible);
+        let found = others.min_by(|a, b| value(a).total_cmp(&value(b)).then(a.run.cmp(&b.run)))?;
+        (value(found) < sign * best - SAME * best.abs().max(f64::MIN_POSITIVE)).then_some(found)
+    }
+
     fn figure(&self, rows: &Rows, optima: &[&Row], starts: [usize; 2], ends: [usize; 2]) -> Figure {
         let phase = &self.phases[0];
         let all: Vec<&Row> = rows.of(0).filter(|row| !row.has_failed()).collect();

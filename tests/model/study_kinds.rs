@@ -294,6 +294,20 @@ at_most = 0.8
     assert_eq!(one.install(|| rows(&study)), found);
 }
 
+/// Runs that reach their limit of cycles in the deeper well are named beside the run that converged in the other one.
+#[test]
+fn better_designs_of_runs_that_have_not_converged_are_named() {
+    let model = "[design]\nx = { start = 0.9601495555191055, lower = -3, upper = 3 }\n[objective]\nname = \"F\"\nminimize = \"x^4 - 2*x^2 + 0.3*x\"\n\
+                 [method]\nmax_cycles = 2\n";
+    let study = study(model, "kind = \"multi-start\"\ncount = 4\n[vary.x]\nfrom = -2\nto = -1.5\n");
+    let conclusion = study.conclude(&rows(&study)).unwrap();
+    let text = conclusion.sentences.join(" ");
+    assert!(
+        text.starts_with("1 of 4 runs converged") && text.contains("ended at a better feasible design, F = -"),
+        "{text}"
+    );
+}
+
 /// Minimize x² + p/x over x: x* = (p/2)^(1/3), for a constant p, and with x fixed.
 #[test]
 fn a_sweep_follows_the_exact_optimum() {

@@ -255,7 +255,7 @@ fn a_problem_without_a_feasible_design_is_relaxed_reported_and_ends_as_infeasibl
     assert_eq!(state.status, Status::Infeasible, "{}", state.reason);
     assert!(state.reason.contains("no design within the move limits is feasible"), "{}", state.reason);
     let both =
-        "the violation is stationary here: high enough at time 1 s and low enough at time 3 s are exceeded by 66.667 %";
+        "the violation is stationary here: high enough at time 1 s and low enough at time 3 s are violated by 66.667 %";
     assert!(state.reason.contains(both), "{}", state.reason);
     // Both constraints are violated by two thirds at b = 1/3: 1 + (1 − b)/1 = 1 + (3 b − 0.6)/0.6.
     assert!((state.design[0] - 1.0 / 3.0).abs() < 1e-6 && (last.relaxation - 2.0 / 3.0).abs() < 1e-6);

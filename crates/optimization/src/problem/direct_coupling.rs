@@ -51,6 +51,11 @@ impl<'a> DirectCoupling<'a> {
         Values { objective: evaluation.objective, rows }
     }
 
+    /// The constraint and time point of row number `i`.
+    pub fn row(&self, i: usize) -> RowId {
+        self.rows[i]
+    }
+
     /// Number of analyses so far.
     pub fn analyses(&self) -> usize {
         self.analyses.load(Ordering::Relaxed)

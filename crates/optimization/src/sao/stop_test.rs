@@ -122,7 +122,7 @@ impl Stop {
         if is_settled && violation >= self.accuracy && last.relaxation > 0.0 {
             let worst = last.worst.map_or_else(String::new, |row| problem.row_in_words(row));
             let reason = format!(
-                "no design within the move limits is feasible; {worst} is exceeded by {violation:.1e} of its scale"
+                "no design within the move limits is feasible; {worst} is violated by {violation:.1e} of its scale"
             );
             return Some((Status::Infeasible, reason));
         }

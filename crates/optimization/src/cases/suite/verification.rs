@@ -10,6 +10,8 @@ use nlp::{Gradients, Program, Sqp, SubproblemSolver, Values};
 
 /// Relative error of the objective, and violation relative to the terms of the row, up to which a run is at an optimum.
 pub const TOLERANCE: f64 = 1e-5;
+/// Least terms of a row, relative to the largest ones of its constraint at other time points.
+const ROUNDED_TERMS: f64 = 1e-9;
 /// Multiple of the noise of an analysis below which differences may be due to it.
 const OF_NOISE: f64 = 10.0;
 /// Half widths of the local searches, in lengths of the variables.
@@ -100,7 +102,8 @@ impl Verification {
 
 /// Verifies the claim of a run about its last design.
 ///
-/// Terms of a row: Σⱼ |∂ĝ/∂xⱼ| max(|xⱼ|, |xⱼ − x⁰ⱼ|, |xᴾⱼ|), evaluated at the start and at the end, of which the larger one counts; xᴾ is the published start. A design
+/// Terms of a row: Σⱼ |∂ĝ/∂xⱼ| max(|xⱼ|, |xⱼ − x⁰ⱼ|, |xᴾⱼ|), evaluated at the start and at the end, of which the larger one counts; xᴾ is the
+/// published start. They are at least 1e-9 of those of other time points. A design
 /// is at an optimum if its objective is within 1e-5 of it and no row is violated by more than 1e-5 of its terms. A local optimum is
 /// a design of which sequential quadratic programming in boxes of 1 % and 10 % of the lengths of the variables finds no improvement
 /// by 1e-5. Infeasibility is false if such a search reduces all violations at once. With noise of the analysis the exact problem
@@ -207,7 +210,14 @@ impl<'a> VerifiedDesign<'a> {
         if let Ok(first) = coupling.gradients(&start) {
             terms.iter_mut().zip(row_terms(&first, &reach)).for_each(|(a, b)| *a = a.max(b));
         }
-        terms.iter_mut().for_each(|t| *t = if *t > 0.0 { *t } else { 1.0 });
+        // Terms of a time point that vanish are compared with those of the others: a violation of 1e-17 is a rounding error.
+        let mut largest = vec![0.0f64; problem.constraints.len()];
+        let constraint_of = |i: usize| coupling.row(i).constraint;
+        terms.iter().enumerate().for_each(|(i, t)| largest[constraint_of(i)] = largest[constraint_of(i)].max(*t));
+        for (i, t) in terms.iter_mut().enumerate() {
+            *t = t.max(ROUNDED_TERMS * largest[constraint_of(i)]);
+            *t = if *t > 0.0 { *t } else { 1.0 };
+        }
         let objective = transformation.published_objective(here.values.objective);
         let mut end = Self {
             // The optima are those of the problem's own time points.

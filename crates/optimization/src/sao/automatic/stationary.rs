@@ -87,7 +87,7 @@ impl CycleContext<'_> {
         (visits <= MAX_RETURNS).then_some(&best.design[..])
     }
 
-    /// The constraints with the largest violation, and by how much they are exceeded.
+    /// The constraints with the largest violation, and by how much they are violated.
     pub(super) fn largest_violation_in_words(&self) -> String {
         let evaluation = &self.state.evaluation;
         let violated = |j: usize| {
@@ -99,7 +99,7 @@ impl CycleContext<'_> {
         let equal = all.iter().filter(|(_, v)| *v >= largest * (1.0 - EQUAL));
         let names: Vec<String> = equal.map(|(row, _)| self.problem.row_in_words(*row)).collect();
         let verb = if names.len() == 1 { "is" } else { "are" };
-        format!("{} {verb} exceeded by {:.3} %", names.join(" and "), 100.0 * largest)
+        format!("{} {verb} violated by {:.3} %", names.join(" and "), 100.0 * largest)
     }
 
     /// The next step, or the end, where the subproblem gives no step; `None` if there is no such step and no reason for this end.
