@@ -181,9 +181,33 @@ fn a_least_value_that_is_tiny_beside_its_range_is_convergence() {
     }
 }
 
+/// Objectives without a lower limit: −x, −x², −eˣ, x³.
+struct Falling(usize);
+impl ClosedForm for Falling {
+    fn response<S: Scalar>(&self, _: usize, b: &[S], _: S) -> S {
+        match self.0 {
+            0 => -b[0],
+            1 => -(b[0] * b[0]),
+            2 => -b[0].exp(),
+            _ => b[0] * b[0] * b[0],
+        }
+    }
+}
+
 #[test]
 fn an_unbounded_problem_does_not_converge() {
-    assert_ne!(solve(&case("unbounded")).status, Status::Converged);
+    let falls = "falls without limit";
+    let end = solve(&case("unbounded"));
+    assert!(end.status == Status::Stalled && end.reason.contains(falls), "{:?}: {}", end.status, end.reason);
+    for (k, start) in [(0, 0.0), (0, 1.0), (1, 1.0), (2, 0.0), (3, 1.0), (3, -1.0)] {
+        let mut parts = ProblemBuilder::new("falling");
+        parts.variable(DesignVariable::new("x", "", start));
+        let f = parts.constant("f", "");
+        parts.minimize("f", "", Quantity::response(None, f));
+        let end = solve(&parts.build_analytic(Falling(k)).unwrap());
+        println!("{k} from {start}: {:?}, {}", end.status, end.reason);
+        assert_ne!(end.status, Status::Converged, "{k} from {start}: {}", end.reason);
+    }
 }
 
 /// −2 x² y with x y ≤ 0.8 and y ≥ 0.5: the optimum is a vertex. With L = xy and y the optimum is −2 L² / y.

@@ -294,9 +294,6 @@ fn the_automatic_method_ends_where_noise_hides_its_steps_and_says_so() {
 fn a_rounding_error_of_a_time_point_is_no_violation() {
     let entry = find("tangent-6").unwrap();
     let mut optimum = entry.optima()[0].design.unwrap().to_vec();
+    optimum[0] = -1e-17;
     assert_eq!(verdict("tangent-6", Claim::Converged, &optimum), Verdict::Optimum);
-    optimum[0] = -optimum[0].signum() * 1e-17 * f64::from(u8::from(optimum[0].abs() < 1e-9));
-    if optimum[0] != 0.0 {
-        assert_eq!(verdict("tangent-6", Claim::Converged, &optimum), Verdict::Optimum);
-    }
 }

@@ -7,6 +7,9 @@ use error::{Error, Result};
 /// Decrease of the objective, relative to its first values, above which the problem seems to be unbounded, and the largest violation at
 /// which this is concluded.
 const UNBOUNDED: [f64; 2] = [1e8, 0.01];
+/// Decrease of the objective, relative to its values in the first accepted steps, that ends a run; and the number of these.
+const WITHOUT_LIMIT: f64 = 1e12;
+const FIRST: usize = 10;
 /// Number of the last accepted steps over which an unbounded objective still grows by this factor. The first values may be nearly zero.
 const STILL_FALLS: (usize, f64) = (4, 2.0);
 
@@ -79,9 +82,16 @@ impl Stop {
         self.cycle_limit(state)
     }
 
-    /// The status by the number of cycles alone.
+    /// The status by the number of cycles, and by an objective that falls without limit.
     pub(super) fn cycle_limit(&self, state: &RunState) -> (Status, String) {
         let trials = state.history.len() - 1;
+        if falls_without_limit(state) {
+            let reason = format!(
+                "the objective falls without limit, in {trials} trial steps to {:.1e}: add bounds or constraints",
+                state.evaluation.objective
+            );
+            return (Status::Stalled, reason);
+        }
         if trials >= self.max_cycles {
             let accepted = state.history.iter().filter(|cycle| cycle.accepted).count() - 1;
             let remedy = if is_unbounded(state) {
@@ -138,6 +148,13 @@ fn is_unbounded(state: &RunState) -> bool {
     let before = accepted.iter().rev().nth(steps).map_or(0.0, |objective| objective.abs());
     let is_feasible = state.evaluation.max_violation_pct() <= 100.0 * UNBOUNDED[1];
     is_feasible && state.evaluation.objective < -(UNBOUNDED[0] * first).max(factor * before)
+}
+
+/// True if the minimized objective is negative and huge compared with its values in many steps at first, and still falls.
+fn falls_without_limit(state: &RunState) -> bool {
+    let accepted = || state.history.iter().filter(|cycle| cycle.accepted).map(|cycle| cycle.objective);
+    let first = accepted().take(FIRST).fold(0.0, |m: f64, objective| m.max(objective.abs()));
+    accepted().count() >= 2 * FIRST && state.evaluation.objective < -WITHOUT_LIMIT * first && is_unbounded(state)
 }
 
 fn relative_change(objective: f64, before: f64) -> f64 {

@@ -135,8 +135,8 @@ impl Conic {
         Ok(Candidate { iterations, status: ProgramStatus::Stalled, ..found })
     }
 
-    /// As [`Self::candidate`], where `near` is the solution of a similar program. If its active set, or one near it, is that of this
-    /// program, the interior point method is not needed.
+    /// As [`Self::candidate`], where `near` is the solution of a similar program. If its active set, or one near it, is clearly that of
+    /// this program, the interior point method is not needed.
     pub(crate) fn candidate_near(&self, program: &QuadraticProgram, near: &Candidate) -> Result<Candidate> {
         let scaling = Scaling::new(program, VariableUnits::Bounds);
         let scaled = scaling.apply(program);
@@ -144,7 +144,7 @@ impl Conic {
             return self.candidate(program);
         }
         let (found, residual) = polish::from_active_set(&scaled, near);
-        if residual > ACCURATE {
+        if residual > polish::ROUNDING || !polish::is_strict(&scaled, &found) {
             return self.candidate(program);
         }
         let found = Candidate { status: ProgramStatus::Solved, iterations: 0, relaxation: None, ..found };
