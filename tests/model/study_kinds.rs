@@ -298,7 +298,7 @@ at_most = 0.8
 #[test]
 fn better_designs_of_runs_that_have_not_converged_are_named() {
     let model = "[design]\nx = { start = 0.9601495555191055, lower = -3, upper = 3 }\n[objective]\nname = \"F\"\nminimize = \"x^4 - 2*x^2 + 0.3*x\"\n\
-                 [method]\nmax_cycles = 2\n";
+                 [method]\nmax_cycles = 1\n";
     let study = study(model, "kind = \"multi-start\"\ncount = 4\n[vary.x]\nfrom = -2\nto = -1.5\n");
     let conclusion = study.conclude(&rows(&study)).unwrap();
     let text = conclusion.sentences.join(" ");
