@@ -135,22 +135,6 @@ impl Conic {
         Ok(Candidate { iterations, status: ProgramStatus::Stalled, ..found })
     }
 
-    /// As [`Self::candidate`], where `near` is the solution of a similar program. If its active set, or one near it, is clearly that of
-    /// this program, the interior point method is not needed.
-    pub(crate) fn candidate_near(&self, program: &QuadraticProgram, near: &Candidate) -> Result<Candidate> {
-        let scaling = Scaling::new(program, VariableUnits::Bounds);
-        let scaled = scaling.apply(program);
-        if scaled.has_curvatures_below(UNBALANCED) {
-            return self.candidate(program);
-        }
-        let (found, residual) = polish::from_active_set(&scaled, near);
-        if residual > polish::ROUNDING || !polish::is_strict(&scaled, &found) {
-            return self.candidate(program);
-        }
-        let found = Candidate { status: ProgramStatus::Solved, iterations: 0, relaxation: None, ..found };
-        Ok(scaling.restore(program, &scaled, inside(&scaled, found)))
-    }
-
     /// The better candidate of two scalings; the second one is tried only if the first is not accurate. Curvatures that differ too much
     /// in units of the bounds would have no effect.
     fn scaled_candidate(&self, program: &QuadraticProgram) -> Result<Candidate> {

@@ -17,11 +17,8 @@ use crate::QuadraticProgram;
 use crate::solution::Candidate;
 use nalgebra::{DMatrix, DVector};
 
-/// Largest number of active sets: after an interior point method, and from the active set of another program.
+/// Largest number of active sets.
 const ROUNDS: usize = 25;
-const WARM_ROUNDS: usize = 10;
-/// Multiplier of a clearly active row and slack of a clearly inactive one, in scaled units.
-const CLEAR: f64 = 1e-6;
 /// Shift of the diagonal, in scaled units.
 const SHIFT: f64 = 1e-9;
 /// Steps of iterative refinement at most.
@@ -29,7 +26,7 @@ const REFINEMENTS: usize = 12;
 /// Largest number of unknowns.
 const LARGEST: usize = 1200;
 /// Rounding error of a scaled program; smaller violations and negative multipliers are ignored.
-pub(super) const ROUNDING: f64 = 1e-13;
+const ROUNDING: f64 = 1e-13;
 
 /// State of a variable relative to its bounds.
 #[derive(Clone, Copy, PartialEq)]
@@ -48,47 +45,11 @@ struct WorkingSet {
 
 /// The best of `approximate` and the solutions of a sequence of active sets, with its residual.
 pub(super) fn polish(program: &QuadraticProgram, approximate: Candidate) -> (Candidate, f64) {
-    let active = initial_set(program, &approximate);
-    improve(program, approximate, active, ROUNDS)
-}
-
-/// The best point of a sequence of active sets, which begins with that of `near`, the solution of a similar program; with its residual.
-pub(super) fn from_active_set(program: &QuadraticProgram, near: &Candidate) -> (Candidate, f64) {
-    let n = near.x.len();
-    let rows = (0..near.multipliers.len()).map(|i| program.equality[i] || near.multipliers[i] > 0.0).collect();
-    let bound = |j: usize| match (near.lower[j] > 0.0, near.upper[j] > 0.0) {
-        _ if program.lower[j] == program.upper[j] => BoundStatus::Lower,
-        (true, _) => BoundStatus::Lower,
-        (_, true) => BoundStatus::Upper,
-        _ => BoundStatus::Free,
-    };
-    let active = WorkingSet { rows, bounds: (0..n).map(bound).collect() };
-    let center = Candidate { x: program.center.clone(), ..near.clone() };
-    improve(program, center, active, WARM_ROUNDS)
-}
-
-/// True if each row and bound is clearly active or clearly inactive: then the multipliers of a solution do not depend on how it was found.
-pub(super) fn is_strict(program: &QuadraticProgram, c: &Candidate) -> bool {
-    let g = program.values_of_rows(&program.step(&c.x));
-    let rows = (0..g.len()).filter(|&i| !program.equality[i]).map(|i| c.multipliers[i].max(-g[i]));
-    let fixed = |j: usize| program.lower[j] == program.upper[j];
-    let bounds = (0..c.x.len())
-        .filter(|&j| !fixed(j))
-        .flat_map(|j| [c.lower[j].max(c.x[j] - program.lower[j]), c.upper[j].max(program.upper[j] - c.x[j])]);
-    rows.chain(bounds).all(|larger| larger > CLEAR)
-}
-
-/// The best of `approximate` and the solutions of at most `rounds` active sets from `active`, with its residual.
-fn improve(
-    program: &QuadraticProgram,
-    approximate: Candidate,
-    mut active: WorkingSet,
-    rounds: usize,
-) -> (Candidate, f64) {
+    let mut active = initial_set(program, &approximate);
     let mut best = residual(program, &approximate);
     let mut chosen = approximate;
     let mut seen = vec![];
-    for _ in 0..rounds {
+    for _ in 0..ROUNDS {
         if best <= ROUNDING || seen.contains(&active) {
             break;
         }

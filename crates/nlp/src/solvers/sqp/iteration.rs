@@ -56,7 +56,6 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
             return Ok(logged(without_progress(program, state, exact, self.accepted())?));
         };
         state.relaxed = full.remaining_violation > 0.0;
-        state.relaxed_solution.clone_from(&full.relaxed);
         store_multipliers(&mut state, &full);
         state.kkt = state.residual(program);
         if state.kkt.largest() <= self.tolerance {
@@ -66,11 +65,7 @@ impl<'a> Solver<&'a dyn Program, SqpState> for Sqp {
         let merit = merit(program, &mut state, &full);
         state.stagnant_steps = if -merit.slope <= merit.noise { state.stagnant_steps + 1 } else { 0 };
         let mut evaluator = CountedProgram { program, count: state.evaluations };
-        // Rows without a common point have none after a correction, either.
-        let corrected = |v: &Values| {
-            let is_relaxed = full.remaining_violation > 0.0;
-            if is_relaxed { None } else { subproblem::corrected(&qp, &self.conic, &full.to, &v.rows) }
-        };
+        let corrected = |v: &Values| subproblem::corrected(&qp, &self.conic, &full.to.x, &v.rows);
         let found = merit.search(&state.x, &full.to.x, &mut evaluator, corrected);
         state.evaluations = evaluator.count;
         let Some(accepted) = found else {

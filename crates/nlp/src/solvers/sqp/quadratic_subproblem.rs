@@ -21,8 +21,6 @@ pub(super) struct FullStep {
     pub remaining_violation: f64,
     /// The penalty of the relaxed quadratic program; zero if it was not relaxed.
     pub penalty: f64,
-    /// The solution of the relaxed quadratic program.
-    pub relaxed: Option<Candidate>,
 }
 
 /// The Taylor expansion of `program` at the state, with the state's Hessian.
@@ -47,28 +45,23 @@ pub(super) fn full_step(
     state: &SqpState,
     penalty: f64,
 ) -> Result<Option<FullStep>> {
-    let to = conic.candidate_near(qp, &state.candidate())?;
+    let to = conic.candidate(qp)?;
     if to.status == ProgramStatus::Solved {
-        return Ok(Some(FullStep { to, remaining_violation: 0.0, penalty: 0.0, relaxed: None }));
+        return Ok(Some(FullStep { to, remaining_violation: 0.0, penalty: 0.0 }));
     }
     let mut penalty = state.penalty.max(penalty);
     let mut last: Option<FullStep> = None;
-    let mut near = state.relaxed_solution.clone();
     for _ in 0..PENALTIES {
         let elastic = Elastic::with_objective(qp, vec![1.0; qp.offset.len()], penalty);
         let matrices = QuadraticProgram::of(&elastic, &elastic.start(&qp.center)?)?;
-        let solved = match &near {
-            Some(near) => conic.candidate_near(&matrices, near)?,
-            None => conic.candidate(&matrices)?,
-        };
+        let solved = conic.candidate(&matrices)?;
         if solved.status == ProgramStatus::Solved {
-            near = Some(solved.clone());
             let (to, remaining_violation) = elastic.split(solved);
             // A larger penalty without further reduction is discarded.
             if last.as_ref().is_some_and(|s| remaining_violation > REDUCTION * s.remaining_violation) {
                 break;
             }
-            last = Some(FullStep { to, remaining_violation, penalty, relaxed: near.clone() });
+            last = Some(FullStep { to, remaining_violation, penalty });
             if remaining_violation <= 0.5 * state.violation {
                 break;
             }
@@ -78,11 +71,11 @@ pub(super) fn full_step(
     Ok(last)
 }
 
-/// The second-order correction: the quadratic program with the values of the rows at the end of the full step `to`.
-pub(super) fn corrected(qp: &QuadraticProgram, conic: &Conic, to: &Candidate, rows: &[f64]) -> Option<Vec<f64>> {
-    let d = qp.step(&to.x);
+/// The second-order correction: the quadratic program with the values of the rows at the end of the full step.
+pub(super) fn corrected(qp: &QuadraticProgram, conic: &Conic, to: &[f64], rows: &[f64]) -> Option<Vec<f64>> {
+    let d = qp.step(to);
     let linear = &qp.rows * &d;
     let offset = rows.iter().zip(linear.iter()).map(|(g, a)| g - a).collect();
-    let solved = conic.candidate_near(&QuadraticProgram { offset, ..qp.clone() }, to).ok()?;
+    let solved = conic.candidate(&QuadraticProgram { offset, ..qp.clone() }).ok()?;
     (solved.status == ProgramStatus::Solved).then_some(solved.x)
 }

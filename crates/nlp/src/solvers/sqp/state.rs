@@ -141,9 +141,6 @@ pub struct SqpState {
     /// Gradients at the start if they have been evaluated before the run.
     #[serde(skip)]
     pub(super) known_gradients: Option<Gradients>,
-    /// Solution of the last relaxed quadratic program, with the violation as its last variable.
-    #[serde(skip)]
-    pub(super) relaxed_solution: Option<Candidate>,
     pub(super) record: ExecutorRecord,
 }
 
