@@ -102,6 +102,13 @@ impl MultiStartPlan {
     }
 }
 
+/// The status of an optimization that has not failed, in words: `cycle limit`.
+fn status_in_words(row: &Row) -> String {
+    let all = [Status::Running, Status::CycleLimit, Status::Stalled, Status::Infeasible, Status::Converged];
+    let known = all.into_iter().find(|status| format!("{status:?}") == row.status);
+    known.map_or_else(|| row.status.clone(), |status| status.to_string())
+}
+
 /// The presets of a file.
 fn methods(file: &StudyFile) -> std::result::Result<Vec<Option<String>>, StudyError> {
     let mut all = vec![];
@@ -177,7 +184,7 @@ impl StudyPlan for MultiStartPlan {
                 column.name,
                 readable(better.value(objective), 6),
                 column.unit,
-                better.status.to_lowercase()
+                status_in_words(better)
             ));
         }
         let (first, n) = (objective + WORK, self.start.len());

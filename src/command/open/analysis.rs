@@ -4,7 +4,7 @@ use super::super::budget::Budget;
 use super::super::model::located;
 use linkwright::model_file::Model;
 use linkwright::problem::{
-    AnalyzedDesign, Constraint, Problem, Quantity, ResponseAt, Responses, Sensitivities, SignedQuantity,
+    AnalyzedDesign, Problem, Quantity, ResponseAt, Responses, RowId, Sensitivities, SignedQuantity,
 };
 use linkwright::report::outcome;
 use linkwright::report::plots::Linkage;
@@ -238,29 +238,34 @@ impl<'p> DesignDerivatives<'p> {
             HistoryGradients::new(points.iter().map(|&p| values[p]).collect(), points, gradients)
         });
         let of = |j: usize, sign: f64| {
-            let constraint = &problem.constraints[j];
             let values = outcome::values(problem, j, &analysed.design, &analysed.evaluation);
-            self.rows(constraint, &values, sign)
+            self.rows(j, &values, sign)
         };
         let quantity = SignedQuantity { quantity: &problem.objective.quantity, sign: 1.0, bound: None };
         let objective = bound.is_none().then(|| self.without_bound(self.total(quantity, 0)));
         Ok(Derivatives {
             outputs: outputs.collect(),
             objective,
-            peak: outcome::peak_constraints(problem).map(|j| of(j, problem.constraints[j].sign())).collect(),
-            constraints: outcome::stated_constraints(problem).map(|j| of(j, 1.0)).collect(),
+            peak: outcome::peak_constraints(problem)
+                .map(|j| of(j, problem.constraints[j].sign()))
+                .collect::<Result<_>>()?,
+            constraints: outcome::stated_constraints(problem).map(|j| of(j, 1.0)).collect::<Result<_>>()?,
             motion,
         })
     }
 
     /// The gradients of sign · g of a constraint at the time points at which it holds.
-    fn rows(&self, constraint: &Constraint, values: &[Option<f64>], sign: f64) -> HistoryGradients {
-        let quantity = &constraint.quantity;
+    fn rows(&self, j: usize, values: &[Option<f64>], sign: f64) -> Result<HistoryGradients> {
+        let quantity = &self.problem.constraints[j].quantity;
         let points = self.points_of(quantity.grid().filter(|_| quantity.is_transient()));
         let held: Vec<(usize, f64)> = points.into_iter().filter_map(|p| Some((p, sign * values[p]?))).collect();
-        let quantity = SignedQuantity { quantity: &constraint.quantity, sign, bound: None };
-        let gradients = held.iter().map(|(p, _)| self.without_bound(self.total(quantity, *p))).collect();
-        HistoryGradients::new(held.iter().map(|h| h.1).collect(), held.iter().map(|h| h.0).collect(), gradients)
+        let gradient = |(point, _): &(usize, f64)| {
+            let row = RowId { constraint: j, point: *point };
+            let all = self.problem.row_derivative(row, sign, self.analysed, &self.sensitivities)?;
+            Ok(self.without_bound(all))
+        };
+        let gradients = held.iter().map(gradient).collect::<Result<_>>()?;
+        Ok(HistoryGradients::new(held.iter().map(|h| h.1).collect(), held.iter().map(|h| h.0).collect(), gradients))
     }
 
     fn total(&self, quantity: SignedQuantity<'_>, point: usize) -> Vec<f64> {

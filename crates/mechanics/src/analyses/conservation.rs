@@ -27,11 +27,11 @@ pub struct EnergyDrift {
 /// Fraction of the largest kinetic energy above which a change of the energy is worth a warning in any motion.
 pub const NOTABLE: f64 = 0.01;
 
-/// The same fraction for adaptive steps, in units of their tolerance: changes above it come from singular positions, or other
+/// Such a fraction for adaptive steps, in units of their tolerance. Changes above it come from singular positions, or other
 /// places at which the estimated errors are wrong.
 const UNCONTROLLED: f64 = 1e5;
 
-/// The smallest such fraction.
+/// Least fraction for adaptive steps: rounding and long motions remain below it.
 const SMALLEST_LIMIT: f64 = 1e-4;
 
 /// Ratio of the change to the largest kinetic energy from which on the warning states it as a multiple, not in percent.
@@ -188,4 +188,27 @@ fn conserves(instance: &ElementInstance<f64>, start: &State<f64>) -> bool {
         }
         sum.abs() <= ROUNDING * size
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A change of 0.06 % of the kinetic energy is more than steps with a tolerance of 1e-9 explain, and is possible with longer ones.
+    #[test]
+    fn a_change_is_compared_with_the_tolerance_of_the_steps() {
+        let warning = |tolerance| {
+            let drift =
+                EnergyDrift { start: 0.0, largest: -6e-4, time: 2.0, limit: NOTABLE, notable_from: None, kinetic: 1.0 };
+            let records = vec![[1.0, 5e-5, 0.0], [2.0, 6e-4, 0.0]];
+            let workspace = ElementWorkspace::default();
+            EnergyWatch { drift: Some(drift), at_rest: 0.0, records, workspace }.finish(tolerance).unwrap().warning()
+        };
+        assert!(warning(None).is_none() && warning(Some(1e-8)).is_none());
+        let text = warning(Some(1e-9)).unwrap();
+        assert!(
+            text.contains("loses 6.000e-4 J, 0.06 % of") && text.contains("more than 0.01 % from t = 2 s on"),
+            "{text}"
+        );
+    }
 }

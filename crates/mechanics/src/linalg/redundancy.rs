@@ -307,4 +307,47 @@ mod tests {
             assert!((c[k][0] - expected[k]).abs() < tolerance, "{c:?}");
         }
     }
+
+    /// Masses held by two constraints that depend on each other in one position, where the multipliers (1, −1) have no effect, and
+    /// contradict each other by δ in another one. There only the sum of the constraints counts.
+    #[test]
+    fn excluded_multipliers_leave_the_sum_of_the_constraints() {
+        let rows: Vec<Vec<usize>> = vec![vec![0, 2, 3], vec![1, 2, 3], vec![0, 1, 2, 3], vec![0, 1, 2, 3]];
+        let mut factor = Factor::new(&rows, &[false, false, true, true]);
+        factor.allow_redundancy(&rows, &[false, false, true, true]);
+        let assemble = |factor: &mut Factor, δ: f64| {
+            let second = -1.0 - δ;
+            let values =
+                [[2.0, 0.0, 1.0, 1.0], [0.0, 3.0, -1.0, second], [1.0, -1.0, 0.0, 0.0], [1.0, second, 0.0, 0.0]];
+            factor.entries_mut().fill(0.0);
+            for (i, row) in rows.iter().enumerate() {
+                for &j in row {
+                    let slot = factor.slot(i, j);
+                    factor.entries_mut()[slot] = values[i][j];
+                }
+            }
+            factor.factorize().unwrap();
+        };
+        assemble(&mut factor, 0.0);
+        let directions = factor.null_space();
+        let found: Vec<f64> = directions.iter().flatten().map(|x| x * directions[0][2].signum()).collect();
+        let half = 0.5f64.sqrt();
+        assert!(found.iter().zip([0.0, 0.0, half, -half]).all(|(x, y)| (x - y).abs() < 1e-12), "{found:?}");
+        factor.exclude(&directions);
+        let δ = 0.1;
+        assemble(&mut factor, δ);
+        for transposed in [false, true] {
+            let mut b = [[10.0], [0.0], [0.5], [0.5]];
+            if transposed {
+                factor.solve_transposed(&mut b)
+            } else {
+                factor.solve(&mut b)
+            }
+            // a + λ = 5, 3 b = (2 + δ) λ, 2 a − (2 + δ) b = 1.
+            let s = 2.0 + δ;
+            let λ = 9.0 / (2.0 + s * s / 3.0);
+            let expected = [5.0 - λ, s * λ / 3.0, λ, λ];
+            assert!(b.iter().zip(expected).all(|(x, y)| (x[0] - y).abs() < 1e-12), "{b:?} for {expected:?}");
+        }
+    }
 }

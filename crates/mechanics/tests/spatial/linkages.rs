@@ -339,7 +339,8 @@ fn derivatives_of_an_overconstrained_linkage_do_not_depend_on_method_and_toleran
                 }
             }
             println!("{} at {tolerance:e}: methods differ by {methods:.1e}, error {error:.1e}", settings.method.name);
-            assert!(methods < 1e-9 && error < 1e3 * tolerance);
+            // Errors of the steps add up: 1 to 6 tolerances.
+            assert!(methods < 1e-12 && error < 30.0 * tolerance);
         }
     }
 }

@@ -86,10 +86,8 @@ impl Stop {
     pub(super) fn cycle_limit(&self, state: &RunState) -> (Status, String) {
         let trials = state.history.len() - 1;
         if falls_without_limit(state) {
-            let reason = format!(
-                "the objective falls without limit, in {trials} trial steps to {:.1e}: add bounds or constraints",
-                state.evaluation.objective
-            );
+            let reason =
+                format!("the objective seems to be unbounded, after {trials} trial steps: add bounds or constraints");
             return (Status::Stalled, reason);
         }
         if trials >= self.max_cycles {

@@ -60,7 +60,7 @@ pub struct MechanismRhs<'m> {
     pub(crate) step_ends: Option<StepEnds>,
     /// Equations of motion in relative coordinates, if these are the unknowns.
     pub(crate) relative: Option<Box<RelativeRhs>>,
-    /// Multipliers without effect at the beginning of the step, if constraints are redundant: they are excluded in the step.
+    /// Multipliers without effect in the last consistent position, if constraints are redundant: they are excluded from solutions.
     without_effect: Arc<[Vec<f64>]>,
     rows: Vec<[f64; 1]>,
     jets: ElementWorkspace<Jet2<f64>>,
@@ -234,6 +234,23 @@ impl<'m> MechanismRhs<'m> {
         Ok(())
     }
 
+    /// Finds the multipliers without effect in the consistent state `y` at the time `t` (s).
+    ///
+    /// Forces that depend on reactions need multipliers of least norm at each stage, which exclusions of another position do not give.
+    fn find_multipliers_without_effect(&mut self, t: f64, y: &[f64]) -> Result<()> {
+        self.without_effect = Arc::default();
+        let is_needed = self.system.allows_redundancy() && !self.mechanism.has_reactions_as_loads();
+        if self.relative.is_some() || !is_needed {
+            return Ok(());
+        }
+        self.set_state(t, y);
+        self.system.assemble(self.mechanism, &self.state, Linearization::accelerations(), &mut self.rows);
+        self.system.factor().exclude(&self.without_effect);
+        self.system.factorize(self.mechanism, t)?;
+        self.without_effect = self.system.factor().null_space();
+        Ok(())
+    }
+
     /// The error of a system that is not finite at the current state.
     fn non_finite_error(&self) -> Error {
         not_finite(self.mechanism, &self.state).unwrap_or_else(|| {
@@ -288,6 +305,9 @@ impl OdeRhs for MechanismRhs<'_> {
         if let Some(relative) = &mut self.relative {
             return relative.rates(self.mechanism, slot, (t, y), &mut self.state, k);
         }
+        if slot == SAMPLE {
+            self.find_multipliers_without_effect(t, y)?;
+        }
         self.set_state(t, y);
         self.solve_accelerations()?;
         let n = self.state.q.len();
@@ -309,15 +329,7 @@ impl OdeRhs for MechanismRhs<'_> {
     }
 
     fn begin_step(&mut self, t: f64, y: &[f64]) -> Result<()> {
-        if self.relative.is_some() || !self.system.allows_redundancy() {
-            return Ok(());
-        }
-        self.set_state(t, y);
-        self.system.assemble(self.mechanism, &self.state, Linearization::accelerations(), &mut self.rows);
-        self.system.factor().exclude(&Arc::default());
-        self.system.factorize(self.mechanism, t)?;
-        self.without_effect = self.system.factor().null_space();
-        Ok(())
+        self.find_multipliers_without_effect(t, y)
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> Result<()> {
@@ -345,7 +357,7 @@ impl OdeRhs for MechanismRhs<'_> {
         if let Some(record) = &mut self.record {
             std::mem::swap(&mut record.projected.factor, self.system.factor());
         }
-        Ok(())
+        self.find_multipliers_without_effect(t, y)
     }
 
     fn switching_functions(&mut self, t: f64, y: &[f64], out: &mut Vec<f64>) {

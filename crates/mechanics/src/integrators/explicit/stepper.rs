@@ -166,6 +166,7 @@ impl<F: OdeRhs> Stepper<F> {
     /// Evaluates the rates at the beginning of the step again, which jump there or have derivatives that jump.
     pub(crate) fn restart_rates(&mut self) -> Result<()> {
         self.evaluations += 1;
+        self.rhs.begin_step(self.t[0], &self.old)?;
         self.rhs.rates(0, self.t[0], &self.old, &mut self.slots[0])
     }
 

@@ -82,9 +82,9 @@ impl std::fmt::Display for Verdict {
 pub struct Verification {
     /// The verdict.
     pub verdict: Verdict,
-    /// Objective at the end, in the units of the published problem.
+    /// Objective at the end, in the units of the published problem; NaN where the problem is not defined.
     pub objective: f64,
-    /// Largest violation at the end, relative to the terms of its row.
+    /// Largest violation at the end, relative to the terms of its row; NaN where the problem is not defined.
     pub violation: f64,
     /// (F − F*) / max(|F*|, min(1, |F(start) − F*|)) for the nearest known optimum, with F(start) at the published start.
     pub excess: Option<f64>,
