@@ -1,7 +1,7 @@
 //! Optima of the library's problems compared with published and independently computed ones.
 
 use linkwright::cases::{Conclusion, Optimum, attempt_with, find, impact_absorber, slider_crank};
-use linkwright::nlp::{Sqp, SubproblemSolver};
+use linkwright::nlp::{Program, Sqp, SubproblemSolver};
 use linkwright::problem::{DirectCoupling, Problem};
 use linkwright::sao::{Method, RunState, Status, preset};
 use std::f64::consts::TAU;
@@ -88,6 +88,30 @@ fn a_filter_takes_the_slider_crank_from_all_sixteen_starts_in_few_analyses() {
         .collect();
     works.sort_unstable();
     assert!(works[8] <= [12, 11], "median {:?} of {works:?}", works[8]);
+}
+
+#[test]
+fn rows_of_the_direct_coupling_have_the_gradients_of_their_values() {
+    for in_continuous_time in [false, true] {
+        let problem = impact_absorber::peak_acceleration().unwrap();
+        let problem = if in_continuous_time { problem.in_continuous_time() } else { problem };
+        let direct = DirectCoupling::new(&problem);
+        // Away from the start, at which a local maximum is at a time point.
+        let x: Vec<f64> = problem.start().iter().map(|x| 1.03 * x).collect();
+        let gradients = direct.gradients(&x).unwrap().rows;
+        for k in 0..x.len() {
+            let h = 1e-5 * x[k].abs();
+            let rows = |h: f64| {
+                let mut moved = x.clone();
+                moved[k] += h;
+                direct.values(&moved).unwrap().rows
+            };
+            for (i, (up, down)) in rows(h).into_iter().zip(rows(-h)).enumerate() {
+                let (slope, found) = ((up - down) / (2.0 * h), gradients[(i, k)]);
+                assert!((slope - found).abs() < 1e-6 * (1.0 + slope.abs()), "{:?}: {found}, {slope}", direct.row(i));
+            }
+        }
+    }
 }
 
 #[test]

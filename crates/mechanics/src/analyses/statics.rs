@@ -12,7 +12,9 @@ pub use crate::initial_conditions::{Statics, find_equilibrium};
 
 /// Static equilibria at `times` (s): one series per output.
 ///
-/// Each equilibrium is computed from the previous one. With loads that are functions of time this follows a load path.
+/// Each equilibrium is computed from the previous one. With loads that are functions of time this follows a load path. Beyond a limit point
+/// the next equilibrium may be a distant one:
+/// [`warn_of_equilibrium_jumps`](super::equilibrium_jumps::warn_of_equilibrium_jumps).
 ///
 /// # Errors
 ///

@@ -230,6 +230,30 @@ impl Problem {
         Ok(self.derivative_at_peak(signed, &peak, design, |value| value))
     }
 
+    /// dĝ/db of a row of an analysed design: at the local maximum `at`, or at the time point if there is none.
+    ///
+    /// `sensitivities` are those of [`Self::responses_of`] at the time point.
+    ///
+    /// # Errors
+    ///
+    /// Those of the analysis, for a local maximum.
+    pub fn residual_gradient(
+        &self,
+        row: RowId,
+        at: Option<&PeakTime>,
+        analyzed: &AnalyzedDesign,
+        sensitivities: &Sensitivities,
+    ) -> Result<Vec<f64>> {
+        let AnalyzedDesign { design, responses, evaluation } = analyzed;
+        let constraint = &self.constraints[row.constraint];
+        if let Some(&at) = at {
+            let peak = self.peak(at, design, responses, &evaluation.residuals[row.constraint])?;
+            return Ok(self.peak_gradient(&peak, design));
+        }
+        let slope = self.total_derivative(constraint.signed(), row.point, design, responses, sensitivities);
+        Ok(slope.into_iter().map(|v| v / constraint.scale).collect())
+    }
+
     fn derivative_at_peak(
         &self,
         signed: SignedQuantity<'_>,

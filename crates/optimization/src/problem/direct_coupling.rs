@@ -10,7 +10,8 @@ use std::sync::{Arc, Mutex};
 /// The problem as one [`Program`]: every time point is a row, every evaluation is an analysis.
 ///
 /// This is the classical coupling that sequential approximation is compared with. Rows read ĝ − 1 ≤ 0. Gradients at the
-/// design that was analyzed last cost no second analysis.
+/// design that was analyzed last cost no second analysis. The row of a time point next to a local maximum of a constraint in continuous
+/// time has the value and the gradient of the maximum.
 pub struct DirectCoupling<'a> {
     problem: &'a Problem,
     rows: Vec<RowId>,
@@ -92,18 +93,17 @@ impl Program for DirectCoupling<'_> {
     fn gradients(&self, x: &[f64]) -> Result<Gradients> {
         let (problem, n) = (self.problem, self.problem.n());
         let analyzed = self.analyzed(x)?;
-        let responses = &analyzed.responses;
+        let AnalyzedDesign { responses, evaluation, .. } = &*analyzed;
         self.sensitivity_analyses.fetch_add(1, Ordering::Relaxed);
         let rows = problem.sensitivities(x, responses, &self.wanted)?;
         let sensitivities = Sensitivities { at: self.wanted.clone(), rows };
         let objective = problem.total_derivative(problem.objective.signed(), 0, x, responses, &sensitivities);
         let mut jacobian = DMatrix::zeros(self.rows.len(), n);
         for (i, row) in self.rows.iter().enumerate() {
-            let constraint = &problem.constraints[row.constraint];
-            let slope = problem.total_derivative(constraint.signed(), row.point, x, responses, &sensitivities);
-            (0..n).for_each(|k| jacobian[(i, k)] = slope[k] / constraint.scale);
+            let slope = problem.residual_gradient(*row, evaluation.peak_of(*row), &analyzed, &sensitivities)?;
+            (0..n).for_each(|k| jacobian[(i, k)] = slope[k]);
         }
-        let values = self.values_of(&analyzed.evaluation);
+        let values = self.values_of(evaluation);
         Ok(Gradients { values, objective, rows: jacobian })
     }
 }

@@ -175,12 +175,12 @@ impl Method {
         Ok(state)
     }
 
-    /// Stores the derivatives at the design of a state before the next step, and the sizes of its values if it is the start, for a later
-    /// confirmation.
+    /// Stores the derivatives at the design of a state before the next step, and the lengths of the variables if it is the start, for a
+    /// later confirmation.
     pub(super) fn keep(&self, problem: &Problem, state: &mut RunState, data: &CycleData) {
         if self.stop.confirm {
             if state.history.first().is_some_and(|start| start.design == state.design) {
-                state.start_sizes = Some(Automatic::start_sizes(problem, state, data));
+                state.start_lengths = Some(Automatic::lengths(problem, state, data));
             }
             let at = (&state.design[..], &state.responses, &state.evaluation);
             state.points.push(AcceptedPoint::new(problem, at, data));

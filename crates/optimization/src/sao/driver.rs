@@ -73,7 +73,7 @@ impl Method {
             data: None,
             automatic: None,
             points: vec![],
-            start_sizes: None,
+            start_lengths: None,
             confirmation: None,
             active: None,
             counters: Counters { analyses: 1, ..Default::default() },

@@ -27,7 +27,7 @@ mod trust_region;
 
 pub use automatic::{
     AcceptedPoint, ApproximatedValue, ApproximationKind, Automatic, AutomaticState, FilterEntry, NumberGroup, NumberId,
-    RejectedPoint, Scores,
+    RejectedPoint, Scores, StartLengths,
 };
 pub use conservatism::Conservatism;
 pub use cycle::{ActiveRow, Cycle, Prediction};

@@ -51,23 +51,14 @@ pub struct PostOptimal {
 
 /// Gradients of objective and rows at a design.
 fn gradients(problem: &Problem, b: &[f64], rows: &[RowId]) -> Result<(Vec<f64>, DMatrix<f64>)> {
-    let AnalyzedDesign { responses, evaluation, .. } = problem.analyze_design(b)?;
+    let analyzed = problem.analyze_design(b)?;
+    let AnalyzedDesign { responses, evaluation, .. } = &analyzed;
     let at = CycleData::needed(problem, rows);
-    let sensitivities = Sensitivities { rows: problem.sensitivities(b, &responses, &at)?, at };
-    let objective = problem.total_derivative(problem.objective.signed(), 0, b, &responses, &sensitivities);
+    let sensitivities = Sensitivities { rows: problem.sensitivities(b, responses, &at)?, at };
+    let objective = problem.total_derivative(problem.objective.signed(), 0, b, responses, &sensitivities);
     let mut all = DMatrix::zeros(rows.len(), b.len());
     for (i, row) in rows.iter().enumerate() {
-        let constraint = &problem.constraints[row.constraint];
-        let slope = match evaluation.nearest_peak(*row) {
-            Some(&at) => {
-                let peak = problem.peak(at, b, &responses, &evaluation.residuals[row.constraint])?;
-                problem.peak_gradient(&peak, b)
-            }
-            None => {
-                let slope = problem.total_derivative(constraint.signed(), row.point, b, &responses, &sensitivities);
-                slope.into_iter().map(|v| v / constraint.scale).collect()
-            }
-        };
+        let slope = problem.residual_gradient(*row, evaluation.nearest_peak(*row), &analyzed, &sensitivities)?;
         slope.iter().enumerate().for_each(|(k, v)| all[(i, k)] = *v);
     }
     Ok((objective, all))

@@ -1,7 +1,7 @@
 //! The state of a run: one record that can be written to a file.
 
 use super::trace::Trace;
-use super::{AcceptedPoint, ActiveRow, AutomaticState, Cycle, GlobalizationState};
+use super::{AcceptedPoint, ActiveRow, AutomaticState, Cycle, GlobalizationState, StartLengths};
 use crate::approximation::{Asymptotes, CycleData, LinearizationPoint, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Problem, Responses, RowId, Sensitivities};
 use error::{Error, Result};
@@ -93,9 +93,9 @@ pub struct RunState {
     /// The last accepted designs before the current one with their derivatives, for a confirmation of the end.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<AcceptedPoint>,
-    /// Sizes of the start values, for a confirmation of the end: |b|, or zero for one that counts as zero.
+    /// Lengths of the variables by the start, for a confirmation of the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub start_sizes: Option<Vec<f64>>,
+    pub start_lengths: Option<StartLengths>,
     /// The last confirmation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confirmation: Option<Confirmation>,

@@ -1,6 +1,6 @@
 //! Checks of a state from a file: every length and every index agrees with the problem, so that cycles and reports may rely on it.
 
-use super::{Counters, Cycle, RunState};
+use super::{Counters, Cycle, RunState, StartLengths};
 use crate::approximation::{CycleData, PreviousPoint};
 use crate::problem::{AnalyzedDesign, Evaluation, Peak, Problem, ResponseAt, RowId, Sensitivities};
 use error::{Error, Result};
@@ -26,11 +26,11 @@ fn check(state: &RunState, problem: &Problem) -> Result<()> {
     require(state.factors.iter().all(|factor| *factor > 0.0), || "a move-limit factor is not positive".to_owned())?;
     let step = state.last_step.as_ref().map_or(n, Vec::len);
     Error::check_length("last step of the state", n, step)?;
-    let sizes = state.start_sizes.iter().flatten();
-    Error::check_length("start sizes of the state", n, state.start_sizes.as_ref().map_or(n, Vec::len))?;
-    require(sizes.into_iter().all(|size| *size >= 0.0 && size.is_finite()), || {
-        "a start size is negative or not finite".to_owned()
-    })?;
+    if let Some(StartLengths { lengths, guessed }) = &state.start_lengths {
+        Error::check_length("start lengths of the state", n, lengths.len())?;
+        Error::check_length("marks of guessed lengths of the state", n, guessed.len())?;
+        require(lengths.iter().all(|d| *d > 0.0 && d.is_finite()), || "a start length is not positive".to_owned())?;
+    }
     problem.check_shape(&state.responses)?;
     check_evaluation(&state.evaluation, problem)?;
     let conservatism = state.globalization.conservatism.len();

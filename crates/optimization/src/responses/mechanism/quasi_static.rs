@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use mechanics::analyses::dynamics::check_times;
+use mechanics::analyses::equilibrium_jumps::warn_of_equilibrium_jumps;
 use mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
 use mechanics::analyses::kinematics::kinematics;
 use mechanics::analyses::statics::{Statics, equilibria};
@@ -88,7 +89,7 @@ macro_rules! impl_instant_analysis {
             }
 
             fn warnings(&self, mechanism: &Mechanism<f64>, times: &[f64]) -> Vec<String> {
-                $warnings(mechanism, self, times).into_iter().collect()
+                $warnings(mechanism, self, times)
             }
 
             fn direct<M: ParametricMechanism>(&self, model: &M, b: &[f64], times: &[f64]) -> Result<SensitiveHistory> {
@@ -130,7 +131,7 @@ impl_instant_analysis!(
     difference_equilibria,
     differentiate_equilibria_twice,
     differentiate_equilibria_backwards,
-    warn_of_tensioned_beams
+    warn_of_equilibria
 );
 impl_instant_analysis!(
     Assembly,
@@ -144,9 +145,14 @@ impl_instant_analysis!(
     no_warning
 );
 
-/// Kinematics has no beam forces, on which stability depends.
-fn no_warning(_: &Mechanism<f64>, _: &Assembly, _: &[f64]) -> Option<String> {
-    None
+fn warn_of_equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Vec<String> {
+    let warnings = [warn_of_tensioned_beams, warn_of_equilibrium_jumps];
+    warnings.iter().filter_map(|warning| warning(mechanism, settings, times)).collect()
+}
+
+/// Kinematics has no forces, on which stability depends.
+fn no_warning(_: &Mechanism<f64>, _: &Assembly, _: &[f64]) -> Vec<String> {
+    vec![]
 }
 
 impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {

@@ -8,7 +8,7 @@ use super::convergence::{
 };
 use super::cycle_context::CycleContext;
 use super::displacement::DISPLACEMENTS;
-use super::lengths::{spread, start_lengths, start_sizes};
+use super::lengths::{StartLengths, spread, start_lengths, start_sizes};
 use super::linearized::Linearized;
 use super::proposal::{Next, Proposal};
 use super::restoration::{is_incompatible, least_violation};
@@ -136,16 +136,7 @@ impl Automatic {
             AnalyzedDesign { design: design.clone(), responses: responses.clone(), evaluation: evaluation.clone() };
         let data = method.differentiate(problem, &at)?;
         state.counters.sensitivity_analyses += usize::from(data.has_derivatives());
-        let here = Linearized::new(problem, (&at.design, &at.responses, &at.evaluation), &data);
-        let objective = state.evaluation.objective;
-        // Another method may have left a variable that started at zero near zero.
-        let start = state.history.first().map_or(&state.design, |start| &start.design);
-        let sizes = match &state.start_sizes {
-            _ if *start == state.design => start_sizes(start, objective, &here),
-            Some(known) => known.clone(),
-            None => start.iter().map(|b| b.abs()).collect(),
-        };
-        let (start_lengths, guessed) = start_lengths(problem, &sizes, objective, &here);
+        let StartLengths { lengths: start_lengths, guessed } = Self::lengths(problem, state, &data);
         let (widths, points) = (start_lengths.clone(), std::mem::take(&mut state.points));
         let mut memory = AutomaticState { widths, start_lengths, guessed, points, ..Default::default() };
         self.store(problem, state, &data, &mut memory);
@@ -229,10 +220,21 @@ impl Automatic {
         Ok(())
     }
 
-    /// Sizes of the values of the current design if it is the start; zero for one that counts as zero.
-    pub(in crate::sao) fn start_sizes(problem: &Problem, state: &RunState, data: &CycleData) -> Vec<f64> {
-        let RunState { design, responses, evaluation, .. } = state;
-        start_sizes(design, evaluation.objective, &Linearized::new(problem, (design, responses, evaluation), data))
+    /// The start lengths of a run. Slopes at its end do not determine them: another method may have left a variable that started at zero
+    /// near zero, and margins vanish there.
+    pub(in crate::sao) fn lengths(problem: &Problem, state: &RunState, data: &CycleData) -> StartLengths {
+        let RunState { design, responses, evaluation, start_lengths: known, .. } = state;
+        let start = state.history.first().map_or(design, |start| &start.design);
+        if let Some(known) = known.as_ref().filter(|_| start != design) {
+            return known.clone();
+        }
+        let here = Linearized::new(problem, (design, responses, evaluation), data);
+        let sizes = if start == design {
+            start_sizes(start, evaluation.objective, &here)
+        } else {
+            start.iter().map(|b| b.abs()).collect()
+        };
+        start_lengths(problem, &sizes, evaluation.objective, &here)
     }
 
     /// Stores the current design with its numbers.

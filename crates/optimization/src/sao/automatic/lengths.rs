@@ -5,6 +5,7 @@ use super::candidates::AcceptedPoint;
 use super::linearized::Linearized;
 use crate::problem::{Evaluation, Problem};
 use crate::sao::trace::Trace;
+use serde::{Deserialize, Serialize};
 
 /// Least start length of a bounded variable, as a fraction of its range.
 const LEAST_OF_RANGE: f64 = 0.02;
@@ -27,6 +28,15 @@ const FAR: [f64; 2] = [1e6, 1e10];
 /// Least objective per unit of violation, as a fraction of the range of the objective.
 const LEAST_OF_OBJECTIVE: f64 = 1e-3;
 
+/// Start lengths of the variables.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StartLengths {
+    /// Length d of each variable.
+    pub lengths: Vec<f64>,
+    /// True for each length that is a guess, as the variable starts at zero and has no range.
+    pub guessed: Vec<bool>,
+}
+
 /// Start lengths d: |b|, at least 2 % of the range of a bounded variable and at most its range; a range of more than 1.5·10⁶ |b| counts as
 /// 1.5·10⁶ |b|, and a length from a range of more than 500 |b| is a guess. A start value counts as zero if its contributions to the
 /// first-order changes of objective and rows are negligible compared with those of the others. All start values count as zero if their
@@ -34,15 +44,10 @@ const LEAST_OF_OBJECTIVE: f64 = 1e-3;
 ///
 /// A variable without range that starts at zero has the median of |cᵢ| / |∂cᵢ/∂bⱼ| over the rows; failing that, |F| / |∂F/∂bⱼ|;
 /// failing that, the median of the other variables; failing that, 1. It is a guess: move limits grow up to tenfold in a cycle, and
-/// [`Units`] shortens guesses that steps have shown to be too long. The second result says which lengths are guesses.
+/// [`Units`] shortens guesses that steps have shown to be too long.
 ///
 /// The sizes of the start are those of [`start_sizes`]; slopes `here` at a later design, which may be an optimum, do not determine them.
-pub(super) fn start_lengths(
-    problem: &Problem,
-    start_sizes: &[f64],
-    objective: f64,
-    here: &Linearized,
-) -> (Vec<f64>, Vec<bool>) {
+pub(super) fn start_lengths(problem: &Problem, start_sizes: &[f64], objective: f64, here: &Linearized) -> StartLengths {
     let n = start_sizes.len();
     let steepest = |row: &mut dyn Iterator<Item = f64>| row.fold(0.0f64, |a, g| a.max(g.abs()));
     let row = |i: usize| (here.c[i], here.jacobian.row(i).iter().copied().collect());
@@ -79,7 +84,7 @@ pub(super) fn start_lengths(
         *length = seen(j).filter(|d| *d <= largest).map(|d| d.min(WIDEST[1] * size(j)));
     }
     let other = median(lengths.iter().flatten().copied().collect()).unwrap_or(1.0);
-    (lengths.into_iter().map(|d| d.unwrap_or(other)).collect(), guessed)
+    StartLengths { lengths: lengths.into_iter().map(|d| d.unwrap_or(other)).collect(), guessed }
 }
 
 /// |b|, or zero for a start value that counts as zero by the slopes at the start.

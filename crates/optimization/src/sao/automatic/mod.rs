@@ -43,6 +43,7 @@ mod tangent_space;
 
 pub use candidates::{AcceptedPoint, ApproximationKind};
 pub(in crate::sao) use cycle::Continuation;
+pub use lengths::StartLengths;
 pub(in crate::sao) use lengths::spread;
 pub use numbers::{ApproximatedValue, NumberGroup, NumberId};
 pub use selection::Scores;
