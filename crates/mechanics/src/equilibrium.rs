@@ -1,8 +1,9 @@
 //! Static equilibria: Newton's iteration, and the load path where it fails.
 
+use crate::elements::element::ElementWorkspace;
 use crate::mechanism::Mechanism;
 use crate::system::linearization::Linearization;
-use crate::system::state::State;
+use crate::system::state::{State, evaluate};
 use crate::system::{System, Unknown};
 use crate::{Error, Result, diagnostics};
 use error::Seconds;
@@ -28,7 +29,7 @@ impl Default for Statics {
 ///
 /// Newton's iteration begins at the given positions. If it does not converge, the residual forces of the given positions
 /// are removed gradually: the path of equilibria from these positions to the load is followed by its arc length. It passes
-/// limit points, at which the load has a largest or smallest value.
+/// limit points, at which the load has a largest or smallest value, and may end at distant positions, as after a snap-through.
 ///
 /// The factor of the last iteration stays in `system`.
 ///
@@ -104,7 +105,7 @@ fn newton(
     Ok(false)
 }
 
-/// The error of a load without equilibrium; `turn` is the load fraction at the limit point, the largest that was reached.
+/// The error of a load without equilibrium; `turn` is the load fraction at the limit point, the largest that was reached on the way to it.
 fn no_equilibrium(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -119,10 +120,13 @@ fn no_equilibrium(
     let what = diagnostics::dominant_residual(system, mechanism, state, rows);
     let limit = turn.filter(|turn| *turn > 0.0 && *turn < 1.0);
     let limit = limit.map_or(String::new(), |turn| {
-        format!(": from the given positions, equilibria exist up to {:.3} % of the load (limit point)", 100.0 * turn)
+        format!(
+            ": on the way from the positions before, equilibria exist up to {:.3} % of it (limit point)",
+            100.0 * turn
+        )
     });
-    let why = format!("no static equilibrium found at t = {}{limit}", Seconds(state.t));
-    Error::analysis(what, why, "apply the load in more steps, or add stiffness to free motions")
+    let why = format!("no static equilibrium found for the load at t = {}{limit}", Seconds(state.t));
+    Error::analysis(what, why, "reduce the load, apply it in more steps, or add stiffness to free motions")
 }
 
 /// The path of equilibria of r(x) = (1 − s) r(x₀) from the start x₀ with s = 0 to the load with s = 1.
@@ -132,6 +136,9 @@ struct LoadPath<'s, 'm> {
     settings: &'s Statics,
     /// r(x₀), by equation.
     start: Vec<f64>,
+    /// ω, the weight of the load fraction in the arc length: the largest unbalanced force relative to the largest force of the parts. A
+    /// small change of a large load may lead along a path on which the whole load is reversed.
+    weight: f64,
     /// For each equation, true for a coordinate.
     coordinates: Vec<bool>,
     rows: Vec<[f64; 1]>,
@@ -144,7 +151,7 @@ struct PathDirection {
     load: f64,
 }
 
-/// First and largest step along the path, in m or rad (root mean square over the coordinates) and load fraction.
+/// First and largest step along the path, in m or rad (root mean square over the coordinates) and weighted load fraction.
 const FIRST_STEP: f64 = 0.02;
 const LONGEST_STEP: f64 = 0.2;
 
@@ -155,6 +162,12 @@ const SMALLEST_STEP: f64 = 1e-9;
 const MOST_PATH_STEPS: usize = 3000;
 const MOST_CORRECTIONS: usize = 12;
 
+/// Weighted load fraction in the opposite direction beyond which the path is not followed.
+const LARGEST_REVERSAL: f64 = 10.0;
+
+/// Smallest weight of the load fraction.
+const SMALLEST_WEIGHT: f64 = 1e-6;
+
 /// Largest correction (m or rad) of the last iteration at an intermediate load.
 const ON_THE_WAY: f64 = 1e-7;
 
@@ -162,9 +175,13 @@ impl<'s, 'm> LoadPath<'s, 'm> {
     fn new(system: &'s mut System, mechanism: &'m Mechanism<f64>, settings: &'s Statics, start: &State<f64>) -> Self {
         let mut rows = vec![[0.0]; system.size()];
         system.assemble(mechanism, start, Linearization::statics(), &mut rows);
-        let coordinates = system.unknowns().iter().map(|u| matches!(u, Unknown::Coordinate(_))).collect();
+        let coordinates: Vec<bool> = system.unknowns().iter().map(|u| matches!(u, Unknown::Coordinate(_))).collect();
+        let is_force = rows.as_flattened().iter().zip(&coordinates).filter(|(_, is)| **is);
+        let unbalanced = is_force.map(|(r, _)| r.abs()).fold(0.0, f64::max);
+        let ratio = unbalanced / largest_force(mechanism, start);
+        let weight = if ratio > 0.0 { ratio.clamp(SMALLEST_WEIGHT, 1.0) } else { 1.0 };
         let start = rows.as_flattened().to_vec();
-        Self { system, mechanism, settings, start, coordinates, rows }
+        Self { system, mechanism, settings, start, weight, coordinates, rows }
     }
 
     /// Follows the path. Returns `None` at the load, or else the largest load fraction that was reached.
@@ -204,7 +221,7 @@ impl<'s, 'm> LoadPath<'s, 'm> {
                     Err(_) => step *= 0.4,
                 }
             }
-            if load < -1.0 {
+            if load * self.weight < -LARGEST_REVERSAL {
                 break;
             }
             before = Some(tangent);
@@ -228,8 +245,9 @@ impl<'s, 'm> LoadPath<'s, 'm> {
     /// The unit tangent of the path, which continues the direction `before`.
     fn tangent(&mut self, before: Option<&PathDirection>) -> PathDirection {
         let rate = self.rate();
-        let length = (self.product(&rate, &rate) + 1.0).sqrt();
-        let turn = before.map_or(1.0, |before| self.product(&before.unknowns, &rate) + before.load);
+        let square = self.weight * self.weight;
+        let length = (self.product(&rate, &rate) + square).sqrt();
+        let turn = before.map_or(1.0, |before| self.product(&before.unknowns, &rate) + square * before.load);
         let scale = turn.signum() / length;
         PathDirection { unknowns: rate.iter().map(|x| x * scale).collect(), load: scale }
     }
@@ -274,7 +292,7 @@ impl<'s, 'm> LoadPath<'s, 'm> {
             if let Some(tangent) = tangent {
                 // The correction stays in the plane: no component along the tangent.
                 let rate = self.rate();
-                let along = self.product(&tangent.unknowns, &rate) + tangent.load;
+                let along = self.product(&tangent.unknowns, &rate) + self.weight * self.weight * tangent.load;
                 let shift = -self.product(&tangent.unknowns, &change) / along;
                 change.iter_mut().zip(&rate).for_each(|(x, r)| *x += shift * r);
                 at += shift;
@@ -292,6 +310,17 @@ impl<'s, 'm> LoadPath<'s, 'm> {
         }
         Err(Error::analysis("load path", "does not converge", "use a shorter step"))
     }
+}
+
+/// The largest sum of the magnitudes of the forces of all elements on a coordinate.
+fn largest_force(mechanism: &Mechanism<f64>, state: &State<f64>) -> f64 {
+    let mut sums = vec![0.0; state.q.len()];
+    let mut workspace = ElementWorkspace::default();
+    for instance in mechanism.elements.iter().filter(|instance| !instance.element.is_sensor()) {
+        evaluate(instance, state, &mut workspace);
+        instance.coordinates.iter().zip(&workspace.dynamics).for_each(|(&i, force)| sums[i] += force.abs());
+    }
+    sums.into_iter().fold(0.0, f64::max)
 }
 
 /// Sets the reactions that minimize the residual forces at the given positions.

@@ -2,7 +2,7 @@
 
 use linkwright_mechanics::analyses::equilibrium_jumps::warn_of_equilibrium_jumps;
 use linkwright_mechanics::motion::{ConstantSpeed, Fixed, Motion};
-use linkwright_mechanics::{Mechanism, Pose, Statics};
+use linkwright_mechanics::{Mechanism, Pose, Statics, equilibria};
 
 const STIFFNESS: f64 = 1e4;
 const SPAN: f64 = 1.0;
@@ -29,6 +29,9 @@ fn shallow_truss(load: impl Motion, parameters: &[f64], is_pulled: bool) -> Mech
     }
     let ends = if is_pulled { [m.ground().y, node.y] } else { [node.y, m.ground().y] };
     m.load("load", ends[0], ends[1], load, parameters);
+    let sensor = m.coordinate_sensor("height", m.ground().y, node.y);
+    let height = m.measure(sensor, "position").unwrap();
+    m.output("height", &[height]);
     m
 }
 
@@ -54,6 +57,20 @@ fn a_truss_that_snaps_through_is_told_with_the_time() {
         let times: Vec<f64> = warning.split(['=', ' ']).filter_map(|word| word.parse().ok()).collect();
         assert!(warning.starts_with("node.y: the equilibrium jumps between t = "), "{warning}");
         assert!(times[0] < 1.0 / 2.2 && times[1] > 1.0 / 2.2 && times[1] - times[0] < 0.1, "{warning}");
+    }
+}
+
+/// The equilibrium beyond the limit load does not depend on the number of steps.
+#[test]
+fn small_steps_of_the_load_snap_through_as_large_ones() {
+    let full = 2.2 * limit_load();
+    let m = shallow_truss(ConstantSpeed, &[0.0, full], false);
+    for count in [2, 11, 51, 401, 5001] {
+        let found = equilibria(&m, &Statics::default(), &times(count)).unwrap();
+        let height = *found[0].last().unwrap();
+        let length = SPAN.hypot(height);
+        let force = 2.0 * STIFFNESS * height * (SPAN.hypot(HEIGHT) / length - 1.0);
+        assert!(height < -HEIGHT && (force / full - 1.0).abs() < 1e-8, "{count} points: {height}, {force}");
     }
 }
 
