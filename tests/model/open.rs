@@ -419,9 +419,10 @@ fn a_trial_step_is_stopped() {
     let run = rests(&server, "Paused", |tries| tries == 0);
     let analysis = begun.elapsed();
     // A step takes more than the time of an analysis, for the derivatives and for the proposal.
-    for action in ["step", "run"] {
+    for (action, pause) in [("step", 0), ("run", 0), ("step", 10), ("run", 10)] {
         act(action);
-        std::thread::sleep(analysis / 10);
+        // Also before the worker has begun.
+        std::thread::sleep(analysis * pause / 100);
         let stopped = Instant::now();
         act("stop");
         let after = rests(&server, "Paused", |tries| tries == 0);
@@ -445,12 +446,13 @@ fn a_trial_step_is_stopped() {
     act("close");
     let folders = || std::fs::read_dir(place.0.join("out")).unwrap().count();
     let before = folders();
-    start();
-    // The first start included that of the worker; this analysis may take a small part of that time.
-    std::thread::sleep(analysis / 50);
-    act("stop");
-    wait(&server, "run", "no run", |value| value["run"] == Value::Null);
-    assert_eq!(folders(), before);
+    for pause in [0, 10] {
+        start();
+        std::thread::sleep(analysis * pause / 100);
+        act("stop");
+        wait(&server, "run", "no run", |value| value["run"] == Value::Null);
+        assert_eq!(folders(), before);
+    }
     start();
     rests(&server, "Paused", |tries| tries == 0);
 }

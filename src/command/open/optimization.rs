@@ -94,7 +94,8 @@ pub struct Optimization {
 
 /// The thread of a run: what it is asked, and how its present step is stopped. It ends when this is dropped.
 struct RunThread {
-    requests: Sender<RunRequest>,
+    /// Actions, with the number of stops before each.
+    requests: Sender<(RunRequest, u64)>,
     stop: StopHandle,
 }
 
@@ -175,12 +176,10 @@ impl Optimization {
             self.next_run();
             self.news.send_modify(|number| *number += 1);
         } else if let Some(thread) = &*thread {
-            let is_stop = matches!(action, RunRequest::Stop);
-            // The thread goes on when the step has ended, and must not begin another one.
-            drop(thread.requests.send(action));
-            if is_stop {
+            if matches!(action, RunRequest::Stop) {
                 thread.stop.stop();
             }
+            drop(thread.requests.send((action, thread.stop.stops())));
         }
     }
 }
@@ -301,20 +300,27 @@ impl SteeredRun {
     }
 
     /// Executes requests until the page closes the run or begins another one.
-    fn serve(mut self, actions: &Receiver<RunRequest>, publish: &dyn Fn(Value, &str)) {
+    fn serve(mut self, actions: &Receiver<(RunRequest, u64)>, publish: &dyn Fn(Value, &str)) {
         loop {
             if !self.is_running {
                 self.folder.release();
             }
             publish(self.record(), &self.line.text);
-            let action = match actions.try_recv() {
-                Ok(action) => action,
+            let asked = match actions.try_recv() {
+                Ok(asked) => Some(asked),
                 Err(TryRecvError::Disconnected) => return,
-                Err(TryRecvError::Empty) if self.is_running => RunRequest::Step,
+                Err(TryRecvError::Empty) if self.is_running => None,
                 Err(TryRecvError::Empty) => match actions.recv() {
-                    Ok(action) => action,
+                    Ok(asked) => Some(asked),
                     Err(_) => return,
                 },
+            };
+            let action = match asked {
+                Some((action, stops_before)) => {
+                    self.steps.begin_action(stops_before);
+                    action
+                }
+                None => RunRequest::Step,
             };
             self.fault = None;
             // A step may take minutes: pages show that it is under way, and send no further request for a step.

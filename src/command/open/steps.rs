@@ -12,38 +12,52 @@ pub struct RunSteps {
     /// With its model. `None` before the first step, and after a stopped one.
     worker: Option<(ModelLine, Worker)>,
     stop: StopHandle,
+    /// Number of stops before the action that is being done: a later one stops its steps, also before they begin.
+    stops_before: u64,
 }
 
-/// Stops the step that is under way, from another thread.
+/// Stops the action that is under way, from another thread.
 #[derive(Clone, Default)]
 pub struct StopHandle(Arc<Mutex<Underway>>);
 
 #[derive(Default)]
 struct Underway {
     process: Option<WorkerProcess>,
-    is_stopped: bool,
+    /// Number of stops so far.
+    stops: u64,
 }
 
 impl StopHandle {
-    /// Stops the step that is under way, if there is one.
+    /// Stops the actions that were asked for until now.
     pub fn stop(&self) {
         let mut underway = lock(&self.0);
+        underway.stops += 1;
         if let Some(process) = &underway.process {
             process.kill();
-            underway.is_stopped = true;
         }
+    }
+
+    /// Number of stops so far.
+    pub fn stops(&self) -> u64 {
+        lock(&self.0).stops
     }
 }
 
 impl RunSteps {
     /// Steps by workers that `command` starts, until `stop` stops one.
     pub fn new(command: WorkerCommand, stop: StopHandle) -> Self {
-        Self { command, worker: None, stop }
+        let stops_before = stop.stops();
+        Self { command, worker: None, stop, stops_before }
+    }
+
+    /// Begins an action that was asked for after this many stops.
+    pub fn begin_action(&mut self, stops_before: u64) {
+        self.stops_before = stops_before;
     }
 
     /// Steps with the same command and stop, by a new worker.
     pub fn anew(&self) -> Self {
-        Self::new(self.command.clone(), self.stop.clone())
+        Self { worker: None, command: self.command.clone(), stop: self.stop.clone(), ..*self }
     }
 
     /// The state after a request about a run of a model; `None` if it was stopped.
@@ -52,9 +66,20 @@ impl RunSteps {
             Some((of, worker)) if of == *model => (of, worker),
             _ => (model.clone(), self.command.start(model).context("the process of the run cannot be started")?),
         };
-        *lock(&self.stop.0) = Underway { process: Some(worker.process()), is_stopped: false };
+        {
+            let mut underway = lock(&self.stop.0);
+            if underway.stops > self.stops_before {
+                self.worker = Some((model, worker));
+                return Ok(None);
+            }
+            underway.process = Some(worker.process());
+        }
         let line = worker.answer(request);
-        let Underway { is_stopped, .. } = std::mem::take(&mut *lock(&self.stop.0));
+        let is_stopped = {
+            let mut underway = lock(&self.stop.0);
+            underway.process = None;
+            underway.stops > self.stops_before
+        };
         let Some(line) = line.filter(|_| !is_stopped) else {
             if is_stopped {
                 return Ok(None);
