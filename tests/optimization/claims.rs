@@ -221,7 +221,9 @@ fn an_end_that_is_worse_than_an_earlier_design_is_not_confirmed() {
 
 #[test]
 fn a_better_design_that_a_confirmation_finds_is_the_end_of_the_run() {
-    // A constant of 1e4 hides the error of the objective from these methods.
+    // A constant of 1e4 hides the error of the objective from these methods. The first one ends where nothing better is found.
+    let wrong = false_claims(&["quartic"], &["offset=1e4"], &[preset("sqp-filter").unwrap()]);
+    assert!(wrong.is_empty(), "{wrong:#?}");
     for (problem, name) in [("hs65", "mma"), ("far-minimum", "slp-filter")] {
         let preset = preset(name).unwrap();
         let wrong = false_claims(&[problem], &["offset=1e4"], &[preset]);

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 /// The worker of a run.
 pub struct RunSteps {
     command: WorkerCommand,
-    /// With its model. `None` before the first step, and after a stopped one.
+    /// With its model. `None` before the first step, and after one that was stopped while it was under way.
     worker: Option<(ModelLine, Worker)>,
     stop: StopHandle,
     /// Number of stops before the action that is being done: a later one stops its steps, also before they begin.
