@@ -107,7 +107,7 @@ fn second_derivatives_through_a_rope_that_becomes_taut_are_exact() {
     }
 }
 
-fn check_methods<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], times: &[f64]) {
+pub fn check_methods<M: ParametricMechanism>(name: &str, model: &M, b: &[f64], times: &[f64]) {
     for settings in all_settings() {
         let direct = differentiate_explicitly(model, b, &settings, times).unwrap();
         let outputs = direct.names.len();

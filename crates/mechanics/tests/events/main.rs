@@ -10,6 +10,7 @@ mod lasting;
 mod models;
 mod orders;
 mod reactions;
+mod releases3;
 mod several_parts;
 mod short_loads;
 mod sides;
