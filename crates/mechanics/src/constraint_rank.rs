@@ -62,6 +62,11 @@ impl ConstraintRank {
         norm(&row) <= DEPENDENT * whole.max(1e-300)
     }
 
+    /// The multiplier whose gradient has the smallest independent part.
+    pub fn most_dependent(&self) -> Option<usize> {
+        self.smallest.0.is_finite().then_some(self.smallest.1)
+    }
+
     /// Number of independent constraints.
     pub fn rank(&self) -> usize {
         self.basis.len()

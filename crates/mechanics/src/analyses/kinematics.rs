@@ -1,5 +1,6 @@
 //! Kinematics and inverse dynamics of driven mechanisms.
 
+use crate::analyses::assembly_branch::AssemblyBranch;
 use crate::analyses::sampling::OutputRecorder;
 use crate::constraint_rank::{singular_instant, undetermined_coordinates};
 use crate::events::impact;
@@ -14,6 +15,13 @@ const GOOD_PREDICTION: f64 = 0.2;
 
 /// Smallest substep, as a fraction of the interval, or of the time in which the fastest coordinate moves by 1 rad or 1 m if that is shorter.
 const SMALLEST: f64 = 1.0 / 256.0;
+
+/// As [`SMALLEST`], after a substep has ended on another branch of the assembly. A motion that comes closer to a singular position than about
+/// this part of the motion in the interval passes it, others turn back.
+const SMALLEST_NEAR_BRANCHES: f64 = 1.0 / 65536.0;
+
+/// Factor by which such substeps are shortened. By halves they would end in the singular position itself, if that is in the middle.
+const SHORTER_NEAR_BRANCHES: f64 = 0.43;
 
 /// Terms of the next change of a position, relative to that in a substep, above which velocity and acceleration may be those of a singular
 /// position.
@@ -38,6 +46,8 @@ pub struct KinematicDriver<'m> {
     pub projection: Projection,
     assembly: Assembly,
     solver: AccelerationSolver,
+    /// The branch of the assembly; `None` if it cannot be told from others.
+    branch: Option<AssemblyBranch>,
 }
 
 impl<'m> KinematicDriver<'m> {
@@ -51,11 +61,12 @@ impl<'m> KinematicDriver<'m> {
         impact::refuse(mechanism, "kinematics")?;
         let (system, state) = (System::at(mechanism, t)?, State::built(mechanism, t));
         let (projection, solver) = (Projection::default(), AccelerationSolver::default());
-        let mut driver = Self { mechanism, system, state, projection, assembly, solver };
+        let mut driver = Self { mechanism, system, state, projection, assembly, solver, branch: None };
         let solved = driver.solve_position();
         driver.check_determined()?;
         solved?;
         driver.check_regular(SINGULAR[0])?;
+        driver.branch = AssemblyBranch::of(&driver.system, mechanism, &driver.state);
         Ok(driver)
     }
 
@@ -81,35 +92,57 @@ impl<'m> KinematicDriver<'m> {
         singular_instant(largest_share, &self.system, self.mechanism, &self.state).map_or(Ok(()), Err)
     }
 
-    /// Advances to the time `t` (s) on the same branch, predicting positions from velocities and accelerations.
+    /// Advances to the time `t` (s), predicting positions from velocities and accelerations. Returns whether the mechanism has passed a singular
+    /// position, where branches of its assembly meet.
     ///
-    /// If the prediction is poor, or the mechanism cannot be assembled from it, the interval is halved.
+    /// If the prediction is poor, the mechanism cannot be assembled from it, or the assembly is on another branch, the interval is
+    /// shortened: the mechanism stays on its branch where this one continues, and otherwise goes on as smoothly as it came.
     ///
     /// # Errors
     ///
     /// [`Error::Analysis`] if a joint cannot be closed, for example beyond a dead centre, or if `t` is the time of a singular position:
     /// velocities and reactions are not determined there.
-    pub fn advance_to(&mut self, t: f64) -> Result<()> {
+    pub fn advance_to(&mut self, t: f64) -> Result<bool> {
         let start = self.state.clone();
         let interval = t - start.t;
-        let mut substep = interval;
+        let (mut substep, mut is_near_branches, mut has_changed) = (interval, false, false);
         while self.state.t != t {
             let last = (t - self.state.t).abs() <= substep.abs() * (1.0 + 1e-9);
             let to = if last { t } else { self.state.t + substep };
             let before = self.state.clone();
             let fastest = before.v.iter().fold(0.0, |fastest: f64, v| fastest.max(v.abs()));
-            match self.substep(to) {
-                Ok(true) => substep *= 2.0,
-                outcome if 2.0 * SMALLEST * interval.abs().min(1.0 / fastest) > substep.abs() => {
-                    outcome.inspect_err(|_| self.state.copy_from(&start))?;
+            let is_smallest = |part: f64| 2.0 * part * interval.abs().min(1.0 / fastest) > substep.abs();
+            let is_last_attempt = is_smallest(if is_near_branches { SMALLEST_NEAR_BRANCHES } else { SMALLEST });
+            let outcome = self.substep(to);
+            if outcome.is_ok() && self.is_on_other_branch() {
+                if is_near_branches && is_last_attempt {
+                    self.branch = AssemblyBranch::of(&self.system, self.mechanism, &self.state);
+                    has_changed = true;
+                    continue;
                 }
-                _ => {
-                    self.state.copy_from(&before);
-                    substep *= 0.5;
+                is_near_branches = true;
+            } else {
+                match outcome {
+                    Ok(true) => {
+                        substep *= 2.0;
+                        continue;
+                    }
+                    Ok(false) if is_last_attempt => continue,
+                    Err(error) if is_last_attempt => {
+                        self.state.copy_from(&start);
+                        return Err(error);
+                    }
+                    _ => {}
                 }
             }
+            self.state.copy_from(&before);
+            substep *= if is_near_branches { SHORTER_NEAR_BRANCHES } else { 0.5 };
         }
-        Ok(())
+        Ok(has_changed)
+    }
+
+    fn is_on_other_branch(&self) -> bool {
+        self.branch.as_ref().is_some_and(|branch| !branch.contains(&self.system, self.mechanism, &self.state))
     }
 
     /// Advances to `t` in one substep. Returns whether the prediction of each coordinate was accurate.

@@ -1,5 +1,6 @@
 //! Analyses of a mechanism at one design.
 
+pub mod assembly_branch;
 pub mod conservation;
 pub mod dynamics;
 pub(crate) mod element_warnings;

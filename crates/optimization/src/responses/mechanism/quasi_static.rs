@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+use mechanics::analyses::assembly_branch::warn_of_branch_changes;
 use mechanics::analyses::dynamics::check_times;
 use mechanics::analyses::equilibrium_jumps::warn_of_equilibrium_jumps;
 use mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
@@ -142,7 +143,7 @@ impl_instant_analysis!(
     difference_kinematics,
     differentiate_kinematics_twice,
     differentiate_kinematics_backwards,
-    no_warning
+    warn_of_kinematics
 );
 
 fn warn_of_equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Vec<String> {
@@ -150,9 +151,8 @@ fn warn_of_equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f
     warnings.iter().filter_map(|warning| warning(mechanism, settings, times)).collect()
 }
 
-/// Kinematics has no forces, on which stability depends.
-fn no_warning(_: &Mechanism<f64>, _: &Assembly, _: &[f64]) -> Vec<String> {
-    vec![]
+fn warn_of_kinematics(mechanism: &Mechanism<f64>, assembly: &Assembly, times: &[f64]) -> Vec<String> {
+    warn_of_branch_changes(mechanism, assembly, times).into_iter().collect()
 }
 
 impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {

@@ -335,5 +335,5 @@ pub(super) fn stalled(step: &[f64], widths: &[f64], lengths: &[f64]) -> Option<S
         return Some("no acceptable design was found in the smallest box".to_owned());
     }
     (largest_share(step, lengths) < STALLED[0])
-        .then(|| "the step is zero, but the optimality conditions do not hold".to_owned())
+        .then(|| "the next step is zero, but this does not confirm the design as a solution".to_owned())
 }

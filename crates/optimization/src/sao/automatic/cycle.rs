@@ -33,7 +33,7 @@ const SMALLEST_BOX: f64 = 1e-6;
 
 /// The reason for the end of a run without progress.
 const NO_PROGRESS: &str =
-    "the last steps have changed the objective by rounding only, but the optimality conditions do not hold";
+    "the last steps have changed the objective by rounding only, but this does not confirm the design as a solution";
 
 /// The message of a run that has stalled with forward differences.
 const FORWARD: &str = "forward differences have an error of the order of their steps, and within it this may be an optimum: use central \
