@@ -206,7 +206,8 @@ fn property(table: &str, key: &Key, all: &[TableKeys]) -> Value {
         Accepts::Names => {
             json!({ "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }] })
         }
-        Accepts::Count => json!({ "type": "integer", "minimum": 0 }),
+        // The text is that of a copy, such as "{i}".
+        Accepts::Count => json!({ "anyOf": [{ "type": "integer", "minimum": 0 }, { "type": "string" }] }),
         Accepts::Flag => json!({ "type": "boolean" }),
         Accepts::Text | Accepts::Name | Accepts::Coordinate | Accepts::Condition => json!({ "type": "string" }),
         Accepts::Marker if table.ends_with('3') => {

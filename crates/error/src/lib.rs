@@ -117,6 +117,15 @@ pub enum Error {
 }
 
 impl Error {
+    /// An analysis error whose reason is replaced by `with` of it; any other error itself.
+    #[must_use]
+    pub fn map_reason(self, with: impl FnOnce(&str) -> String) -> Self {
+        match self {
+            Self::Analysis { what, why, remedy } => Self::Analysis { why: with(&why), what, remedy },
+            other => other,
+        }
+    }
+
     /// Returns an [`Error::Length`] unless the lengths agree.
     pub fn check_length(what: &str, expected: usize, got: usize) -> Result<()> {
         if expected == got { Ok(()) } else { Err(Self::Length { what: what.to_owned(), expected, got }) }
@@ -184,6 +193,30 @@ impl std::fmt::Display for Seconds {
         let rounded = format!("{:.6e}", self.0).parse().unwrap_or(self.0);
         write!(f, "{} s", Readable(rounded))
     }
+}
+
+/// A message in which each time, "t = 0.3 s", is replaced by the words `of` it, for points of another quantity than the time.
+///
+/// ```
+/// use linkwright_error::{Seconds, replace_times};
+/// let message = format!("it locks at t = {}, before the end", Seconds(0.3));
+/// assert_eq!(replace_times(&message, |x| format!("lift {} mm", x * 1e3)), "it locks at lift 300 mm, before the end");
+/// ```
+pub fn replace_times(message: &str, of: impl Fn(f64) -> String) -> String {
+    const BEGIN: &str = "t = ";
+    let mut parts = message.split(BEGIN);
+    let mut replaced = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let time = part.split_once(' ').and_then(|(number, rest)| {
+            let rest = rest.strip_prefix('s').filter(|rest| !rest.starts_with(char::is_alphanumeric))?;
+            Some((number.parse().ok()?, rest))
+        });
+        match time {
+            Some((time, rest)) => replaced += &(of(time) + rest),
+            None => replaced += &format!("{BEGIN}{part}"),
+        }
+    }
+    replaced
 }
 
 fn quoted(names: &[String]) -> String {

@@ -7,6 +7,7 @@ use autodiff::Scalar;
 use finite_differences::extrapolated_differences;
 use linkwright_mechanics::derivatives::modal::{About, differentiate_modes};
 use linkwright_mechanics::derivatives::mode_shapes::{differentiate_mode_shapes, mode_shapes};
+use linkwright_mechanics::elements::{BeamSection, Shear};
 use linkwright_mechanics::motion::Fixed;
 use linkwright_mechanics::{Error, Mechanism, ParametricMechanism, Pose, Result, Statics};
 use std::f64::consts::PI;
@@ -187,5 +188,46 @@ fn follower_forces_have_the_frequencies_of_their_unsymmetric_stiffness_and_flutt
     for p in [2.09, 3.0, 4.0] {
         let error = differentiate_modes(&Ziegler, &[1.0, p], about, 0.0).unwrap_err().to_string();
         assert!(error.contains("flutter"), "{p}: {error}");
+    }
+}
+
+/// A cantilever of 1 m × 20 mm × b₀ in steel, of slender beam elements: stretching is stiffer than bending by many orders of magnitude.
+struct Strip {
+    elements: usize,
+}
+
+impl ParametricMechanism for Strip {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let number = S::from;
+        let mut m = Mechanism::new();
+        let section = BeamSection::rectangular(number(0.02), b[0], 2.1e11, 0.3, 7850.0);
+        let ends = [[number(0.0); 2], [number(1.0), number(0.0)]];
+        let (nodes, _) = m.beam("strip", ends, [None, None], self.elements, &section, Shear::Rigid);
+        let root = nodes[0];
+        [root.x, root.y, root.theta].into_iter().for_each(|coordinate| m.fix(coordinate));
+        Ok(m)
+    }
+}
+
+/// Frequencies vary smoothly with the design: their rounding error is that of the stiffness, not that of the highest frequency.
+#[test]
+fn frequencies_of_a_slender_beam_have_no_noise() {
+    let exact = 1.875104068711961f64.powi(2) * (2.1e11f64 / 7850.0 / 12.0).sqrt() * 1e-3;
+    // The stiffness of an element is that of the beam times the cube of their number, and so is its rounding error.
+    for (elements, limit) in [(8, 1e-11), (40, 1e-9)] {
+        let lowest = |thickness: f64| {
+            let found = differentiate_modes(&Strip { elements }, &[thickness], About::Assembled, 0.0).unwrap();
+            found.squares[..3].iter().map(|square| square.sqrt()).collect::<Vec<_>>()
+        };
+        let all: Vec<Vec<f64>> = (0..40).map(|k| lowest(1e-3 + 1e-10 * f64::from(k))).collect();
+        for mode in 0..3 {
+            let noise = all.windows(3).map(|w| (w[0][mode] - 2.0 * w[1][mode] + w[2][mode]).abs());
+            let noise = noise.fold(0.0, f64::max) / all[0][mode];
+            println!("{elements} elements, mode {mode}: {} rad/s, noise {noise:.1e}", all[0][mode]);
+            assert!(noise < limit, "{elements} elements, mode {mode}: {noise:.1e}");
+        }
+        // Bernoulli's cantilever, ω = 1.8751² √(E I / (ρ A L⁴)); the error of the elements falls with the square of their size.
+        let size = 1.0 / elements as f64;
+        assert!((all[0][0] / exact - 1.0).abs() < 0.1 * size * size, "{} {exact}", all[0][0]);
     }
 }

@@ -216,7 +216,10 @@ impl Code<'_> {
             Some(symbol) => {
                 let message = format!("`{symbol}` is a unit here, and a name of this file");
                 let error = Diagnostic::new(span.clone(), message).label("a unit or a name?");
-                Err(error.help("put the number and its unit in parentheses, or choose another name"))
+                Err(error.help(format!(
+                    "if it is the unit, choose another name for `{symbol}` in this file; if it is the name, put the number and the unit \
+                     before it in parentheses"
+                )))
             }
         }
     }

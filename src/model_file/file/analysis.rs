@@ -134,6 +134,8 @@ pub struct Settings {
     kind: AnalysisKind,
     derivatives: DerivativeSetting,
     start: f64,
+    /// The points of a sweep; `None` if histories are over the time.
+    sweep: Option<TimeGrid>,
 }
 
 #[derive(Clone, Debug)]
@@ -171,7 +173,8 @@ pub fn read(file: &Section<'_>, names: &Names, grid: &TimeGrid, mechanism: &Mech
     if !mechanism.events.is_empty() {
         check_events(&section, &kind)?;
     }
-    Ok(Settings { kind, derivatives, start })
+    let sweep = names.axis().sweep().map(|_| grid.clone());
+    Ok(Settings { kind, derivatives, start, sweep })
 }
 
 /// Checks that the analysis of a mechanism with events has them.
@@ -384,10 +387,12 @@ impl Settings {
     #[cfg(feature = "report")]
     pub fn analyze(&self, model: MechanismTemplate, times: &[f64], b: &[f64]) -> Result<Responses> {
         let analysis: Box<dyn Analysis> = match &self.kind {
-            AnalysisKind::Kinematics => Box::new(KinematicResponses::new(model, Assembly::default(), times)?),
+            AnalysisKind::Kinematics => {
+                Box::new(KinematicResponses::new(model, Assembly::default(), times)?.over(self.sweep.clone()))
+            }
             AnalysisKind::Statics => {
                 let modal = model.modal_quantities();
-                let outputs = StaticResponses::new(model, Statics::default(), times)?;
+                let outputs = StaticResponses::new(model, Statics::default(), times)?.over(self.sweep.clone());
                 match modal {
                     Some(modal) => Box::new(ModalResponses::new(outputs, modal)),
                     None => Box::new(outputs),
@@ -406,12 +411,12 @@ impl Settings {
     /// The problem whose responses are the outputs of this mechanism.
     pub fn build(&self, parts: ProblemBuilder, model: MechanismTemplate, times: &[f64]) -> Result<Problem> {
         match &self.kind {
-            AnalysisKind::Kinematics => {
-                self.derivatives.build(parts, KinematicResponses::new(model, Assembly::default(), times)?)
-            }
+            AnalysisKind::Kinematics => self
+                .derivatives
+                .build(parts, KinematicResponses::new(model, Assembly::default(), times)?.over(self.sweep.clone())),
             AnalysisKind::Statics => {
                 let modal = model.modal_quantities();
-                let outputs = StaticResponses::new(model, Statics::default(), times)?;
+                let outputs = StaticResponses::new(model, Statics::default(), times)?.over(self.sweep.clone());
                 match modal {
                     Some(modal) => self.derivatives.build(parts, ModalResponses::new(outputs, modal)),
                     None => self.derivatives.build(parts, outputs),

@@ -39,6 +39,12 @@ const KEYS: &[Key] = &[
         "with over = \"peak\": normalization of the two constraints, in the unit of the value; by default the peak at the start design",
     )
     .of_any_unit(),
+    default(
+        "continuous",
+        Accepts::Flag,
+        "false",
+        "with over = \"peak\": whether the peak is the one between the time points, too",
+    ),
     optional("directly_in", Accepts::Intermediate, "approximates the objective itself, linearized in these variables"),
 ];
 const OVER: &[&str] = &["peak", "sum", "integral", "mean"];
@@ -83,6 +89,8 @@ pub struct PeakSpec {
     /// The histories; the largest of their peaks is minimized.
     histories: Vec<BoundedHistory>,
     scale: Option<f64>,
+    /// True if the peaks between the time points count, too.
+    is_continuous: bool,
 }
 
 /// A history whose peak, or largest value, is minimized.
@@ -292,6 +300,9 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
             peak(&section, known, histories, dimension, bound)
         }
         (Some(Over::Peak), _) => Err(section.error_at("maximize", "a peak can only be minimized")),
+        _ if section.flag("continuous")? => {
+            Err(section.error_at("continuous", "`continuous` belongs to over = \"peak\""))
+        }
         (_, Some(_)) => Err(section.error_at("bound", "`bound` belongs to over = \"peak\"")),
         (over, None) => {
             if let (Some(Over::Integral | Over::Mean), Some(tree)) = (over, trees.first()) {
@@ -346,8 +357,23 @@ fn peak(
         is_maximum: extreme.is_some_and(|extreme| extreme.reduction == Reduction::Max),
         window: extreme.and_then(|extreme| extreme.interval),
     };
+    let is_continuous = section.flag("continuous")?;
+    if let Some(why) = values.iter().find_map(discrete).filter(|_| is_continuous) {
+        return Err(section.error_at("continuous", format!("{why} has no peak in continuous time")).help(CONTINUOUS));
+    }
     let histories = values.into_iter().map(history).collect();
-    Ok(ObjectiveSpec::Peak(PeakSpec { name, bound, has_start, histories, scale }))
+    Ok(ObjectiveSpec::Peak(PeakSpec { name, bound, has_start, histories, scale, is_continuous }))
+}
+
+/// What to do where a peak in continuous time is not available.
+const CONTINUOUS: &str = "leave `continuous` out: the peak is then that of the time points, of which there may be more";
+
+/// What makes a history, or the part of it that counts, one of the time points only.
+fn discrete((value, extreme): &(CompiledQuantity, Option<&Extreme>)) -> Option<&'static str> {
+    if extreme.is_some_and(|extreme| extreme.interval.is_some()) {
+        return Some("a part of a history");
+    }
+    value.function.uses_series().then_some("a value made of a series")
 }
 
 fn number(
@@ -377,7 +403,7 @@ fn weights(section: &Section<'_>, over: Over, grid: &TimeGrid) -> Read<Vec<f64>>
 
 impl BoundedHistory {
     /// f ≤ β, and f ≥ −β for a peak, for the variable β that is not yet a part of them.
-    fn sides(&self, name: &str, scale: f64) -> Vec<Constraint> {
+    fn sides(&self, name: &str, scale: f64, is_continuous: bool) -> Vec<Constraint> {
         let sides = match self.is_maximum {
             true => vec![Constraint::at_most(name, 0.0, self.quantity.clone())],
             // The fingerprint contains minus the lower limit: −0 gives the 0 of an upper limit of −f.
@@ -387,7 +413,8 @@ impl BoundedHistory {
             Some([from, to]) => side.during(from, to),
             None => side,
         };
-        sides.into_iter().map(|side| held(side.scaled_by(scale))).collect()
+        let continued = |side: Constraint| if is_continuous { side.in_continuous_time() } else { side };
+        sides.into_iter().map(|side| continued(held(side.scaled_by(scale)))).collect()
     }
 }
 
@@ -395,9 +422,10 @@ impl PeakSpec {
     fn build(&self, parts: &mut ProblemBuilder) {
         let scale = self.scale.unwrap_or(1.0);
         let Some((first, others)) = self.histories.split_first() else { return };
-        let variable = parts.minimize_bound(self.bound.clone(), first.sides(&self.bound.name, scale));
+        let variable =
+            parts.minimize_bound(self.bound.clone(), first.sides(&self.bound.name, scale, self.is_continuous));
         for (k, history) in others.iter().enumerate() {
-            let sides = history.sides(&format!("{} {}", self.bound.name, k + 2), scale);
+            let sides = history.sides(&format!("{} {}", self.bound.name, k + 2), scale, self.is_continuous);
             for side in sides {
                 parts.subject_to(side.bounded_by(variable));
             }

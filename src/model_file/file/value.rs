@@ -93,8 +93,14 @@ pub fn tree(value: &Value<'_>, key: &str, source: FileSource<'_>) -> Read<Expres
 
 /// A whole number from 0 to `most`.
 pub fn count(value: &Value<'_>, key: &str, most: usize) -> Read<usize> {
-    let whole = value.get_ref().as_integer().and_then(|i| usize::from_str_radix(i.as_str(), i.radix()).ok());
-    match (whole, value.get_ref().is_integer()) {
+    let (integer, text) = (value.get_ref().as_integer(), value.get_ref().as_str().map(str::trim));
+    let digits = text.filter(|text| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit()));
+    let whole = match digits {
+        // The text of a copy, such as "{i}".
+        Some(digits) => digits.parse().ok(),
+        None => integer.and_then(|i| usize::from_str_radix(i.as_str(), i.radix()).ok()),
+    };
+    match (whole, integer.is_some() || digits.is_some()) {
         (Some(count), _) if count <= most => Ok(count),
         (_, true) => {
             let message = format!("`{key}` must be a whole number from 0 to {most}");

@@ -63,7 +63,7 @@ pub fn warn_of_branch_changes(mechanism: &Mechanism<f64>, assembly: &Assembly, t
         }
         let constraint = ConstraintRank::of(&driver.system, mechanism, &driver.state).most_dependent()?;
         return Some(format!(
-            "{}: between t = {} and {} the mechanism passes a singular position, where branches of its assembly meet: it goes on as smoothly as \
+            "{}: between t = {} and t = {} the mechanism passes a singular position, where branches of its assembly meet: it goes on as smoothly as \
              it came, and derivatives hold on each side only; if it must stay on the side where it was built, keep it away from this position",
             name_of(mechanism, Unknown::Multiplier(constraint)),
             Seconds(begin),

@@ -43,7 +43,7 @@ pub fn warn_of_equilibrium_jumps(mechanism: &Mechanism<f64>, settings: &Statics,
     });
     let jump = jumps.max_by(|a, b| a.change.total_cmp(&b.change))?;
     Some(format!(
-        "{}: the equilibrium jumps between t = {} and {} by {:.3e} m or rad, as by snap-through: the equilibria before and after it are not \
+        "{}: the equilibrium jumps between t = {} and t = {} by {:.3e} m or rad, as by snap-through: the equilibria before and after it are not \
          connected at increasing time, and derivatives hold on each side only; take kind = \"dynamics\" for the motion between them",
         mechanism.coordinates[jump.coordinate].name,
         Seconds(jump.times[0]),

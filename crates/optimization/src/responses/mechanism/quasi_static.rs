@@ -1,7 +1,8 @@
 //! The outputs of a mechanism at time points that are solved one by one, without integration, as responses of a problem.
 
 use crate::Result;
-use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
+use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses, TimeGrid};
+use error::replace_times;
 use mechanics::analyses::assembly_branch::warn_of_branch_changes;
 use mechanics::analyses::dynamics::check_times;
 use mechanics::analyses::equilibrium_jumps::warn_of_equilibrium_jumps;
@@ -39,6 +40,8 @@ pub struct QuasiStaticResponses<M, P> {
     pub(super) settings: P,
     pub(super) times: Vec<f64>,
     differentiation: Differentiation,
+    /// The quantity that the times stand for; `None` for the time itself.
+    axis: Option<TimeGrid>,
 }
 
 /// An analysis of one time point, with its settings.
@@ -163,7 +166,21 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
     /// [`crate::Error::Definition`] if times do not increase.
     pub fn new(model: M, settings: P, times: &[f64]) -> Result<Self> {
         check_times(f64::NEG_INFINITY, times)?;
-        Ok(Self { model, settings, times: times.to_vec(), differentiation: Differentiation::Automatic })
+        Ok(Self { model, settings, times: times.to_vec(), differentiation: Differentiation::Automatic, axis: None })
+    }
+
+    /// Messages name points of the quantity `axis`, such as a travel, in place of times.
+    pub fn over(self, axis: Option<TimeGrid>) -> Self {
+        Self { axis, ..self }
+    }
+
+    fn on_axis<T>(&self, result: Result<T>) -> Result<T> {
+        result.map_err(|error| error.map_reason(|why| self.in_words(why)))
+    }
+
+    /// A message with points of the axis in place of times.
+    fn in_words(&self, message: &str) -> String {
+        self.axis.as_ref().map_or_else(|| message.to_owned(), |axis| replace_times(message, |t| axis.in_words(t)))
     }
 
     /// Replaces the method of differentiation.
@@ -185,7 +202,8 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
 
 impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticResponses<M, P> {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
-        Ok(Responses::new(self.settings.values(&self.model.build(b)?, &self.times)?))
+        let mechanism = self.on_axis(self.model.build(b))?;
+        Ok(Responses::new(self.on_axis(self.settings.values(&mechanism, &self.times))?))
     }
 
     fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
@@ -195,7 +213,7 @@ impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticRespons
             warnings.extend(told.unwrap_or_default());
             warnings.extend(self.settings.warnings(&mechanism, &self.times));
         }
-        warnings
+        warnings.iter().map(|warning| self.in_words(warning)).collect()
     }
 
     fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
@@ -223,7 +241,7 @@ impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticRespons
     }
 
     fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
-        let history = self.settings.hessians(&self.model, b, self.times_of(wanted))?;
+        let history = self.on_axis(self.settings.hessians(&self.model, b, self.times_of(wanted)))?;
         Ok(wanted.iter().map(|at| history.hessian(at.response, at.point)).collect())
     }
 }
@@ -244,11 +262,13 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
         let times = self.times_of(wanted);
         let history = match method {
             Differentiation::Adjoint => {
-                return by_points(wanted, |responses| self.settings.adjoint(&self.model, b, times, responses));
+                let rows = by_points(wanted, |responses| self.settings.adjoint(&self.model, b, times, responses));
+                return self.on_axis(rows);
             }
-            Differentiation::SemiAnalytical => self.settings.semi_analytical(&self.model, b, times, step)?,
-            Differentiation::Direct | Differentiation::Automatic => self.settings.direct(&self.model, b, times)?,
+            Differentiation::SemiAnalytical => self.settings.semi_analytical(&self.model, b, times, step),
+            Differentiation::Direct | Differentiation::Automatic => self.settings.direct(&self.model, b, times),
         };
+        let history = self.on_axis(history)?;
         Ok(super::gradient_rows(&history, b.len(), wanted, &wanted.iter().map(|at| at.point).collect::<Vec<_>>()))
     }
 }
