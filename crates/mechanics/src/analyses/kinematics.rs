@@ -16,9 +16,10 @@ const GOOD_PREDICTION: f64 = 0.2;
 /// Smallest substep, as a fraction of the interval, or of the time in which the fastest coordinate moves by 1 rad or 1 m if that is shorter.
 const SMALLEST: f64 = 1.0 / 256.0;
 
-/// As [`SMALLEST`], after a substep has ended on another branch of the assembly. A motion that comes closer to a singular position than about
-/// this part of the motion in the interval passes it, others turn back.
-const SMALLEST_NEAR_BRANCHES: f64 = 1.0 / 65536.0;
+/// Smallest motion in a substep (m or rad), and smallest fraction of the interval, after one has ended on another branch of the assembly. A
+/// motion that comes closer to a singular position passes it, others turn back. Positions of a mechanism with exact symmetry, such as a
+/// parallelogram, have the distance of a square root of rounding.
+const NEAR_BRANCHES: [f64; 2] = [3e-6, 1e-9];
 
 /// Factor by which such substeps are shortened. By halves they would end in the singular position itself, if that is in the middle.
 const SHORTER_NEAR_BRANCHES: f64 = 0.43;
@@ -111,8 +112,11 @@ impl<'m> KinematicDriver<'m> {
             let to = if last { t } else { self.state.t + substep };
             let before = self.state.clone();
             let fastest = before.v.iter().fold(0.0, |fastest: f64, v| fastest.max(v.abs()));
-            let is_smallest = |part: f64| 2.0 * part * interval.abs().min(1.0 / fastest) > substep.abs();
-            let is_last_attempt = is_smallest(if is_near_branches { SMALLEST_NEAR_BRANCHES } else { SMALLEST });
+            let [motion, fraction] = NEAR_BRANCHES;
+            let is_last_attempt = match is_near_branches {
+                true => 2.0 * fastest * substep.abs() < motion || substep.abs() < fraction * interval.abs(),
+                false => 2.0 * SMALLEST * interval.abs().min(1.0 / fastest) > substep.abs(),
+            };
             let outcome = self.substep(to);
             if outcome.is_ok() && self.is_on_other_branch() {
                 if is_near_branches && is_last_attempt {
