@@ -1,5 +1,6 @@
 //! The TOML of a model file: parsing, all settings by their keys, and the fingerprint.
 
+use super::expression::{ExpressionTree, TextPlace};
 use super::{Diagnostic, DiagnosticReport, attached, limits, text_parts, version};
 use std::collections::BTreeMap;
 use toml::de::{DeTable, DeValue};
@@ -172,6 +173,9 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
                 Diagnostic::new(old.span(), message).help(format!("set one of its keys: {}", keys.join(", "))),
             ));
         }
+        if let Some(error) = lost_unit(key, old, &value) {
+            return Err(fail(error));
+        }
         return Ok(edited(old.span(), &value));
     }
     let header = format!("[{}]", path.iter().map(|part| written(part)).collect::<Vec<_>>().join("."));
@@ -189,6 +193,16 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
             None => Err(fail(Diagnostic::new(0..0, format!("`{key}` cannot be added; write it into the file")))),
         },
     }
+}
+
+/// The error of a plain number, other than zero, in place of one with a unit: it would be in SI units.
+fn lost_unit(key: &str, old: &toml::Spanned<DeValue<'_>>, new: &str) -> Option<Diagnostic> {
+    let number: f64 = new.parse().ok().filter(|number| *number != 0.0)?;
+    let text = old.get_ref().as_str()?;
+    let tree = ExpressionTree::parse(text, TextPlace::Within(old.span())).ok()?;
+    let unit = &tree.unit()?.text;
+    let error = Diagnostic::new(old.span(), format!("`{key}` is \"{text}\", and {number} has no unit"));
+    Some(error.help(format!("write {key}=\"{number} {unit}\", or another unit")))
 }
 
 /// The beginning of the line of the first key of a table that is written line by line.

@@ -359,6 +359,7 @@ fn messages_about_arguments_name_them() {
             vec!["analyze", "m", "--set", "design.w.start=70", "--set", "design.w.start=80"],
             "`design.w.start` is given twice",
         ),
+        (vec!["analyze", "m", "--set", "design.w.start=70"], "`design.w.start` is \"60 mm\", and 70 has no unit"),
         (vec!["optimize", "m", "--max-cycles", "0"], "with method.max_cycles = 0, from the command line"),
         (vec!["study", "m.toml"], "m.toml is a model file, and a study is needed"),
         (vec!["analyze", "s.toml"], "s.toml is a study, and a model file is needed; `linkwright study s.toml`"),

@@ -113,3 +113,17 @@ fn a_mode_shape_is_the_amplitude_of_its_value() {
     assert!(with("mode = 0").contains("counted from 1"), "{}", with("mode = 0"));
     assert!(with("mode = 1\nshown_in = 'mm'").contains("exclude each other"), "{}", with("mode = 1\nshown_in = 'mm'"));
 }
+
+#[test]
+fn copies_count_frequencies() {
+    let wish = "[objective]\nmaximize = 'final(w1)'\n";
+    let one_by_one = "[[output]]\nname = 'w1'\nfrequency = 1\n[[output]]\nname = 'w2'\nfrequency = 2\n";
+    let copies = "[[output]]\neach = { i = '1..2' }\nname = 'w{i}'\nfrequency = '{i}'\n";
+    let values = [one_by_one, copies].map(|outputs| {
+        let problem = problem(&chain(&format!("{outputs}{wish}")));
+        problem.analyze(&problem.start()).unwrap().values
+    });
+    assert_eq!(values[0], values[1]);
+    let report = read("m.toml", &chain(&format!("{}{wish}", copies.replace("'{i}'", "'{i}.5'")))).err().unwrap();
+    assert!(report.to_string().contains("`frequency` must be a whole number"), "{report}");
+}

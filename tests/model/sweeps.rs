@@ -249,3 +249,14 @@ fn a_branch_is_kept_for_any_distance_of_time_points() {
         }
     }
 }
+
+/// Errors of the analysis name the point of the sweep, in its unit.
+#[test]
+fn failures_name_the_point_of_the_sweep() {
+    for kind in ["kinematics", "statics"] {
+        let text = LIFT.replace("to = \"80 mm\"", "to = \"240 mm\"").replace("\"kinematics\"", &format!("\"{kind}\""));
+        let model = read("lift.toml", &text).unwrap_or_else(|report| panic!("{report}"));
+        let error = model.problem().unwrap().analyze(&[30.0]).unwrap_err().to_string();
+        assert!(error.contains("at lift 2") && error.contains(" mm") && !error.contains("t = "), "{kind}: {error}");
+    }
+}

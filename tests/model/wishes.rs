@@ -250,3 +250,35 @@ fn an_equality_may_hold_on_an_interval() {
     assert!(end.status.is_success() && (end.design[0] - 0.5).abs() < 1e-9, "{}: {:?}", end.reason, end.design);
     assert!(end.evaluation.max_violation_pct().abs() < 1e-7, "{}", end.evaluation.max_violation_pct());
 }
+
+/// A sine of which no time point is the peak.
+const BETWEEN_POINTS: &str = "version = 2\n[design]\na = { start = 1, lower = 0.5, upper = 2 }\n[time]\nto = 3\npoints = 8\n\
+                              [[output]]\nname = 'y'\nvalue = 'a*sin(time)'\n[objective]\nminimize = 'y'\nover = 'peak'\n";
+
+#[test]
+fn a_peak_between_the_time_points_is_minimized_if_the_file_says_so() {
+    for (keys, exact, accuracy) in [("", f64::sin(12.0 / 7.0), 1e-12), ("continuous = true\n", 1.0, 1e-4)] {
+        let model = read("m.toml", &format!("{BETWEEN_POINTS}{keys}")).unwrap_or_else(|report| panic!("{report}"));
+        let problem = model.problem().unwrap();
+        let start = problem.analyze_design(&problem.start()).unwrap();
+        let peak = problem.peak_objective(&start.design, &start.evaluation).unwrap();
+        assert!((peak - exact).abs() < accuracy, "{keys}: {peak}");
+        let end = model.method().solve(&problem, |_| ()).unwrap();
+        let peak = problem.peak_objective(&end.design, &end.evaluation).unwrap();
+        assert!(
+            (end.design[0] - 0.5).abs() < 1e-9 && (peak - 0.5 * exact).abs() < accuracy,
+            "{keys}: {:?}",
+            end.design
+        );
+    }
+    for (wish, words) in [
+        ("minimize = 'peak(y, 1, 2)'\ncontinuous = true\n", "a part of a history has no peak in continuous time"),
+        ("minimize = 'y'\nover = 'integral'\ncontinuous = true\n", "`continuous` belongs to over = \"peak\""),
+        ("minimize = 'a'\ncontinuous = true\n", "`continuous` belongs to over = \"peak\""),
+        ("minimize = 'y'\nover = 'peak'\ncontinuous = 1\n", "must be true or false"),
+    ] {
+        let text = BETWEEN_POINTS.replace("minimize = 'y'\nover = 'peak'\n", wish);
+        let report = read("m.toml", &text).err().unwrap().to_string();
+        assert!(report.contains(words), "{wish}: {report}");
+    }
+}

@@ -21,6 +21,9 @@ const SMALLEST: f64 = 1.0 / 256.0;
 /// parallelogram, have the distance of a square root of rounding.
 const NEAR_BRANCHES: [f64; 2] = [3e-6, 1e-9];
 
+/// Length of the substep across a singular position, relative to the smallest one.
+const CROSSING: f64 = 8.0;
+
 /// Factor by which such substeps are shortened. By halves they would end in the singular position itself, if that is in the middle.
 const SHORTER_NEAR_BRANCHES: f64 = 0.43;
 
@@ -108,8 +111,6 @@ impl<'m> KinematicDriver<'m> {
         let interval = t - start.t;
         let (mut substep, mut is_near_branches, mut has_changed) = (interval, false, false);
         while self.state.t != t {
-            let last = (t - self.state.t).abs() <= substep.abs() * (1.0 + 1e-9);
-            let to = if last { t } else { self.state.t + substep };
             let before = self.state.clone();
             let fastest = before.v.iter().fold(0.0, |fastest: f64, v| fastest.max(v.abs()));
             let [motion, fraction] = NEAR_BRANCHES;
@@ -117,36 +118,36 @@ impl<'m> KinematicDriver<'m> {
                 true => 2.0 * fastest * substep.abs() < motion || substep.abs() < fraction * interval.abs(),
                 false => 2.0 * SMALLEST * interval.abs().min(1.0 / fastest) > substep.abs(),
             };
-            let outcome = self.substep(to);
-            if outcome.is_ok() && self.is_on_other_branch() {
-                if is_near_branches && is_last_attempt {
-                    self.branch = AssemblyBranch::of(&self.system, self.mechanism, &self.state);
-                    has_changed = true;
-                    continue;
+            let mut outcome = self.substep(up_to(t, before.t, substep));
+            let mut is_on_branch = outcome.is_err() || self.is_on_branch();
+            if is_near_branches && is_last_attempt && (outcome.is_err() || !is_on_branch) {
+                // The singular position itself is stepped over.
+                self.state.copy_from(&before);
+                outcome = self.substep(up_to(t, before.t, CROSSING * substep)).map(|_| false);
+                has_changed |= outcome.is_ok() && !self.is_on_branch();
+                self.branch =
+                    self.branch.take().and_then(|_| AssemblyBranch::of(&self.system, self.mechanism, &self.state));
+                is_on_branch = true;
+            }
+            is_near_branches |= !is_on_branch;
+            match outcome {
+                Ok(true) if is_on_branch => substep *= 2.0,
+                Ok(false) if is_on_branch && is_last_attempt => {}
+                Err(error) if is_last_attempt => {
+                    self.state.copy_from(&start);
+                    return Err(error);
                 }
-                is_near_branches = true;
-            } else {
-                match outcome {
-                    Ok(true) => {
-                        substep *= 2.0;
-                        continue;
-                    }
-                    Ok(false) if is_last_attempt => continue,
-                    Err(error) if is_last_attempt => {
-                        self.state.copy_from(&start);
-                        return Err(error);
-                    }
-                    _ => {}
+                _ => {
+                    self.state.copy_from(&before);
+                    substep *= if is_near_branches { SHORTER_NEAR_BRANCHES } else { 0.5 };
                 }
             }
-            self.state.copy_from(&before);
-            substep *= if is_near_branches { SHORTER_NEAR_BRANCHES } else { 0.5 };
         }
         Ok(has_changed)
     }
 
-    fn is_on_other_branch(&self) -> bool {
-        self.branch.as_ref().is_some_and(|branch| !branch.contains(&self.system, self.mechanism, &self.state))
+    fn is_on_branch(&self) -> bool {
+        self.branch.as_ref().is_none_or(|branch| branch.contains(&self.system, self.mechanism, &self.state))
     }
 
     /// Advances to `t` in one substep. Returns whether the prediction of each coordinate was accurate.
@@ -185,6 +186,11 @@ impl<'m> KinematicDriver<'m> {
         self.projection.nearest_velocity = nearest_consistent_velocities(system, mechanism, state)?;
         self.solver.solve(system, mechanism, state)
     }
+}
+
+/// The end of a substep from `begin`, at most `t`.
+fn up_to(t: f64, begin: f64, substep: f64) -> f64 {
+    if (t - begin).abs() <= substep.abs() * (1.0 + 1e-9) { t } else { begin + substep }
 }
 
 /// Outputs of a driven mechanism at `times` (s): one series per output, including reactions and driving forces.
