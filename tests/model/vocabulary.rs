@@ -78,7 +78,7 @@ fn files_are_included_and_belong_to_the_text() {
     assert!((objective(&whole) - (2.5 + 7.8 + 0.001)).abs() < 1e-12);
     // Attaching again changes nothing, a setting of an included file can be changed, and the content belongs to the fingerprint.
     assert_eq!(with_files("m.toml", &whole, &place.0).unwrap(), whole);
-    let heavier = with_setting("m.toml", &whole, "constants.density", "9000").unwrap();
+    let heavier = with_setting("m.toml", &whole, "constants.density", "9000 kg/m^3").unwrap();
     assert!((objective(&heavier) - (2.5 + 9.0 + 0.001)).abs() < 1e-12);
     let added = with_setting("m.toml", &whole, "method.max_cycles", "3").unwrap();
     assert_eq!(parsed(&added).fingerprint(), parsed(&whole).fingerprint());
