@@ -117,11 +117,12 @@ pub enum Error {
 }
 
 impl Error {
-    /// An analysis error whose reason is replaced by `with` of it; any other error itself.
+    /// An error of an analysis, or of a request to it, whose reason is replaced by `with` of it; any other error itself.
     #[must_use]
     pub fn map_reason(self, with: impl FnOnce(&str) -> String) -> Self {
         match self {
             Self::Analysis { what, why, remedy } => Self::Analysis { why: with(&why), what, remedy },
+            Self::Unsupported { what, why, remedy } => Self::Unsupported { why: with(&why), what, remedy },
             other => other,
         }
     }

@@ -365,10 +365,10 @@ fn peak(
     Ok(ObjectiveSpec::Peak(PeakSpec { name, bound, has_start, histories, scale, is_continuous }))
 }
 
-/// What to do where a peak in continuous time is not available.
+/// The remedy where a peak in continuous time is not available.
 const CONTINUOUS: &str = "leave `continuous` out: the peak is then that of the time points, of which there may be more";
 
-/// What makes a history, or the part of it that counts, one of the time points only.
+/// The reason why a history has values at the time points only; `None` if it can be evaluated between them.
 fn discrete((value, extreme): &(CompiledQuantity, Option<&Extreme>)) -> Option<&'static str> {
     if extreme.is_some_and(|extreme| extreme.interval.is_some()) {
         return Some("a part of a history");

@@ -51,24 +51,36 @@ impl AssemblyBranch {
     }
 }
 
-/// Warning about a driven mechanism that changes the branch of its assembly between two of the `times` (s): it passes a singular position,
-/// such as a parallelogram that becomes flat. The constraint named is the one that nearly depends on the others at the end of this interval.
-/// `None` if it stays on its branch, or if the analysis fails, which the analysis says.
+/// A singular position that a driven mechanism has passed: it is on another branch of its assembly from there on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SingularPassage {
+    /// Time in s, shortly after the position.
+    pub time: f64,
+    /// The constraint that nearly depends on the others there.
+    pub constraint: String,
+}
+
+impl SingularPassage {
+    /// The passage before the given state, which is close to the singular position; `None` for a mechanism without constraints.
+    pub(crate) fn at(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Self> {
+        let multiplier = ConstraintRank::of(system, mechanism, state).most_dependent()?;
+        Some(Self { time: state.t, constraint: name_of(mechanism, Unknown::Multiplier(multiplier)) })
+    }
+}
+
+/// Warning about a driven mechanism that changes the branch of its assembly on the way through the `times` (s): it passes a singular position,
+/// such as a parallelogram that becomes flat. `None` if it stays on its branch, or if the analysis fails, which the analysis says.
 pub fn warn_of_branch_changes(mechanism: &Mechanism<f64>, assembly: &Assembly, times: &[f64]) -> Option<String> {
     let mut driver = KinematicDriver::new(mechanism, *assembly, *times.first()?).ok()?;
     for &t in times {
-        let begin = driver.state.t;
-        if t == begin || !driver.advance_to(t).ok()? {
-            continue;
+        if let Some(SingularPassage { time, constraint }) = driver.advance_to(t).ok()? {
+            return Some(format!(
+                "{constraint}: at t = {} the mechanism passes a singular position, where branches of its assembly meet: it goes on as smoothly \
+                 as it came, and derivatives hold on each side only; if it must stay on the side where it was built, keep it away from this \
+                 position",
+                Seconds(time)
+            ));
         }
-        let constraint = ConstraintRank::of(&driver.system, mechanism, &driver.state).most_dependent()?;
-        return Some(format!(
-            "{}: between t = {} and t = {} the mechanism passes a singular position, where branches of its assembly meet: it goes on as smoothly as \
-             it came, and derivatives hold on each side only; if it must stay on the side where it was built, keep it away from this position",
-            name_of(mechanism, Unknown::Multiplier(constraint)),
-            Seconds(begin),
-            Seconds(t)
-        ));
     }
     None
 }

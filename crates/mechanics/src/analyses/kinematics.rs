@@ -1,6 +1,6 @@
 //! Kinematics and inverse dynamics of driven mechanisms.
 
-use crate::analyses::assembly_branch::AssemblyBranch;
+use crate::analyses::assembly_branch::{AssemblyBranch, SingularPassage};
 use crate::analyses::sampling::OutputRecorder;
 use crate::constraint_rank::{singular_instant, undetermined_coordinates};
 use crate::events::impact;
@@ -96,8 +96,8 @@ impl<'m> KinematicDriver<'m> {
         singular_instant(largest_share, &self.system, self.mechanism, &self.state).map_or(Ok(()), Err)
     }
 
-    /// Advances to the time `t` (s), predicting positions from velocities and accelerations. Returns whether the mechanism has passed a singular
-    /// position, where branches of its assembly meet.
+    /// Advances to the time `t` (s), predicting positions from velocities and accelerations. Returns the last singular position, where
+    /// branches of its assembly meet, that the mechanism has passed.
     ///
     /// If the prediction is poor, the mechanism cannot be assembled from it, or the assembly is on another branch, the interval is
     /// shortened: the mechanism stays on its branch where this one continues, and otherwise goes on as smoothly as it came.
@@ -106,10 +106,10 @@ impl<'m> KinematicDriver<'m> {
     ///
     /// [`Error::Analysis`] if a joint cannot be closed, for example beyond a dead centre, or if `t` is the time of a singular position:
     /// velocities and reactions are not determined there.
-    pub fn advance_to(&mut self, t: f64) -> Result<bool> {
+    pub fn advance_to(&mut self, t: f64) -> Result<Option<SingularPassage>> {
         let start = self.state.clone();
         let interval = t - start.t;
-        let (mut substep, mut is_near_branches, mut has_changed) = (interval, false, false);
+        let (mut substep, mut is_near_branches, mut passage) = (interval, false, None);
         while self.state.t != t {
             let before = self.state.clone();
             let fastest = before.v.iter().fold(0.0, |fastest: f64, v| fastest.max(v.abs()));
@@ -124,9 +124,10 @@ impl<'m> KinematicDriver<'m> {
                 // The singular position itself is stepped over.
                 self.state.copy_from(&before);
                 outcome = self.substep(up_to(t, before.t, CROSSING * substep)).map(|_| false);
-                has_changed |= outcome.is_ok() && !self.is_on_branch();
-                self.branch =
-                    self.branch.take().and_then(|_| AssemblyBranch::of(&self.system, self.mechanism, &self.state));
+                if outcome.is_ok() && !self.is_on_branch() {
+                    self.branch = AssemblyBranch::of(&self.system, self.mechanism, &self.state);
+                    passage = SingularPassage::at(&self.system, self.mechanism, &self.state);
+                }
                 is_on_branch = true;
             }
             is_near_branches |= !is_on_branch;
@@ -143,7 +144,7 @@ impl<'m> KinematicDriver<'m> {
                 }
             }
         }
-        Ok(has_changed)
+        Ok(passage)
     }
 
     fn is_on_branch(&self) -> bool {

@@ -126,8 +126,11 @@ impl EigenPairs {
         let transposed = self.left.is_some().then(|| matrix.transpose().lu());
         let factors = matrix.lu();
         for k in 0..self.squares.len() {
-            let is_low = (self.squares[k] + shift).powi(2) < (least + shift) * (largest + shift);
-            let Some(mut right) = factors.solve(&(mass * self.right.column(k))).filter(|_| is_low) else { continue };
+            let is_high = (self.squares[k] + shift).powi(2) >= (least + shift) * (largest + shift);
+            if is_high {
+                continue;
+            }
+            let Some(mut right) = factors.solve(&(mass * self.right.column(k))) else { continue };
             right.unscale_mut(right.dot(&(mass * &right)).sqrt());
             let mut left = right.clone();
             if let (Some(all), Some(factors)) = (&self.left, &transposed) {

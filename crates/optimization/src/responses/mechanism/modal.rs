@@ -176,8 +176,9 @@ fn signed_root(square: f64) -> f64 {
     square.abs().sqrt().copysign(square)
 }
 
-impl<M: ParametricMechanism> Analysis for ModalResponses<M> {
-    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+impl<M: ParametricMechanism> ModalResponses<M> {
+    /// The outputs, frequencies and amplitudes at design `b`, with warnings that name times.
+    fn outputs_and_modes(&self, b: &[f64]) -> Result<Responses> {
         let mut responses = self.outputs.analyze(b)?;
         let mechanism = self.outputs.model.build(b)?;
         let (settings, times) = (&self.outputs.settings, &self.outputs.times);
@@ -220,6 +221,14 @@ impl<M: ParametricMechanism> Analysis for ModalResponses<M> {
             }
         }
         Ok(responses)
+    }
+}
+
+impl<M: ParametricMechanism> Analysis for ModalResponses<M> {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        let responses = self.outputs.on_axis(self.outputs_and_modes(b))?;
+        let warnings = responses.warnings.iter().map(|warning| self.outputs.in_words(warning)).collect();
+        Ok(Responses { warnings, ..responses })
     }
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {

@@ -169,17 +169,18 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
         Ok(Self { model, settings, times: times.to_vec(), differentiation: Differentiation::Automatic, axis: None })
     }
 
-    /// Messages name points of the quantity `axis`, such as a travel, in place of times.
+    /// Messages name points of the quantity `axis`, such as a travel, in place of times; without one, times.
     pub fn over(self, axis: Option<TimeGrid>) -> Self {
         Self { axis, ..self }
     }
 
-    fn on_axis<T>(&self, result: Result<T>) -> Result<T> {
+    /// A result whose error names points of the axis.
+    pub(super) fn on_axis<T>(&self, result: Result<T>) -> Result<T> {
         result.map_err(|error| error.map_reason(|why| self.in_words(why)))
     }
 
     /// A message with points of the axis in place of times.
-    fn in_words(&self, message: &str) -> String {
+    pub(super) fn in_words(&self, message: &str) -> String {
         self.axis.as_ref().map_or_else(|| message.to_owned(), |axis| replace_times(message, |t| axis.in_words(t)))
     }
 
