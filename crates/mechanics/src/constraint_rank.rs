@@ -16,8 +16,8 @@ const DEPENDENT: f64 = 1e-9;
 pub(crate) struct ConstraintRank {
     /// Multipliers whose gradients depend on those before them.
     pub redundant: Vec<usize>,
-    /// Orthonormal basis of the gradients, by coordinate.
-    basis: Vec<Vec<f64>>,
+    /// Orthonormal basis of the gradients, as (coordinate, value): joints connect few coordinates.
+    basis: Vec<Vec<(usize, f64)>>,
     /// The smallest relative norm of the part of a gradient that is independent of those before it, and its multiplier.
     smallest: (f64, usize),
 }
@@ -49,7 +49,10 @@ impl ConstraintRank {
         }
         let is_independent = rest > DEPENDENT * whole.max(1e-300);
         match is_independent {
-            true => self.basis.push(row.iter().map(|x| x / rest).collect()),
+            true => {
+                let entries = row.iter().enumerate().filter(|(_, x)| **x != 0.0);
+                self.basis.push(entries.map(|(i, x)| (i, x / rest)).collect());
+            }
             false => self.redundant.push(m),
         }
         is_independent
@@ -76,8 +79,10 @@ impl ConstraintRank {
     pub fn project(&self, direction: &mut [f64]) {
         for _ in 0..2 {
             for other in &self.basis {
-                let share: f64 = direction.iter().zip(other).map(|(a, b)| a * b).sum();
-                direction.iter_mut().zip(other).for_each(|(a, b)| *a -= share * b);
+                let share: f64 = other.iter().map(|&(i, b)| direction[i] * b).sum();
+                if share != 0.0 {
+                    other.iter().for_each(|&(i, b)| direction[i] -= share * b);
+                }
             }
         }
     }

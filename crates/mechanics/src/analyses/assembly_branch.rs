@@ -3,11 +3,12 @@
 use crate::analyses::kinematics::KinematicDriver;
 use crate::constraint_rank::ConstraintRank;
 use crate::initial_conditions::Assembly;
+use crate::linalg::determinant::DeterminantSign;
 use crate::mechanism::Mechanism;
+use crate::system::assembly::ConstraintWorkspace;
 use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
 use error::Seconds;
-use nalgebra::DMatrix;
 
 /// A branch of the assembly: along it the determinant of the constraints keeps its sign.
 ///
@@ -15,11 +16,15 @@ use nalgebra::DMatrix;
 /// branch; a step over the dead centre ends on the other one, with the other sign.
 #[derive(Clone, Debug)]
 pub(crate) struct AssemblyBranch {
-    /// As many independent constraints as free coordinates.
-    constraints: Vec<usize>,
-    /// The free coordinates.
-    coordinates: Vec<usize>,
+    /// The row of each multiplier in the determinant: as many independent constraints as free coordinates.
+    row_of: Vec<Option<usize>>,
+    /// The column of each free coordinate.
+    column_of: Vec<Option<usize>>,
     is_positive: bool,
+    /// The rows of the determinant, as (column, value).
+    rows: Vec<Vec<(usize, f64)>>,
+    workspace: ConstraintWorkspace,
+    sign: DeterminantSign,
 }
 
 impl AssemblyBranch {
@@ -30,25 +35,38 @@ impl AssemblyBranch {
         } else {
             Vec::new()
         };
-        let coordinates: Vec<usize> = (0..state.q.len()).filter(|&i| system.equation_of(i).is_some()).collect();
-        let constraints: Vec<usize> = (0..mechanism.multipliers).filter(|m| !redundant.contains(m)).collect();
-        let mut branch =
-            (constraints.len() == coordinates.len()).then_some(Self { constraints, coordinates, is_positive: true })?;
+        let column_of = numbered((0..state.q.len()).map(|i| system.equation_of(i).is_some()));
+        let row_of = numbered((0..mechanism.multipliers).map(|m| !redundant.contains(&m)));
+        let [rows, columns] = [&row_of, &column_of].map(|numbers| numbers.iter().flatten().count());
+        let mut branch = (rows == columns).then_some(Self {
+            row_of,
+            column_of,
+            is_positive: true,
+            rows: vec![Vec::new(); rows],
+            workspace: ConstraintWorkspace::default(),
+            sign: DeterminantSign::default(),
+        })?;
         branch.is_positive = branch.contains(system, mechanism, state);
         Some(branch)
     }
 
-    /// Returns whether the determinant has the sign of this branch in `state`.
-    pub fn contains(&self, system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> bool {
-        let gradients = system.constraint_jacobian(mechanism, state);
-        let n = self.constraints.len();
-        let gradients = DMatrix::from_fn(n, n, |i, j| gradients[self.constraints[i]][self.coordinates[j]]);
-        // The determinant itself can overflow.
-        let factors = gradients.lu();
-        let pivots = factors.u().diagonal();
-        let is_positive = pivots.iter().filter(|pivot| pivot.is_sign_negative()).count() % 2 == 0;
-        (factors.p().determinant::<f64>() > 0.0) == (is_positive == self.is_positive)
+    /// Returns whether the determinant has the sign of this branch in `state`, or is zero.
+    pub fn contains(&mut self, system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> bool {
+        let Self { row_of, column_of, rows, workspace, .. } = self;
+        rows.iter_mut().for_each(Vec::clear);
+        system.visit_constraint_jacobian(mechanism, state, workspace, |m, i, value| {
+            if let (Some(row), Some(column)) = (row_of[m], column_of[i]) {
+                rows[row].push((column, value));
+            }
+        });
+        self.sign.is_positive(rows).is_none_or(|is_positive| is_positive == self.is_positive)
     }
+}
+
+/// Numbers those of a sequence that are true, from 0.
+fn numbered(chosen: impl Iterator<Item = bool>) -> Vec<Option<usize>> {
+    let mut next = 0..;
+    chosen.map(|is_chosen| if is_chosen { next.next() } else { None }).collect()
 }
 
 /// A singular position that a driven mechanism has passed: it is on another branch of its assembly from there on.

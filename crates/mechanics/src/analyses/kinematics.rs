@@ -147,8 +147,8 @@ impl<'m> KinematicDriver<'m> {
         Ok(passage)
     }
 
-    fn is_on_branch(&self) -> bool {
-        self.branch.as_ref().is_none_or(|branch| branch.contains(&self.system, self.mechanism, &self.state))
+    fn is_on_branch(&mut self) -> bool {
+        self.branch.as_mut().is_none_or(|branch| branch.contains(&self.system, self.mechanism, &self.state))
     }
 
     /// Advances to `t` in one substep. Returns whether the prediction of each coordinate was accurate.

@@ -11,6 +11,7 @@
 //! `benches/linear_solvers.rs` compares them for chains of 8 to 10 000 links.
 
 pub(crate) mod banded;
+pub(crate) mod determinant;
 pub(crate) mod factor;
 pub(crate) mod ordering;
 pub(crate) mod redundancy;

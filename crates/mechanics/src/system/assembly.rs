@@ -11,6 +11,14 @@ use crate::system::modes::Modes;
 use crate::system::state::{State, evaluate, gather};
 use nalgebra::DMatrix;
 
+/// Storage for the constraints' Jacobian that is used again.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ConstraintWorkspace {
+    jacobian: JacobianWorkspace,
+    elements: ElementWorkspace<f64>,
+    columns: Vec<f64>,
+}
+
 impl System {
     /// Writes the residual by equation: equations of motion, and constraints times `constraint`.
     pub fn residual<T: StateScalar>(
@@ -274,34 +282,40 @@ impl System {
 
     /// Φ_q with respect to all coordinates, zero for prescribed ones; one row per multiplier.
     pub fn constraint_jacobian(&self, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<Vec<f64>> {
-        let (mut jacobian_workspace, mut workspace, mut columns) =
-            (JacobianWorkspace::default(), ElementWorkspace::default(), Vec::new());
         let mut gradients = vec![vec![0.0; mechanism.coordinates.len()]; mechanism.multipliers];
+        self.visit_constraint_jacobian(mechanism, state, &mut ConstraintWorkspace::default(), |m, i, value| {
+            gradients[m][i] += value;
+        });
+        gradients
+    }
+
+    /// Calls `visit(multiplier, coordinate, value)` for the terms of Φ_q; terms of one entry are added up.
+    pub(crate) fn visit_constraint_jacobian(
+        &self,
+        mechanism: &Mechanism<f64>,
+        state: &State<f64>,
+        ConstraintWorkspace { jacobian, elements, columns }: &mut ConstraintWorkspace,
+        mut visit: impl FnMut(usize, usize, f64),
+    ) {
+        let weights = Linearization::statics().constraint_weights;
         for (instance, map) in
             mechanism.elements.iter().zip(&self.maps).filter(|(instance, _)| instance.num_constraints > 0)
         {
             if !state.modes.is_active(instance) {
                 continue;
             }
-            gather(instance, state, &mut workspace);
+            gather(instance, state, elements);
             let (width, n) = (map.active.len() + 1, instance.coordinates.len());
             columns.resize((n + instance.num_constraints) * width, 0.0);
-            let local = ElementState { p: &instance.parameters, ..workspace.local(state.t) };
-            instance.element.columns(
-                &local,
-                Linearization::statics().constraint_weights,
-                &map.active,
-                &mut jacobian_workspace,
-                &mut columns,
-            );
+            let local = ElementState { p: &instance.parameters, ..elements.local(state.t) };
+            instance.element.columns(&local, weights, &map.active, jacobian, columns);
             for k in 0..instance.num_constraints {
                 let row = &columns[(n + k) * width + 1..(n + k + 1) * width];
                 for (&local, &value) in map.active.iter().zip(row).filter(|(local, _)| **local < n) {
-                    gradients[instance.first_multiplier + k][instance.coordinates[local]] += value;
+                    visit(instance.first_multiplier + k, instance.coordinates[local], value);
                 }
             }
         }
-        gradients
     }
 
     /// The assembled matrix as a dense one, before it is factorized.
