@@ -14,6 +14,7 @@ use anyhow::anyhow;
 use clap::Args;
 use linkwright::model_file::{Model, read};
 use linkwright::problem::Problem;
+use linkwright::report::between_points::warn_of_peaks_between_points;
 use linkwright::report::outcome::failed_steps;
 use linkwright::sao::{RunState, Status};
 use linkwright::storage::Directory;
@@ -357,8 +358,9 @@ impl ProgressForm {
             save(warm);
             progress.cycles(&state, shown, state.history.len() - before)?;
         }
-        let warnings = problem.analysis.warnings(&state.design, &state.responses);
-        summary.warnings = warnings.into_iter().chain(failed_steps(&state)).collect();
+        summary.warnings = problem.analysis.warnings(&state.design, &state.responses);
+        summary.warnings.extend(warn_of_peaks_between_points(problem, &state));
+        summary.warnings.extend(failed_steps(&state));
         folder.finish(problem, &state, &summary)?;
         progress.end(&summary)?;
         show.note(&format!("Results are in {}", out.display()))?;

@@ -88,7 +88,8 @@ pub fn predicted_objective(problem: &Problem, cycle: &Cycle) -> Option<f64> {
     let prediction = cycle.prediction.as_ref()?;
     let Some(peak) = problem.objective.peak() else { return Some(stated(problem, prediction.objective)) };
     let rows = cycle.retained.iter().copied().zip(prediction.rows.iter().copied());
-    largest(problem, peak, &cycle.design, rows).or(Some(prediction.objective))
+    let bound = prediction.bound.unwrap_or(cycle.design[peak.variable]);
+    largest(problem, bound, rows).or(Some(prediction.objective))
 }
 
 /// The largest |f| among known rows of a trial step; for other objectives the objective. `None` if no row is known.
@@ -102,18 +103,13 @@ fn of_rows(problem: &Problem, cycle: &Cycle) -> Option<f64> {
     let worst = cycle.worst.map(|row| (row, 1.0 + cycle.violation_pct / 100.0));
     // The worst row is that of the largest violation; the peak is known if the worst row belongs to it.
     let is_known = cycle.cycle > 0 || worst.is_some_and(|(row, _)| is_of_peak(problem, row.constraint));
-    largest(problem, peak, &cycle.design, retained.chain(worst)).filter(|_| is_known)
+    largest(problem, cycle.design[peak.variable], retained.chain(worst)).filter(|_| is_known)
 }
 
-/// The largest |f| = β + σ (ĝ − 1) among rows of the two constraints of a peak.
-fn largest(
-    problem: &Problem,
-    peak: PeakBound,
-    design: &[f64],
-    rows: impl Iterator<Item = (RowId, f64)>,
-) -> Option<f64> {
+/// The largest |f| = β + σ (ĝ − 1) among rows of the two constraints of a peak; `bound` is β.
+fn largest(problem: &Problem, bound: f64, rows: impl Iterator<Item = (RowId, f64)>) -> Option<f64> {
     let of_peak = rows.filter(|(row, _)| is_of_peak(problem, row.constraint));
-    let value = |(row, g): (RowId, f64)| design[peak.variable] + problem.constraints[row.constraint].scale * (g - 1.0);
+    let value = |(row, g): (RowId, f64)| bound + problem.constraints[row.constraint].scale * (g - 1.0);
     of_peak.map(value).reduce(f64::max)
 }
 
@@ -201,7 +197,8 @@ pub fn peak_constraints(problem: &Problem) -> impl Iterator<Item = usize> {
     (0..problem.constraints.len()).filter(|&j| is_of_peak(problem, j))
 }
 
-fn is_of_peak(problem: &Problem, j: usize) -> bool {
+/// True for the constraints f ≤ β and f ≥ −β of a min–max objective.
+pub fn is_of_peak(problem: &Problem, j: usize) -> bool {
     problem.bounds_peak(j)
 }
 

@@ -129,3 +129,38 @@ fn angular_velocities_that_do_not_fit_are_named_as_such() {
         "the angular velocity of b is given (1.000000, 0.000000, 2.000000) and becomes (0.000000, 0.000000, 2.000000)";
     assert!(found.iter().any(|warning| warning.contains(named)), "{found:?}");
 }
+
+/// y = p sin 2π t at the time points 0, 1/6, 2/6 … s: its largest value is p √3/2 there, and p in between, of which a parabola shows most.
+#[test]
+fn larger_values_between_the_time_points_are_told() {
+    let wish = |objective: &str, constraint: &str| {
+        format!(
+            "version = 2\n[design.p]\nstart = 1\nlower = 0.5\nupper = 2\n[time]\nto = 1\npoints = 7\n[[output]]\nname = 'y'\n\
+             value = 'p*sin(2*pi*time)'\nunit = 'm'\n[objective]\n{objective}\n{constraint}[analysis]\nkind = 'formula'\n"
+        )
+    };
+    let low = "[[constraint]]\nname = 'dip'\nvalue = 'y'\nat_least = -0.8661\n";
+    let cases = [
+        (
+            "name = 'swing'\nminimize = 'max(y)'",
+            "",
+            Some("swing: about 0.487 m between the time points, near time 0.25 s, 12 % more than at them"),
+        ),
+        ("name = 'swing'\nminimize = 'max(y)'\ncontinuous = true", "", None),
+        (
+            "maximize = 'p'",
+            low,
+            Some("dip: about -0.974 m between the time points, near time 0.75 s, where the limit is -0.866 m"),
+        ),
+        ("maximize = 'p'", &low.replace("name", "continuous = true\nname"), None),
+    ];
+    for (objective, constraint, expected) in cases {
+        let place = TempFolder::new("between");
+        std::fs::write(place.0.join("m.toml"), wish(objective, constraint)).unwrap();
+        let shown = place.run(&["optimize", "m"], 0);
+        match expected {
+            Some(text) => assert!(shown.contains(text) && shown.contains("continuous = true"), "{shown}"),
+            None => assert!(!shown.contains("between the time points"), "{shown}"),
+        }
+    }
+}

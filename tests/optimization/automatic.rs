@@ -424,6 +424,55 @@ fn the_number_of_time_points_changes_neither_the_result_nor_the_work() {
     assert!(retained(&ends[1]) < 3 * retained(&ends[0]), "{} and {}", retained(&ends[0]), retained(&ends[1]));
 }
 
+/// The bound variable of a peak is at the peak of each design: its start is no guess on which the run depends, and designs are feasible if
+/// the stated constraints are.
+#[test]
+fn a_peak_counts_as_it_is_and_not_as_its_bound_was_guessed() {
+    let run = |guess: f64| {
+        let mut problem = absorber(101);
+        let bound = problem.objective.peak().unwrap().variable;
+        problem.variables[bound].start = guess;
+        let end = solve(&problem);
+        for cycle in end.history.iter().filter(|cycle| cycle.failure.is_none()) {
+            let peak = cycle.peak.unwrap();
+            assert!((cycle.objective - peak).abs() < 1e-12 * peak, "cycle {}: {} and {peak}", cycle.cycle, cycle.objective);
+        }
+        end
+    };
+    let ends = [1e-3, 0.85, 40.0].map(run);
+    for end in &ends {
+        assert_eq!(end.status, Status::Converged, "{}", end.reason);
+        assert_eq!((&end.design, work(end)), (&ends[0].design, work(&ends[0])));
+    }
+}
+
+/// Force of a contact that is open below x = 3.
+struct Contact;
+impl ClosedForm for Contact {
+    fn response<S: Scalar>(&self, _: usize, b: &[S], _: S) -> S {
+        let depth = b[0] - 3.0;
+        if depth.re() > 0.0 { depth.powi(2) + b[1] } else { S::from(0.0) }
+    }
+}
+
+/// Zero derivatives are no certificate that no design is feasible: those with x > 3.5 are.
+#[test]
+fn a_constraint_that_depends_on_nothing_is_not_called_infeasible() {
+    let mut parts = ProblemBuilder::new("contact");
+    parts.variable(DesignVariable::new("x", "", 1.0).within(0.0, 10.0));
+    parts.variable(DesignVariable::new("y", "", 0.5).within(0.0, 0.6));
+    let force = parts.constant("force", "N");
+    parts.minimize("x", "", Quantity::variable(0));
+    parts.subject_to(Constraint::at_least("contact force", 1.0, Quantity::response(None, force)));
+    let end = solve(&parts.build_analytic(Contact).unwrap());
+    assert_eq!(end.status, Status::Stalled, "{}", end.reason);
+    assert!(
+        end.reason.contains("contact force is violated by 100.000 %, and does not depend on the design"),
+        "{}",
+        end.reason
+    );
+}
+
 /// Weight of five segments and the deflection of their tip.
 struct Cantilever;
 impl ClosedForm for Cantilever {

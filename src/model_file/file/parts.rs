@@ -305,7 +305,9 @@ impl Parts {
                 Diagnostic::unknown(word.span.clone(), "coordinate", &word.text, known.iter().map(String::as_str));
             match word.text.rsplit_once('.').and_then(|(point, _)| Some((point, self.named.get(point)?))) {
                 Some((point, NamedPart::Point(_))) => unknown.help(format!(
-                    "`{point}` is a point, and bodies have coordinates; forces with the keys `at`, or `a` and `b`, act at points, such as `force`, `spring`{}",
+                    "`{point}` is a point, and bodies have coordinates. To drive a point, join a body of `kind = \"massless-node\"` to it{}, and \
+                     drive the coordinates of that body. Forces with the keys `at`, or `a` and `b`, act at points, such as `force`, `spring`{}",
+                    if self.is_spatial { "" } else { " by a hinge" },
                     if self.is_spatial { "" } else { " and `wall`" }
                 )),
                 _ => unknown,

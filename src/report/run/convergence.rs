@@ -46,8 +46,8 @@ impl OptimizationReport<'_> {
         let section = match self.problem.objective.peak() {
             None => section,
             Some(_) => section.paragraph(
-                "The objective is a peak: a variable bounds it, which is minimized in its place. E_f is the error of that variable, which is none; \
-                 the errors of the peak count in E_g.",
+                "The objective is a peak: a variable bounds it, which is minimized in its place. The errors of the peak count in E_g; E_f is zero \
+                 unless the approximate objective contains the curvature of the constraints.",
             ),
         };
         let mut section = section

@@ -3,7 +3,7 @@
 use super::quantity::{QuantityForm, SignedQuantity};
 use super::{
     Analysis, AnalyzedDesign, Constraint, DesignVariable, Evaluation, Intermediates, Objective, Quantity, Response,
-    ResponseAt, Responses, RowId, TimeGrid,
+    PeakBound, ResponseAt, Responses, RowId, TimeGrid,
 };
 use super::{PeakTime, maxima, words};
 use error::{Error, Result};
@@ -83,6 +83,28 @@ impl Problem {
             rows.map(move |(_, c)| bound + self.constraints[j].scale * c)
         };
         (0..self.constraints.len()).filter(|&j| self.bounds_peak(j)).flat_map(values).reduce(f64::max)
+    }
+
+    /// The analysed design with the bound variable of a min–max objective at its peak, as far as the bounds of the variable allow: the
+    /// objective is then the peak itself, and constraints f ≤ β and f ≥ −β are not violated. Other problems keep their design.
+    ///
+    /// # Errors
+    ///
+    /// As [`evaluate`](Self::evaluate).
+    pub fn with_bound_at_peak(&self, analyzed: AnalyzedDesign) -> Result<AnalyzedDesign> {
+        let Some(PeakBound { variable, .. }) = self.objective.peak() else { return Ok(analyzed) };
+        let AnalyzedDesign { mut design, responses, evaluation } = analyzed;
+        let proposed = design[variable];
+        // From zero the peak does not have the rounding errors of the proposed bound.
+        design[variable] = 0.0;
+        let Some(peak) = self.peak_objective(&design, &self.evaluate(&design, &responses)?) else {
+            design[variable] = proposed;
+            return Ok(AnalyzedDesign { design, responses, evaluation });
+        };
+        let DesignVariable { lower, upper, .. } = self.variables[variable];
+        design[variable] = peak.clamp(lower, upper);
+        let evaluation = self.evaluate(&design, &responses)?;
+        Ok(AnalyzedDesign { design, responses, evaluation })
     }
 
     /// Every constraint at every time point at which it holds.

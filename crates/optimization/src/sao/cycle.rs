@@ -2,7 +2,7 @@
 
 use super::trial::AnalysedProposal;
 use super::{Region, StepVerdict, Trial};
-use crate::problem::{Evaluation, Problem, RowId};
+use crate::problem::{AnalyzedDesign, Evaluation, Problem, RowId};
 use serde::{Deserialize, Serialize};
 
 /// A constraint that is active in the solution of an approximate problem.
@@ -23,6 +23,9 @@ pub struct Prediction {
     pub rows: Vec<f64>,
     /// ĝ of the same rows as analysed; empty if the analysis failed.
     pub analysed: Vec<f64>,
+    /// The bound variable β of a min–max objective to which these values belong, if it is not that of [`Cycle::design`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bound: Option<f64>,
 }
 
 /// One row of the history: a trial step, accepted or rejected. Cycle 0 is the start design.
@@ -141,6 +144,7 @@ impl Cycle {
             objective: solution.objective,
             rows: solution.rows.iter().map(|row| row + 1.0).collect(),
             analysed: found.map_or_else(Vec::new, values),
+            bound: None,
         };
         Self {
             cycle: number,
@@ -166,6 +170,22 @@ impl Cycle {
             prediction: Some(prediction),
             failure: analyzed.err().map(ToString::to_string),
             is_displaced: false,
+        }
+    }
+
+    /// The row with design, objective and violation of `analyzed`, whose variable `bound` is at the peak of the objective. Predictions
+    /// remain those with the proposed bound.
+    pub(super) fn at(mut self, analyzed: &AnalyzedDesign, bound: usize) -> Self {
+        let AnalyzedDesign { design, evaluation, .. } = analyzed;
+        if let Some(prediction) = &mut self.prediction {
+            prediction.bound = Some(self.design[bound]);
+        }
+        Self {
+            design: design.clone(),
+            objective: evaluation.objective,
+            violation_pct: evaluation.max_violation_pct(),
+            worst: evaluation.worst().map(|(row, _)| row),
+            ..self
         }
     }
 }

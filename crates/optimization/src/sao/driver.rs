@@ -56,7 +56,10 @@ impl Method {
         self.check(problem)?;
         problem.check()?;
         problem.check_design(&design)?;
-        let AnalyzedDesign { design, responses, evaluation } = problem.analyze_design(&design)?;
+        let analyzed = problem.analyze_design(&design)?;
+        let is_automatic = self.automatic.is_some();
+        let analyzed = if is_automatic { problem.with_bound_at_peak(analyzed)? } else { analyzed };
+        let AnalyzedDesign { design, responses, evaluation } = analyzed;
         let factors = self.move_limits.start(problem.n());
         Ok(RunState {
             version: STATE_VERSION,

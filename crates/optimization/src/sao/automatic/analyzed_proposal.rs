@@ -10,7 +10,7 @@ use super::proposal::{Proposal, Purpose};
 use super::state::{AutomaticState, FilterEntry, RejectedPoint};
 use super::{ApproximatedValue, Scores};
 use crate::approximation::CycleData;
-use crate::problem::{AnalyzedDesign, RowId};
+use crate::problem::{AnalyzedDesign, Responses, RowId};
 use crate::sao::trial::{AnalysedProposal, Trial};
 use crate::sao::{Cycle, Method, StepVerdict};
 use error::Result;
@@ -18,6 +18,7 @@ use error::Result;
 /// A proposed design with its analysis.
 pub(super) struct AnalyzedProposal {
     pub decision: Decision,
+    /// The analysed design; the bound variable of a min–max objective is at the peak that was found, not at the predicted one.
     pub analyzed: Result<AnalyzedDesign>,
     /// The derivatives there, if it was accepted or determines a curvature.
     pub derivatives: Option<CycleData>,
@@ -79,7 +80,8 @@ impl AutomaticState {
 impl CycleContext<'_> {
     /// Analyses a proposal, decides about it, and differentiates it if the derivatives are needed. A failure rejects it.
     pub(super) fn analyze_proposal(&self, method: &Method, proposal: &Proposal) -> AnalyzedProposal {
-        let mut analyzed = self.problem.analyze_design(&proposal.design);
+        let analyzed = self.problem.analyze_design(&proposal.design);
+        let mut analyzed = analyzed.and_then(|analyzed| self.problem.with_bound_at_peak(analyzed));
         let mut decision = analyzed.as_ref().map_or(Decision::Rejected, |a| self.decide(proposal, a));
         let missed = match &analyzed {
             Ok(next) if decision != Decision::Rejected => {
@@ -109,14 +111,29 @@ impl CycleContext<'_> {
     pub(super) fn record(&self, method: &Method, proposal: &Proposal, step: &AnalyzedProposal) -> Cycle {
         let Self { problem, state, .. } = self;
         let Proposal { region, at_limit, solution, .. } = proposal;
-        let record =
-            AnalysedProposal { data: self.data, region, solution, distance: 0.0, at_limit, analyzed: &step.analyzed };
+        let analyzed = match &step.analyzed {
+            Ok(analyzed) if problem.objective.peak().is_some() => &self.as_proposed(proposal, analyzed),
+            analyzed => analyzed,
+        };
+        let record = AnalysedProposal { data: self.data, region, solution, distance: 0.0, at_limit, analyzed };
         let from = (&state.design[..], &state.evaluation);
         let trial = Trial::new(problem, &method.screening, from, state.last_step.as_deref(), &record);
         let verdict = if step.decision == Decision::Rejected { StepVerdict::Reject } else { StepVerdict::Accept };
         let cycle =
             Cycle::new(problem, state.cycles() + 1, &self.factors(&self.memory.widths), &trial, verdict, &record);
-        Cycle { is_displaced: cycle.accepted && proposal.purpose != Purpose::Improvement, ..cycle }
+        let is_displaced = cycle.accepted && proposal.purpose != Purpose::Improvement;
+        let cycle = Cycle { is_displaced, ..cycle };
+        match (problem.objective.peak(), &step.analyzed) {
+            (Some(peak), Ok(analyzed)) => cycle.at(analyzed, peak.variable),
+            _ => cycle,
+        }
+    }
+
+    /// The analysis with the proposed bound variable of a min–max objective, to which the predictions belong.
+    fn as_proposed(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> Result<AnalyzedDesign> {
+        let (design, responses) = (proposal.design.clone(), Responses::new(analyzed.responses.values.clone()));
+        let evaluation = self.problem.evaluate(&design, &responses)?;
+        Ok(AnalyzedDesign { design, responses, evaluation })
     }
 
     /// The changes of the data of the run by a trial step.

@@ -131,9 +131,17 @@ impl CycleContext<'_> {
         }
         let tangent = TangentSpace::new(self, negligible);
         let descent = tangent.projected_descent();
+        let is_new = |trial: &Proposal| !self.was_rejected(&trial.design);
         let may_improve = !has_settled && self.memory.rejections == 0;
         let improvement = may_improve.then(|| self.step_in_new_direction(&tangent, &descent)).flatten();
-        improvement.or_else(|| self.curvature_step(&tangent, &descent))
+        improvement.or_else(|| self.curvature_step(&tangent, &descent)).filter(is_new)
+    }
+
+    /// True for a design to which a step from the current one was rejected; the bound of a peak follows from the others.
+    fn was_rejected(&self, design: &[f64]) -> bool {
+        let bound = self.problem.objective.peak().map(|peak| peak.variable);
+        let is_equal = |other: &[f64]| (0..self.n()).all(|j| Some(j) == bound || design[j] == other[j]);
+        self.state.history.iter().rev().take_while(|cycle| !cycle.accepted).any(|cycle| is_equal(&cycle.design))
     }
 
     /// A step to the move limits along the part of the descent direction in which no step was made; `None` if this part is negligible.
@@ -172,10 +180,9 @@ impl CycleContext<'_> {
             || tangent.weakly_active_violation(&-&direction) < tangent.weakly_active_violation(&direction);
         let is_either_side = slope.abs() <= noise && !is_reversed;
         let sign = if is_either_side && violates_less_backwards() { -1.0 } else { slope };
-        let size = (step / direction.amax()).max(least_size).copysign(sign);
-        let box_size = (size.abs() * direction.amax()).max(1.0);
-        let widths: Vec<f64> = self.units.lengths.iter().map(|l| l * box_size).collect();
-        Some(self.step_along(&direction, size, &widths, purpose))
+        // A longer step would show the curvature elsewhere.
+        let size = (step / direction.amax()).max(least_size.min(1.0 / direction.amax())).copysign(sign);
+        Some(self.step_along(&direction, size, &self.units.lengths, purpose))
     }
 
     /// A step of `size` times a direction in lengths, inside a box and the bounds; backwards if they shorten it much less there.

@@ -5,6 +5,7 @@ use super::cycle_context::{CycleContext, SurrogateKind};
 use super::displacement::{DISPLACEMENTS, MAX_DISPLACEMENTS};
 use super::proposal::{Next, Proposal, Purpose};
 use super::restoration::{is_stationary, largest_first_order_change, least_violation};
+use crate::problem::RowId;
 use crate::sao::{Cycle, Status};
 use error::Result;
 
@@ -64,6 +65,9 @@ impl CycleContext<'_> {
             );
             return (Status::Stalled, reason);
         }
+        if let Some(reason) = self.largest_violation_without_derivatives() {
+            return (Status::Stalled, reason);
+        }
         let share = (self.violation - least).max(0.0) / self.violation;
         let at_most = if share > 0.0 { format!(" by more than {share:.1e} of it") } else { String::new() };
         let reason = format!(
@@ -87,8 +91,32 @@ impl CycleContext<'_> {
         (visits <= MAX_RETURNS).then_some(&best.design[..])
     }
 
+    /// The reason of the end if the largest violation is that of constraints that depend on no variable, neither here nor at the designs of
+    /// the displacements: such a constraint shows no direction, and nothing about other regions.
+    fn largest_violation_without_derivatives(&self) -> Option<String> {
+        let tried = || self.memory.points.iter().rev().take(1 + DISPLACEMENTS.len());
+        let is_constant = |row: &RowId| tried().all(|point| point.slopes[row.constraint].iter().all(|s| *s == 0.0));
+        let (rows, _) = self.largest_violations();
+        rows.iter().all(is_constant).then(|| {
+            format!(
+                "{}, and does not depend on the design in this region: all its derivatives are zero, here and at the designs tried around, so \
+                 that no direction to feasible designs is known. A contact that stays open, a switch that does not switch or a limit that cuts \
+                 off has this effect: start where the quantity changes with the variables",
+                self.largest_violation_in_words()
+            )
+        })
+    }
+
     /// The constraints with the largest violation, and by how much they are violated.
     pub(super) fn largest_violation_in_words(&self) -> String {
+        let (rows, largest) = self.largest_violations();
+        let names: Vec<String> = rows.into_iter().map(|row| self.problem.row_in_words(row)).collect();
+        let verb = if names.len() == 1 { "is" } else { "are" };
+        format!("{} {verb} violated by {:.3} %", names.join(" and "), 100.0 * largest)
+    }
+
+    /// The rows with the largest violation, and this violation.
+    fn largest_violations(&self) -> (Vec<RowId>, f64) {
         let evaluation = &self.state.evaluation;
         let violated = |j: usize| {
             let (row, c) = evaluation.worst_of(j)?;
@@ -96,10 +124,8 @@ impl CycleContext<'_> {
         };
         let all: Vec<_> = (0..evaluation.residuals.len()).filter_map(violated).collect();
         let largest = all.iter().fold(0.0f64, |a, (_, v)| a.max(*v));
-        let equal = all.iter().filter(|(_, v)| *v >= largest * (1.0 - EQUAL));
-        let names: Vec<String> = equal.map(|(row, _)| self.problem.row_in_words(*row)).collect();
-        let verb = if names.len() == 1 { "is" } else { "are" };
-        format!("{} {verb} violated by {:.3} %", names.join(" and "), 100.0 * largest)
+        let equal = all.into_iter().filter(|(_, v)| *v >= largest * (1.0 - EQUAL));
+        (equal.map(|(row, _)| row).collect(), largest)
     }
 
     /// The next step, or the end, where the subproblem gives no step; `None` if there is no such step and no reason for this end.
