@@ -5,7 +5,7 @@
 
 use super::number::{counted, without_rounding};
 use crate::Result;
-use crate::problem::{Evaluation, Goal, PeakBound, Problem, RowId, Side, TimeGrid};
+use crate::problem::{Evaluation, Goal, Problem, RowId, Side, TimeGrid};
 use crate::sao::{Cycle, RunState};
 
 /// Excess over the limit, relative to size or scale, up to which a constraint counts as satisfied.

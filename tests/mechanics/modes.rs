@@ -125,6 +125,22 @@ fn a_repeated_frequency_splits_into_its_one_sided_derivatives() {
     close(&apart.gradients[0], &[1.0, 0.0, 1.0], 1e-13);
 }
 
+/// Two oscillators without coupling: each gradient is that of one of them, so that a change of both stiffnesses is predicted, too.
+#[test]
+fn frequencies_of_modes_that_do_not_interact_have_the_gradients_of_their_branches() {
+    struct Apart;
+    impl ParametricMechanism for Apart {
+        fn build<S: Scalar>(&self, b: &[S]) -> linkwright::Result<Mechanism<S>> {
+            Twins.build(&[b[0], b[1], S::from(0.0)])
+        }
+    }
+    let computed = differentiate_modes(&Apart, &[4.0, 4.0], About::Assembled, 0.0).unwrap();
+    let mut gradients = computed.gradients;
+    gradients.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    close(&gradients[0], &[1.0, 0.0], 1e-13);
+    close(&gradients[1], &[0.0, 1.0], 1e-13);
+}
+
 /// βL of a clamped-free beam: 1.8751, 4.6941, 7.8548 (Blevins, *Formulas for Natural Frequency and Mode Shape*, Table 8-1).
 #[test]
 fn cantilever_frequencies_converge_with_the_square_of_the_element_length() {

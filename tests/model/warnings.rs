@@ -136,7 +136,7 @@ fn larger_values_between_the_time_points_are_told() {
     let wish = |objective: &str, constraint: &str| {
         format!(
             "version = 2\n[design.p]\nstart = 1\nlower = 0.5\nupper = 2\n[time]\nto = 1\npoints = 7\n[[output]]\nname = 'y'\n\
-             value = 'p*sin(2*pi*time)'\nunit = 'm'\n[objective]\n{objective}\n{constraint}[analysis]\nkind = 'formula'\n"
+             value = 'p*sin(2*pi*time)'\nunit = 'm'\n[objective]\n{objective}\n{constraint}"
         )
     };
     let low = "[[constraint]]\nname = 'dip'\nvalue = 'y'\nat_least = -0.8661\n";

@@ -435,7 +435,12 @@ fn a_peak_counts_as_it_is_and_not_as_its_bound_was_guessed() {
         let end = solve(&problem);
         for cycle in end.history.iter().filter(|cycle| cycle.failure.is_none()) {
             let peak = cycle.peak.unwrap();
-            assert!((cycle.objective - peak).abs() < 1e-12 * peak, "cycle {}: {} and {peak}", cycle.cycle, cycle.objective);
+            assert!(
+                (cycle.objective - peak).abs() < 1e-12 * peak,
+                "cycle {}: {} and {peak}",
+                cycle.cycle,
+                cycle.objective
+            );
         }
         end
     };

@@ -33,7 +33,8 @@ pub struct ModeSensitivities {
     pub squares: Vec<f64>,
     /// `gradients[mode]` is the gradient of ω² with respect to the design variables; dω/db is the gradient divided by 2 ω.
     ///
-    /// A repeated frequency has only one-sided derivatives along each variable. These are sorted for each variable
+    /// A repeated frequency has one-sided derivatives only. Where the modes do not interact, such as a symmetric and an antisymmetric one whose
+    /// frequencies cross, each gradient is that of one branch, which is smooth. Otherwise the derivatives are sorted for each variable
     /// separately: those of mode k are those of the k-th frequency as the variable increases. For a change of several variables they
     /// must not be added.
     pub gradients: Vec<Vec<f64>>,
@@ -41,6 +42,12 @@ pub struct ModeSensitivities {
 
 /// Squares whose relative difference is smaller count as one repeated frequency.
 const REPEATED: f64 = 1e-7;
+
+/// Multiples of it have fractional parts that are spread evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Off-diagonal part of the derivatives of an eigenspace, relative to the largest, below which its modes do not interact.
+const NO_INTERACTION: f64 = 1e-6;
 
 /// Singular value of Φ_q Φ_qᵀ, as a fraction of its largest entry, that counts as zero: constraints are redundant.
 const REDUNDANT: f64 = 1e-13;
@@ -106,12 +113,13 @@ fn differentiate_seeded(
         }
         let square = cluster.clone().map(|k| squares[k]).sum::<f64>() / cluster.len() as f64;
         let eigenspace = Eigenspace::new(&system, &matrices, &natural, cluster.clone(), square);
+        let mut pairs = Vec::with_capacity(variables);
         for (c, (mechanism, state)) in chunks.iter().zip(&states).enumerate() {
             let rows = eigenspace.rows(&system, mechanism, state);
-            for k in 0..WIDTH.min(variables - c * WIDTH) {
-                let derivatives = eigenspace.derivatives(&rows, k);
-                cluster.clone().zip(derivatives).for_each(|(mode, x)| gradients[mode][c * WIDTH + k] = x);
-            }
+            pairs.extend((0..WIDTH.min(variables - c * WIDTH)).map(|k| eigenspace.derivatives(&rows, k)));
+        }
+        for (variable, derivatives) in split(&pairs).iter().enumerate() {
+            cluster.clone().zip(derivatives).for_each(|(mode, x)| gradients[mode][variable] = *x);
         }
     }
     Ok(ModeSensitivities { squares, gradients })
@@ -162,14 +170,41 @@ impl Eigenspace {
         self.shapes.iter().zip(&self.reactions).map(rows).collect()
     }
 
-    /// Derivatives of ω² with respect to design variable `k` of the `rows`, increasing.
-    fn derivatives(&self, rows: &[Vec<Dual8>], k: usize) -> Vec<f64> {
+    /// The matrix of derivatives of ω² with respect to design variable `k` of the `rows`, for all pairs of modes.
+    fn derivatives(&self, rows: &[Vec<Dual8>], k: usize) -> DMatrix<f64> {
         let dot = |i: usize, j: usize| self.weights[i].iter().zip(&rows[j]).map(|(x, row)| x * row.eps[k]).sum::<f64>();
-        let pairs = DMatrix::from_fn(rows.len(), rows.len(), |i, j| 0.5 * (dot(i, j) + dot(j, i)));
-        let mut derivatives: Vec<f64> = pairs.symmetric_eigenvalues().iter().copied().collect();
+        DMatrix::from_fn(rows.len(), rows.len(), |i, j| 0.5 * (dot(i, j) + dot(j, i)))
+    }
+}
+
+/// The derivatives of the frequencies of an eigenspace, from the matrices of its `pairs` of modes for each variable.
+///
+/// Modes that do not interact are found as the eigenvectors of a combination of the matrices: all matrices are diagonal for them.
+fn split(pairs: &[DMatrix<f64>]) -> Vec<Vec<f64>> {
+    let weighted = pairs.iter().enumerate().map(|(k, matrix)| {
+        let weight = 1.0 + (GOLDEN * (k + 1) as f64).fract();
+        matrix * (weight / matrix.amax().max(f64::MIN_POSITIVE))
+    });
+    let Some(generic) = weighted.reduce(|a, b| a + b) else { return Vec::new() };
+    let eigen = generic.symmetric_eigen();
+    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let modes = eigen.eigenvectors.select_columns(&order);
+    let rotated: Vec<DMatrix<f64>> = pairs.iter().map(|matrix| modes.transpose() * matrix * &modes).collect();
+    let is_diagonal = |matrix: &DMatrix<f64>| {
+        let largest = matrix.amax();
+        let n = matrix.nrows();
+        (0..n).all(|i| (0..n).all(|j| i == j || matrix[(i, j)].abs() <= NO_INTERACTION * largest))
+    };
+    if rotated.iter().all(is_diagonal) {
+        return rotated.iter().map(|matrix| matrix.diagonal().iter().copied().collect()).collect();
+    }
+    let sorted = |matrix: &DMatrix<f64>| {
+        let mut derivatives: Vec<f64> = matrix.clone().symmetric_eigenvalues().iter().copied().collect();
         derivatives.sort_by(f64::total_cmp);
         derivatives
-    }
+    };
+    pairs.iter().map(sorted).collect()
 }
 
 /// Ranges of increasing squares that count as equal.

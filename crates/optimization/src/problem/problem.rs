@@ -2,8 +2,8 @@
 
 use super::quantity::{QuantityForm, SignedQuantity};
 use super::{
-    Analysis, AnalyzedDesign, Constraint, DesignVariable, Evaluation, Intermediates, Objective, Quantity, Response,
-    PeakBound, ResponseAt, Responses, RowId, TimeGrid,
+    Analysis, AnalyzedDesign, Constraint, DesignVariable, Evaluation, Intermediates, Objective, PeakBound, Quantity,
+    Response, ResponseAt, Responses, RowId, TimeGrid,
 };
 use super::{PeakTime, maxima, words};
 use error::{Error, Result};

@@ -180,9 +180,10 @@ impl CycleContext<'_> {
             || tangent.weakly_active_violation(&-&direction) < tangent.weakly_active_violation(&direction);
         let is_either_side = slope.abs() <= noise && !is_reversed;
         let sign = if is_either_side && violates_less_backwards() { -1.0 } else { slope };
-        // A longer step would show the curvature elsewhere.
-        let size = (step / direction.amax()).max(least_size.min(1.0 / direction.amax())).copysign(sign);
-        Some(self.step_along(&direction, size, &self.units.lengths, purpose))
+        let size = (step / direction.amax()).max(least_size).copysign(sign);
+        let box_size = (size.abs() * direction.amax()).max(1.0);
+        let widths: Vec<f64> = self.units.lengths.iter().map(|l| l * box_size).collect();
+        Some(self.step_along(&direction, size, &widths, purpose))
     }
 
     /// A step of `size` times a direction in lengths, inside a box and the bounds; backwards if they shorten it much less there.
