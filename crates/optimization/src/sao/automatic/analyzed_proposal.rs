@@ -210,7 +210,12 @@ impl CycleContext<'_> {
                 self.acceptance_test(proposal, analyzed).decide(filter)
             }
             Purpose::Curvature | Purpose::Flat => {
-                accept_if(self.refutes_minimum(proposal, analyzed) && !self.is_much_worse(analyzed))
+                // With the peak that was found as its bound, no row of a peak would be violated.
+                let refutes = |a: &AnalyzedDesign| self.refutes_minimum(proposal, a) && !self.is_much_worse(a);
+                accept_if(match self.problem.objective.peak() {
+                    Some(_) => self.as_proposed(proposal, analyzed).is_ok_and(|proposed| refutes(&proposed)),
+                    None => refutes(analyzed),
+                })
             }
             Purpose::Displacement => {
                 // The lengths of variables that start at zero are guesses: shorter displacements from a flat start are tried first.
