@@ -1,7 +1,7 @@
 //! Quantities that are larger between their time points than at them.
 
 use super::number::{readable, with_unit};
-use super::outcome::{is_of_peak, name, unit, values};
+use super::outcome::{is_of_peak, limit, name, unit, values};
 use crate::problem::{Problem, Side};
 use crate::sao::RunState;
 
@@ -42,16 +42,14 @@ impl Excess {
             return None;
         }
         let values = values(problem, j, &state.design, &state.evaluation);
-        let sign = constraint.sign();
-        let limit = constraint.limit + constraint.bound.map_or(0.0, |k| sign * state.design[k]);
+        let (sign, limit) = (constraint.sign(), limit(problem, j, &state.design));
         let size = values.iter().flatten().fold(limit.abs(), |size, value| size.max(value.abs()));
         let peaks = (1..values.len().saturating_sub(1)).filter_map(|p| {
             let [before, here, after] = [p - 1, p, p + 1].map(|p| values[p].map(|value| sign * value));
             let [before, here, after] = [before?, here?, after?];
             let is_met = here - sign * limit <= NOTICEABLE * size;
-            let (shift, peak) =
-                vertex([grid.points[p - 1], grid.points[p], grid.points[p + 1]], [before, here, after])?;
-            (is_met && here >= before && here >= after).then_some((shift, peak))
+            let (time, peak) = vertex([grid.points[p - 1], grid.points[p], grid.points[p + 1]], [before, here, after])?;
+            (is_met && here >= before && here >= after).then_some((time, peak))
         });
         let (time, peak) = peaks.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
         let beyond = (peak - sign * limit) / size;

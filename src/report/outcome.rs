@@ -204,8 +204,7 @@ pub fn is_of_peak(problem: &Problem, j: usize) -> bool {
 
 fn constraint(problem: &Problem, j: usize, design: &[f64], evaluation: &Evaluation) -> ConstraintValue {
     let constraint = &problem.constraints[j];
-    let beta = constraint.bound.map_or(0.0, |k| design[k]);
-    let limit = constraint.limit + constraint.sign() * beta;
+    let limit = limit(problem, j, design);
     let values = values(problem, j, design, evaluation);
     let margin = |value: f64| match constraint.side {
         Side::AtMost => limit - value,
@@ -239,6 +238,12 @@ pub fn time_of<'p>(problem: &'p Problem, evaluation: &Evaluation, row: RowId) ->
     let quantity = &problem.constraints[row.constraint].quantity;
     let grid = &problem.grids[quantity.grid().filter(|_| quantity.is_transient())?];
     Some((grid, evaluation.peak_of(row).map_or(grid.points[row.point], |peak| peak.time)))
+}
+
+/// The limit of a constraint at a design, in its unit, with the variable that widens it.
+pub fn limit(problem: &Problem, j: usize, design: &[f64]) -> f64 {
+    let constraint = &problem.constraints[j];
+    constraint.limit + constraint.sign() * constraint.bound.map_or(0.0, |k| design[k])
 }
 
 /// The constrained quantity in its unit, at each time point at which the constraint holds; `None` at the others.

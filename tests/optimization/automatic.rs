@@ -416,6 +416,8 @@ fn the_number_of_time_points_changes_neither_the_result_nor_the_work() {
     for end in &ends {
         assert_eq!(end.status, Status::Converged, "{}", end.reason);
         assert!(end.counters.analyses <= 11, "{:?}", end.counters);
+        let rejected = end.history.windows(2).filter(|pair| pair.iter().all(|cycle| !cycle.accepted));
+        assert!({ rejected }.all(|pair| pair[0].design != pair[1].design), "a design was analysed twice");
     }
     // The coarse grid misses the peak by 3e-4.
     let optimum = impact_absorber::continuous_peak_acceleration_optimum().objective;
@@ -449,6 +451,23 @@ fn a_peak_counts_as_it_is_and_not_as_its_bound_was_guessed() {
         assert_eq!(end.status, Status::Converged, "{}", end.reason);
         assert_eq!((&end.design, work(end)), (&ends[0].design, work(&ends[0])));
     }
+}
+
+/// The bound may be larger than the peak: stiffness + 1 ≤ bound, with a peak below 1.
+#[test]
+fn a_constraint_on_the_bound_of_a_peak_can_be_satisfied() {
+    let mut parts = ProblemBuilder::new("bounded bound");
+    parts.variable(DesignVariable::new("stiffness", "N/m", 1.0).within(0.1, 1.0));
+    parts.variable(DesignVariable::new("damping", "N·s/m", 0.3).within(1e-6, 1.0));
+    let time = parts.grid(TimeGrid::uniform(0.0, 12.0, 101).unwrap());
+    let _ = parts.transient("displacement", "m", time);
+    let a = parts.transient("acceleration", "m/s²", time);
+    let peak = DesignVariable::new("peak", "m/s²", 0.85).within(0.0, f64::INFINITY);
+    parts.minimize_peak(peak, Quantity::response(time, a), 1.0);
+    parts.subject_to(Constraint::at_most("margin", -1.0, Quantity::plain(function!(|p| p.design[0] - p.design[2]))));
+    let end = solve(&parts.build_analytic(Absorber).unwrap());
+    assert_eq!(end.status, Status::Converged, "{}", end.reason);
+    assert!((end.evaluation.objective - 1.1).abs() < 1e-9, "{:?}", end.design);
 }
 
 /// Force of a contact that is open below x = 3.

@@ -114,7 +114,8 @@ impl ProblemBuilder {
     ///
     /// `quantity` is f at each time point. β is added to the design variables and becomes the objective, subject to f ≤ β
     /// and f ≥ −β at every time point. Both constraints are normalized by `scale`, in the unit of f:
-    /// ĝ = 1 + (±f − β)/scale. The paper's is 1. Returns the index of β.
+    /// ĝ = 1 + (±f − β)/scale. The paper's is 1. Returns the index of β. The analysis must not depend on β: the automatic method changes it
+    /// after an analysis, to the peak.
     pub fn minimize_peak(&mut self, bound: DesignVariable, quantity: Quantity, scale: f64) -> usize {
         // The fingerprint contains minus the lower limit: −0 gives the 0 of an upper limit of −f.
         let pair = Constraint::between(&bound.name, [-0.0, 0.0], quantity);

@@ -86,25 +86,28 @@ impl Problem {
     }
 
     /// The analysed design with the bound variable of a min–max objective at its peak, as far as the bounds of the variable allow: the
-    /// objective is then the peak itself, and constraints f ≤ β and f ≥ −β are not violated. Other problems keep their design.
+    /// objective is then the peak itself, and constraints f ≤ β and f ≥ −β are not violated. Other problems keep their design, and so do those
+    /// in which another constraint changes with β: its limit may require a larger one.
     ///
     /// # Errors
     ///
     /// As [`evaluate`](Self::evaluate).
     pub fn with_bound_at_peak(&self, analyzed: AnalyzedDesign) -> Result<AnalyzedDesign> {
         let Some(PeakBound { variable, .. }) = self.objective.peak() else { return Ok(analyzed) };
-        let AnalyzedDesign { mut design, responses, evaluation } = analyzed;
-        let proposed = design[variable];
+        let mut design = analyzed.design.clone();
         // From zero the peak does not have the rounding errors of the proposed bound.
         design[variable] = 0.0;
-        let Some(peak) = self.peak_objective(&design, &self.evaluate(&design, &responses)?) else {
-            design[variable] = proposed;
-            return Ok(AnalyzedDesign { design, responses, evaluation });
+        let Some(peak) = self.peak_objective(&design, &self.evaluate(&design, &analyzed.responses)?) else {
+            return Ok(analyzed);
         };
         let DesignVariable { lower, upper, .. } = self.variables[variable];
-        design[variable] = peak.clamp(lower, upper);
-        let evaluation = self.evaluate(&design, &responses)?;
-        Ok(AnalyzedDesign { design, responses, evaluation })
+        design[variable] = peak.max(lower).min(upper);
+        let evaluation = self.evaluate(&design, &analyzed.responses)?;
+        let is_changed = |j: usize| evaluation.residuals[j] != analyzed.evaluation.residuals[j];
+        if (0..self.constraints.len()).any(|j| !self.bounds_peak(j) && is_changed(j)) {
+            return Ok(analyzed);
+        }
+        Ok(AnalyzedDesign { design, responses: analyzed.responses, evaluation })
     }
 
     /// Every constraint at every time point at which it holds.

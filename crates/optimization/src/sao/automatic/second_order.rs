@@ -15,6 +15,7 @@ use super::tangent_space::{
     orthonormal,
 };
 use crate::problem::{AnalyzedDesign, RowId};
+use crate::sao::Cycle;
 use nalgebra::DVector;
 use nlp::orthogonal_part;
 
@@ -137,11 +138,15 @@ impl CycleContext<'_> {
         improvement.or_else(|| self.curvature_step(&tangent, &descent)).filter(is_new)
     }
 
-    /// True for a design to which a step from the current one was rejected; the bound of a peak follows from the others.
+    /// True for a design that was proposed at the current one and rejected.
     fn was_rejected(&self, design: &[f64]) -> bool {
         let bound = self.problem.objective.peak().map(|peak| peak.variable);
-        let is_equal = |other: &[f64]| (0..self.n()).all(|j| Some(j) == bound || design[j] == other[j]);
-        self.state.history.iter().rev().take_while(|cycle| !cycle.accepted).any(|cycle| is_equal(&cycle.design))
+        let proposed = |cycle: &Cycle, j: usize| {
+            let bound = cycle.prediction.as_ref().filter(|_| Some(j) == bound).and_then(|prediction| prediction.bound);
+            bound.unwrap_or(cycle.design[j])
+        };
+        let mut rejected = self.state.history.iter().rev().take_while(|cycle| !cycle.accepted);
+        rejected.any(|cycle| (0..self.n()).all(|j| proposed(cycle, j) == design[j]))
     }
 
     /// A step to the move limits along the part of the descent direction in which no step was made; `None` if this part is negligible.
