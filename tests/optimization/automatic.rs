@@ -11,6 +11,7 @@ use linkwright::problem::{
 use linkwright::sao::{Method, RunState, Screening, Status, preset};
 use linkwright::{Error, Result};
 use nalgebra::DMatrix;
+use std::sync::Mutex;
 
 fn solve(problem: &Problem) -> RunState {
     Method::automatic().solve(problem, |_| ()).unwrap()
@@ -451,6 +452,35 @@ fn a_peak_counts_as_it_is_and_not_as_its_bound_was_guessed() {
         assert_eq!(end.status, Status::Converged, "{}", end.reason);
         assert_eq!((&end.design, work(end)), (&ends[0].design, work(&ends[0])));
     }
+}
+
+/// An analysis that is asked only for derivatives of designs that it has analysed.
+struct Remembering {
+    inner: Box<dyn Analysis>,
+    analysed: Mutex<Vec<Vec<f64>>>,
+}
+
+impl Analysis for Remembering {
+    fn analyze(&self, b: &[f64]) -> Result<Responses> {
+        self.analysed.lock().unwrap().push(b.to_vec());
+        self.inner.analyze(b)
+    }
+
+    fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
+        assert!(self.analysed.lock().unwrap().iter().any(|analysed| analysed == b), "what is stored for {b:?} is lost");
+        self.inner.sensitivities(b, responses, wanted)
+    }
+}
+
+/// Stored steps of an analysis are found again by its design, which must not change with the bound.
+#[test]
+fn the_bound_of_a_peak_is_no_other_design_for_the_analysis() {
+    let mut problem = absorber(101);
+    let inner = std::mem::replace(&mut problem.analysis, Box::new(Failing { derivatives: false }));
+    problem.analysis = Box::new(Remembering { inner, analysed: Mutex::default() });
+    let end = solve(&problem);
+    assert_eq!(end.status, Status::Converged, "{}", end.reason);
+    assert!(end.counters.sensitivity_analyses > 2);
 }
 
 /// The bound may be larger than the peak: stiffness + 1 ≤ bound, with a peak below 1.

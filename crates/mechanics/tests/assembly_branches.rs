@@ -1,6 +1,6 @@
 //! Driven mechanisms that come close to singular positions: they stay on the branch of their assembly, and where they cannot this is told.
 
-use linkwright_mechanics::analyses::assembly_branch::warn_of_branch_changes;
+use linkwright_mechanics::analyses::kinematics::warn_of_branch_changes;
 use linkwright_mechanics::elements::spatial::MassProperties3;
 use linkwright_mechanics::mechanism::Pose3;
 use linkwright_mechanics::motion::{ConstantSpeed, Harmonic};

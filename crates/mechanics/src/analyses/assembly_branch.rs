@@ -1,14 +1,11 @@
 //! Branches of the assembly of a driven mechanism, such as the two positions of a dyad on either side of its dead centre.
 
-use crate::analyses::kinematics::KinematicDriver;
 use crate::constraint_rank::ConstraintRank;
-use crate::initial_conditions::Assembly;
 use crate::linalg::determinant::DeterminantSign;
 use crate::mechanism::Mechanism;
 use crate::system::assembly::ConstraintWorkspace;
 use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
-use error::Seconds;
 
 /// A branch of the assembly: along it the determinant of the constraints keeps its sign.
 ///
@@ -84,21 +81,4 @@ impl SingularPassage {
         let multiplier = ConstraintRank::of(system, mechanism, state).most_dependent()?;
         Some(Self { time: state.t, constraint: name_of(mechanism, Unknown::Multiplier(multiplier)) })
     }
-}
-
-/// Warning about a driven mechanism that changes the branch of its assembly on the way through the `times` (s): it passes a singular position,
-/// such as a parallelogram that becomes flat. `None` if it stays on its branch, or if the analysis fails, which the analysis says.
-pub fn warn_of_branch_changes(mechanism: &Mechanism<f64>, assembly: &Assembly, times: &[f64]) -> Option<String> {
-    let mut driver = KinematicDriver::new(mechanism, *assembly, *times.first()?).ok()?;
-    for &t in times {
-        if let Some(SingularPassage { time, constraint }) = driver.advance_to(t).ok()? {
-            return Some(format!(
-                "{constraint}: at t = {} the mechanism passes a singular position, where branches of its assembly meet: it goes on as smoothly \
-                 as it came, and derivatives hold on each side only; if it must stay on the side where it was built, keep it away from this \
-                 position",
-                Seconds(time)
-            ));
-        }
-    }
-    None
 }

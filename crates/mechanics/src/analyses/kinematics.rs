@@ -9,6 +9,7 @@ use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
 use crate::{Error, Result};
+use error::Seconds;
 
 /// Largest error of a predicted coordinate for which a substep is accepted, relative to the terms |h v| + ½ h² |a| of its change.
 const GOOD_PREDICTION: f64 = 0.2;
@@ -210,4 +211,21 @@ pub fn kinematics(mechanism: &Mechanism<f64>, assembly: Assembly, times: &[f64])
         recorder.record(mechanism, &driver.state)?;
     }
     Ok(recorder.series)
+}
+
+/// Warning about a driven mechanism that changes the branch of its assembly on the way through the `times` (s): it passes a singular position,
+/// such as a parallelogram that becomes flat. `None` if it stays on its branch, or if the analysis fails, which the analysis says.
+pub fn warn_of_branch_changes(mechanism: &Mechanism<f64>, assembly: &Assembly, times: &[f64]) -> Option<String> {
+    let mut driver = KinematicDriver::new(mechanism, *assembly, *times.first()?).ok()?;
+    for &t in times {
+        if let Some(SingularPassage { time, constraint }) = driver.advance_to(t).ok()? {
+            return Some(format!(
+                "{constraint}: at t = {} the mechanism passes a singular position, where branches of its assembly meet: it goes on as smoothly \
+                 as it came, and derivatives hold on each side only; if it must stay on the side where it was built, keep it away from this \
+                 position",
+                Seconds(time)
+            ));
+        }
+    }
+    None
 }

@@ -80,7 +80,7 @@ impl Problem {
     fn rates(&self, b: &[f64], responses: &Responses, h: usize, t: f64) -> Result<[f64; 3]> {
         let Some((first, weights)) = self.stencil(h, t) else { return Ok([responses.values[h][0], 0.0, 0.0]) };
         if let Some(continuous) = self.analysis.continuous() {
-            return continuous.rates(b, responses, h, t);
+            return continuous.rates(&self.analysis_design(b), responses, h, t);
         }
         let values = &responses.values[h][first..];
         Ok([0, 1, 2].map(|d| weights.iter().zip(values).map(|(w, v)| w[d] * v).sum()))
@@ -92,7 +92,7 @@ impl Problem {
             return Ok([row.iter().copied().collect(), vec![0.0; b.len()]]);
         };
         if let Some(continuous) = self.analysis.continuous() {
-            return continuous.rate_sensitivities(b, responses, h, t);
+            return continuous.rate_sensitivities(&self.analysis_design(b), responses, h, t);
         }
         let wanted: Vec<ResponseAt> =
             (first..first + weights.len()).map(|point| ResponseAt { response: h, point }).collect();
@@ -191,7 +191,7 @@ impl Problem {
         let Some(continuous) = self.analysis.continuous() else { return Ok(peak) };
         let uses = &self.constraints[peak.row.constraint].quantity.uses;
         let one = |&h: &usize| match self.responses[h].grid {
-            Some(_) => continuous.curvature(b, responses, h, peak.time),
+            Some(_) => continuous.curvature(&self.analysis_design(b), responses, h, peak.time),
             None => {
                 Ok(self.curvatures(b, responses, &[ResponseAt { response: h, point: 0 }])?.map(|mut c| c.remove(0)))
             }

@@ -16,7 +16,9 @@ impl Problem {
         responses: &Responses,
         wanted: &[ResponseAt],
     ) -> Result<Option<Vec<DMatrix<f64>>>> {
-        let Some(found) = self.analysis.curvatures(b, responses, wanted)? else { return Ok(None) };
+        let Some(found) = self.analysis.curvatures(&self.analysis_design(b), responses, wanted)? else {
+            return Ok(None);
+        };
         Error::check_length("second derivatives of the analysis", wanted.len(), found.len())?;
         for (at, matrix) in wanted.iter().zip(&found) {
             Error::check_length("rows of the second derivatives", self.n(), matrix.nrows())?;

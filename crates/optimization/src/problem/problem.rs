@@ -8,6 +8,7 @@ use super::{
 use super::{PeakTime, maxima, words};
 use error::{Error, Result};
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 /// Minimize F(r(b, t), b, t) subject to g_j(r(b, t), b, t) ≤ c_j and bˡ ≤ b ≤ bᵘ.
@@ -132,7 +133,16 @@ impl Problem {
     /// [`Error::NotFinite`] with response, time and design, or the error of the analysis.
     pub fn analyze(&self, b: &[f64]) -> Result<Responses> {
         Error::check_length("design", self.n(), b.len())?;
-        self.checked(b, self.analysis.analyze(b)?)
+        self.checked(b, self.analysis.analyze(&self.analysis_design(b))?)
+    }
+
+    /// The design for the analysis: with the start of the bound variable of a min–max objective, on which the analysis does not depend.
+    /// What an analysis has stored for a design is used for all values of that variable.
+    pub(super) fn analysis_design<'b>(&self, b: &'b [f64]) -> Cow<'b, [f64]> {
+        let Some(PeakBound { variable, .. }) = self.objective.peak() else { return Cow::Borrowed(b) };
+        let mut design = b.to_vec();
+        design[variable] = self.variables[variable].start;
+        Cow::Owned(design)
     }
 
     /// The responses at design `b`, if their shape is correct and all values are finite.
@@ -172,7 +182,8 @@ impl Problem {
             let evaluation = self.evaluate(b, &responses)?;
             Ok(AnalyzedDesign { design: b.clone(), responses, evaluation })
         };
-        designs.par_iter().zip(self.analysis.analyze_many(designs)).map(evaluated).collect()
+        let for_analysis: Vec<Vec<f64>> = designs.iter().map(|b| self.analysis_design(b).into_owned()).collect();
+        designs.par_iter().zip(self.analysis.analyze_many(&for_analysis)).map(evaluated).collect()
     }
 
     /// Checks that every response has a value at every point of its grid.

@@ -40,7 +40,7 @@ impl Problem {
     ///
     /// [`Error::Length`] or [`Error::NotFinite`], or the error of the analysis.
     pub fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
-        let rows = self.analysis.sensitivities(b, responses, wanted)?;
+        let rows = self.analysis.sensitivities(&self.analysis_design(b), responses, wanted)?;
         Error::check_length("rows of the sensitivities", wanted.len(), rows.nrows())?;
         Error::check_length("columns of the sensitivities", self.n(), rows.ncols())?;
         for (i, at) in wanted.iter().enumerate() {

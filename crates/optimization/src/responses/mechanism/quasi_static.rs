@@ -3,11 +3,10 @@
 use crate::Result;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses, TimeGrid};
 use error::replace_times;
-use mechanics::analyses::assembly_branch::warn_of_branch_changes;
 use mechanics::analyses::dynamics::check_times;
 use mechanics::analyses::equilibrium_jumps::warn_of_equilibrium_jumps;
 use mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
-use mechanics::analyses::kinematics::kinematics;
+use mechanics::analyses::kinematics::{kinematics, warn_of_branch_changes};
 use mechanics::analyses::statics::{Statics, equilibria};
 use mechanics::analyses::tensioned_beams::warn_of_tensioned_beams;
 use mechanics::derivatives::adjoint::{

@@ -10,7 +10,7 @@ use super::proposal::{Proposal, Purpose};
 use super::state::{AutomaticState, FilterEntry, RejectedPoint};
 use super::{ApproximatedValue, Scores};
 use crate::approximation::CycleData;
-use crate::problem::{AnalyzedDesign, Responses, RowId};
+use crate::problem::{AnalyzedDesign, RowId};
 use crate::sao::trial::{AnalysedProposal, Trial};
 use crate::sao::{Cycle, Method, StepVerdict};
 use error::Result;
@@ -131,7 +131,7 @@ impl CycleContext<'_> {
 
     /// The analysis with the proposed bound variable of a min–max objective, to which the predictions belong.
     fn as_proposed(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> Result<AnalyzedDesign> {
-        let (design, responses) = (proposal.design.clone(), Responses::new(analyzed.responses.values.clone()));
+        let (design, responses) = (proposal.design.clone(), analyzed.responses.clone());
         let evaluation = self.problem.evaluate(&design, &responses)?;
         Ok(AnalyzedDesign { design, responses, evaluation })
     }
