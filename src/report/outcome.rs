@@ -272,8 +272,12 @@ pub fn unit(problem: &Problem, j: usize) -> &str {
 /// The bound of a design variable that a value has reached, in words.
 pub fn at_bound(problem: &Problem, k: usize, value: f64) -> Option<&'static str> {
     let variable = &problem.variables[k];
+    // At a bound of zero, the value is compared with the range or the start of the variable.
+    let sizes = [variable.upper - variable.lower, variable.start.abs()].into_iter();
+    let size = sizes.filter(|size| size.is_finite() && *size > 0.0).fold(f64::INFINITY, f64::min);
+    let rounding = if size.is_finite() { (1e-9 * size).max(1e-18) } else { 1e-18 };
     let is_at =
-        |bound: f64| bound.is_finite() && (value - bound).abs() <= 1e-6 * value.abs().max(bound.abs()).max(1e-12);
+        |bound: f64| bound.is_finite() && (value - bound).abs() <= (1e-6 * value.abs().max(bound.abs())).max(rounding);
     match () {
         () if is_at(variable.lower) => Some("at its lower bound"),
         () if is_at(variable.upper) => Some("at its upper bound"),
@@ -346,6 +350,20 @@ mod tests {
         assert_eq!(objective(&problem, &state.design, &state.evaluation), 3.0);
         assert_eq!(objectives(&problem, &state).unwrap().last(), Some(&3.0));
         assert_eq!((goal(&problem), at_bound(&problem, 0, 3.0)), ("maximized", Some("at its upper bound")));
+    }
+
+    /// Rounding errors of steps of the size of the range or of the start.
+    #[test]
+    fn a_bound_of_zero_is_reached_up_to_rounding() {
+        for (start, upper) in [(2.0, 3.0), (2.0, f64::INFINITY), (0.0, 1e6)] {
+            let mut parts = ProblemBuilder::new("zero");
+            parts.variable(DesignVariable::new("b", "", start).within(0.0, upper));
+            parts.minimize("b", "", Quantity::variable(0));
+            let problem = parts.build_analytic(Line).unwrap();
+            assert_eq!(at_bound(&problem, 0, 1.4e-17), Some("at its lower bound"));
+            assert_eq!(at_bound(&problem, 0, 0.0), Some("at its lower bound"));
+            assert_eq!(at_bound(&problem, 0, 1e-2), None);
+        }
     }
 
     /// 0.2 ≤ t: outside, the stored zeros are larger than all normalized values inside, and do not count.

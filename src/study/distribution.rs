@@ -60,6 +60,13 @@ impl Distribution {
         }
     }
 
+    /// The value at a coordinate of one of `count` points. The first point of a Sobol sequence that is not shifted has coordinates of zero, which
+    /// counts for a normal variable as the middle of the first of `count` intervals.
+    pub fn of_coordinate(&self, p: f64, count: usize) -> f64 {
+        let is_corner = p == 0.0 && matches!(self, Self::Normal { .. });
+        self.quantile(if is_corner { 0.5 / count as f64 } else { p })
+    }
+
     /// The value of the variable that belongs to a standard normal variable u: both have the same probability.
     pub fn of_standard_normal(&self, u: f64) -> f64 {
         match *self {

@@ -166,9 +166,23 @@ impl Vary {
     /// The ends of a range in this unit, as far as they are given.
     ///
     /// # Errors
-    /// If a number has a unit of another dimension.
+    /// If a number has a unit of another dimension, or a range that decreases has a unit at one end only.
     pub(super) fn ends(&self, unit: &str) -> Read<[Option<f64>; 2]> {
-        Ok([self.number(&self.from, unit)?, self.number(&self.to, unit)?])
+        let ends = [self.number(&self.from, unit)?, self.number(&self.to, unit)?];
+        // A plain number beside one with a unit may have been meant in that unit.
+        let has_unit = |tree: &Option<ExpressionTree>| tree.as_ref().is_some_and(|tree| tree.unit().is_some());
+        if let ([Some(from), Some(to)], true) = (ends, has_unit(&self.from) != has_unit(&self.to))
+            && from > to
+        {
+            let message = format!(
+                "the range of `{}` is {from} to {to} {unit}: one end has a unit, and the other has that of the model",
+                self.name.text
+            );
+            return Err(
+                Diagnostic::new(self.name.span.clone(), message).help("write both with their units, or both without")
+            );
+        }
+        Ok(ends)
     }
 
     /// The values of a range in this unit.
@@ -382,9 +396,12 @@ fn varied(section: &Section<'_>, kind: StudyKind) -> Read<Vec<Vary>> {
     }
     section.source().log.check()?;
     let most = if kind == StudyKind::Sweep { 1 } else { usize::MAX };
-    if all.is_empty() || all.len() > most {
-        let message = if all.is_empty() { "nothing varies" } else { "a sweep has one parameter" };
-        return Err(section.error_at("vary", message).help("give one table [vary.NAME] for each variable"));
+    if all.is_empty() {
+        return Err(section.error_at("vary", "nothing varies").help("give a table [vary.NAME] for each variable"));
+    }
+    if all.len() > most {
+        let help = "remove the other tables [vary.NAME], or make a study for each of them";
+        return Err(section.error_at("vary", "a sweep has one parameter").help(help));
     }
     Ok(all)
 }

@@ -71,7 +71,7 @@ impl Indices {
                 let both = points.point(block);
                 let of_b = |k: usize| place == 1 || place == k + 2;
                 let coordinate = |k: usize| both[if of_b(k) { d + k } else { k }];
-                (0..d).map(|k| self.distributions[k].quantile(coordinate(k))).collect()
+                (0..d).map(|k| self.distributions[k].of_coordinate(coordinate(k), points.count())).collect()
             }
             Design::Morris { seed } => {
                 let walk = MorrisWalk::new(*seed, block, d);
@@ -217,7 +217,8 @@ impl Indices {
                 "{} depends most on {}: with its interactions it accounts for {:.0} % of the variance.",
                 quantity.name,
                 names[largest],
-                100.0 * indices[largest][1]
+                // An estimate from few points may exceed one.
+                100.0 * indices[largest][1].min(1.0)
             ));
             let of = |which: usize| indices.iter().map(|index| index[which]).collect();
             panels.push(bars(&literal(&quantity.name), &names, &[("first order *S*", of(0)), ("total *T*", of(1))]));

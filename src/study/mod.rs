@@ -237,12 +237,25 @@ impl Study {
         self.phases()[phase].table(&self.title, rows.of(phase))
     }
 
-    /// The conclusions.
+    /// The conclusions, with a sentence about the runs that failed.
     ///
     /// # Errors
     /// Those of [`StudyPlan::conclude`].
     pub fn conclude(&self, rows: &Rows) -> Result<Conclusions> {
-        self.plan.conclude(rows)
+        let mut conclusions = self.plan.conclude(rows)?;
+        for (number, phase) in self.phases().iter().enumerate() {
+            let failed = || rows.of(number).filter(|row| row.has_failed());
+            let Some(first) = failed().next() else { continue };
+            let of_phase = if self.phases().len() > 1 { format!(" of {}", phase.name) } else { String::new() };
+            conclusions.sentences.push(format!(
+                "{} of {} runs{of_phase} failed, and the results are those of the others only; run {}: {}.",
+                failed().count(),
+                phase.runs,
+                first.run,
+                first.failure.trim_end_matches('.')
+            ));
+        }
+        Ok(conclusions)
     }
 }
 

@@ -150,6 +150,9 @@ enum ResultKind {
     End(usize),
 }
 
+/// Name of the largest violation of all constraints.
+pub const VIOLATION: &str = "violation_pct";
+
 /// A scalar result of an analysis, with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyQuantity {
@@ -364,7 +367,7 @@ fn of_problem(problem: &Problem) -> Vec<StudyQuantity> {
             .map(|(i, &j)| quantity(name(j), outcome::unit(problem, j), ResultKind::Constraint(i))),
     );
     if !stated.is_empty() {
-        all.push(quantity("violation_pct".to_owned(), "%", ResultKind::Violation));
+        all.push(quantity(VIOLATION.to_owned(), "%", ResultKind::Violation));
     }
     let margin = |(i, &j): (usize, &usize)| {
         let measure =
@@ -379,11 +382,12 @@ fn of_problem(problem: &Problem) -> Vec<StudyQuantity> {
     all
 }
 
-/// The name of a constraint; with its side if both sides are limited.
+/// The name of a constraint; with its side if both sides are limited, and as `NAME constraint` if the objective has the same name.
 pub fn constraint_name(problem: &Problem, j: usize) -> String {
     let name = outcome::name(problem, j);
     let sides = outcome::stated_constraints(problem).filter(|&i| outcome::name(problem, i) == name).count();
     match (sides, problem.constraints[j].sign() < 0.0) {
+        (1, _) if name == problem.objective.name => format!("{name} constraint"),
         (1, _) => name.to_owned(),
         (_, true) => format!("{name} lower"),
         (_, false) => format!("{name} upper"),

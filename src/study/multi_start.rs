@@ -232,12 +232,12 @@ impl MultiStartPlan {
         Figure::new("Starts and ends", 170.0, height).in_columns(2).with(plane).with(ranked)
     }
 
-    /// Different optima, the best first, with the number of runs and the design of the first one.
+    /// Different optima, the best first, with the number of runs, and number and design of the run with the best objective among them.
     fn optima(&self, groups: &[&[&Row]]) -> Result<Table> {
         let phase = &self.phases[0];
         let (objective, design) = (self.objective(), self.objective() + WORK);
         let columns = || std::iter::once(&phase.columns[objective]).chain(&phase.columns[design..]);
-        let head = || ["runs", "first_run"].into_iter();
+        let head = || ["runs", "best_run"].into_iter();
         let mut table = Table::new("Optima", head().map(str::to_owned).chain(columns().map(|c| c.name.clone())))
             .headed(head().map(in_words).chain(columns().map(Column::heading)))?;
         for group in groups.iter().take(OPTIMA) {
@@ -249,7 +249,7 @@ impl MultiStartPlan {
         Ok(table)
     }
 
-    /// For each method: numbers of runs, feasible optima, best optima and failures, and the mean work of the feasible runs.
+    /// For each method: numbers of runs, feasible optima, best optima and failures, and the mean work of all runs that have not failed.
     fn by_method(&self, rows: &Rows, best: f64) -> Result<Table> {
         let columns = ["method", "runs", "optima", "best", "failed", "mean_analyses", "mean_sensitivity_analyses"];
         let mut table = Table::new("Methods", columns).headed(columns.map(in_words))?;
@@ -259,9 +259,10 @@ impl MultiStartPlan {
             let optima: Vec<&&Row> = own.iter().filter(|row| self.is_optimum(row)).collect();
             let is_best =
                 |row: &&&&Row| (row.value(objective) - best).abs() <= SAME * best.abs().max(f64::MIN_POSITIVE);
-            let mean = |column: usize| match optima.len() {
+            let done: Vec<&&Row> = own.iter().filter(|row| !row.has_failed()).collect();
+            let mean = |column: usize| match done.len() {
                 0 => Cell::Empty,
-                n => Cell::Number(optima.iter().map(|row| row.value(column)).sum::<f64>() / n as f64),
+                n => Cell::Number(done.iter().map(|row| row.value(column)).sum::<f64>() / n as f64),
             };
             table.push([
                 name.as_str().into(),

@@ -47,7 +47,8 @@ impl Points {
                 point
             }
             Self::Sequence(sequence, distributions) => {
-                sequence.point(run).iter().zip(distributions).map(|(p, d)| d.quantile(*p)).collect()
+                let coordinates = sequence.point(run);
+                coordinates.iter().zip(distributions).map(|(p, d)| d.of_coordinate(*p, sequence.count())).collect()
             }
         }
     }

@@ -61,6 +61,11 @@ impl PointSequence {
         Ok(Self { kind, dimension, count, seed, directions, intervals })
     }
 
+    /// Number of points.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
     /// Point `number`, with coordinates in [0, 1).
     pub fn point(&self, number: usize) -> Vec<f64> {
         let random = |k: usize| uniform(self.seed, number as u64, k as u64);

@@ -11,14 +11,15 @@ use super::distribution::{Distribution, normal_probability, normal_quantile};
 use super::error::StudyError;
 use super::figures::{bars, histogram, stacked};
 use super::file::StudyFile;
-use super::model::{Evaluator, ModelSource, StudyQuantity, VariedNumber};
+use super::model::{Evaluator, ModelSource, StudyQuantity, VIOLATION, VariedNumber};
 use super::plan::{Column, Conclusions, Phase, RunResult, StudyPlan, in_words};
 use super::reliability::first_order_reliability;
 use super::rows::{Row, Rows};
 use super::sample::{analysed, columns, mean_and_deviation};
 use super::sequence::PointSequence;
+use crate::model_file::Diagnostic;
 use crate::report::figure::{Figure, Panel};
-use crate::report::number::{readable, unit_of_derivative};
+use crate::report::number::{counted, readable, unit_of_derivative, with_unit};
 use crate::report::table::{Cell, Table};
 use crate::{Error, Result};
 use nalgebra::DMatrix;
@@ -37,6 +38,10 @@ const ROUNDING: f64 = 1e-9;
 const DIFFERENT: f64 = 4.0;
 /// Relative error of the search for a reliability index.
 const CLOSE: f64 = 1e-6;
+/// Difference of two standard deviations, relative to one of them, from which both are told.
+const OTHER: f64 = 0.1;
+/// Significant digits of standard deviations in sentences.
+const SCATTER_DIGITS: usize = 4;
 /// Share of the standard deviation below which second derivatives are negligible.
 const NEGLIGIBLE: f64 = 1e-3;
 
@@ -66,6 +71,11 @@ impl Tolerances {
     pub fn new(file: &StudyFile, source: &ModelSource) -> std::result::Result<Self, StudyError> {
         let evaluator = file.evaluator(source)?;
         let mut wanted = file.wanted(&evaluator)?;
+        if let Some(word) = file.quantities.iter().find(|word| word.text == VIOLATION) {
+            let message = format!("`{VIOLATION}` has no derivatives, from which tolerances are computed");
+            let help = "name constraints, or their margins";
+            return file.here(Err(Diagnostic::new(word.span.clone(), message).help(help)));
+        }
         wanted.retain(StudyQuantity::is_differentiable);
         let margins = evaluator.margins();
         let inequalities: Vec<StudyQuantity> = margins.iter().filter(|q| !q.is_of_equation()).cloned().collect();
@@ -268,7 +278,8 @@ impl StudyPlan for Tolerances {
             LIMITS => self.limit(run),
             _ => {
                 let point = self.points.point(run);
-                let x = point.iter().zip(&self.distributions).map(|(p, d)| d.quantile(*p)).collect();
+                let count = self.points.count();
+                let x = point.iter().zip(&self.distributions).map(|(p, d)| d.of_coordinate(*p, count)).collect();
                 analysed(&self.evaluator, x, &self.sampled)
             }
         }
@@ -280,7 +291,7 @@ impl StudyPlan for Tolerances {
             let why = rows.get(DERIVATIVES, 0).map_or("", |row| row.failure.as_str());
             return Err(Error::analysis("the mean design", why, "choose means at which the model can be analysed"));
         };
-        let (mut sentences, panels) = self.variances(nominal);
+        let (mut sentences, panels) = self.variances(rows, nominal);
         for (q, quantity) in self.wanted.iter().enumerate() {
             if let Some(k) = self.uneven(rows, q) {
                 sentences.push(format!(
@@ -295,6 +306,9 @@ impl StudyPlan for Tolerances {
             sentences.push(format!("{name} is an equation, which has no reliability index: scattered values miss it."));
         }
         sentences.extend((0..self.limits.len()).filter_map(|limit| self.about_limit(rows, limit)));
+        let of_sample = |k: usize| rows.of(SAMPLES).map(move |row| row.value(k));
+        let varied = self.evaluator.varied().iter().enumerate();
+        sentences.extend(varied.filter_map(|(k, number)| number.outside(of_sample(k))));
         let figures = self.figures(rows, panels);
         let mut tables = vec![("moments".to_owned(), self.moments(rows, nominal)?)];
         if !self.margins.is_empty() {
@@ -305,30 +319,47 @@ impl StudyPlan for Tolerances {
 }
 
 impl Tolerances {
-    /// For each quantity with a variance: a sentence about it, and bars of the shares of the variables in it.
-    fn variances(&self, nominal: &Row) -> (Vec<String>, Vec<Panel>) {
+    /// For each quantity that scatters: a sentence about it, and bars of the shares of the variables in its variance to first order.
+    fn variances(&self, rows: &Rows, nominal: &Row) -> (Vec<String>, Vec<Panel>) {
         let names = self.names();
         let (mut sentences, mut panels) = (vec![], vec![]);
         for (q, quantity) in self.wanted.iter().enumerate() {
             let g = self.gradient(nominal, q);
             let variance = first_order_variance(&g, &self.distributions);
+            let values = self.values(rows, q);
+            let sampled = mean_and_deviation(&values)[1];
+            let size = |deviation: f64| with_unit(deviation, &quantity.unit, SCATTER_DIGITS);
             if !(variance > 0.0) {
+                if sampled > ROUNDING * nominal.value(self.distributions.len() + q).abs() {
+                    sentences.push(format!(
+                        "{} does not change to first order at the means; its standard deviation in the sample is {}.",
+                        quantity.name,
+                        size(sampled)
+                    ));
+                }
                 continue;
             }
+            let linear = variance.sqrt();
+            // Standard error of a standard deviation: s/√(2N).
+            let error = DIFFERENT * sampled / (2.0 * values.len() as f64).sqrt();
+            let is_other = (sampled - linear).abs() > error.max(OTHER * linear);
             let share = |(g, d): (&f64, &Distribution)| (g * d.deviation()).powi(2) / variance;
             let shares: Vec<f64> = g.iter().zip(&self.distributions).map(share).collect();
             let largest = (0..shares.len()).max_by(|a, b| shares[*a].total_cmp(&shares[*b])).unwrap_or(0);
-            sentences.push(
-                format!(
-                    "{} scatters by {} {} (standard deviation); {} accounts for {:.0} % of the variance.",
-                    quantity.name,
-                    readable(variance.sqrt(), 4),
-                    quantity.unit,
-                    names[largest],
-                    100.0 * shares[largest]
-                )
-                .replace("  ", " "),
-            );
+            let deviation = match is_other {
+                true => format!(
+                    "{} in the sample (standard deviation), and by {} to first order",
+                    size(sampled),
+                    size(linear)
+                ),
+                false => format!("{} (standard deviation)", size(linear)),
+            };
+            sentences.push(format!(
+                "{} scatters by {deviation}; to first order, {} accounts for {:.0} % of the variance.",
+                quantity.name,
+                names[largest],
+                100.0 * shares[largest]
+            ));
             panels.push(bars(
                 &format!("share of the variance of {}", crate::report::figure::literal(&quantity.name)),
                 &names,
@@ -371,6 +402,23 @@ impl Tolerances {
             .collect()
     }
 
+    /// Least and largest value of a quantity that was found in the tolerance box: at the mean, at the corners to which its derivatives point,
+    /// and at the points of the sample inside; NaN if a corner has no value.
+    fn worst_of(&self, rows: &Rows, nominal: &Row, q: usize) -> [f64; 2] {
+        let d = self.distributions.len();
+        let is_inside = |row: &&Row| {
+            let inside =
+                |(k, of): (usize, &Distribution)| (row.value(k) - of.mean()).abs() <= of.tolerance() * (1.0 + ROUNDING);
+            self.distributions.iter().enumerate().all(inside)
+        };
+        let sampled = rows.of(SAMPLES).filter(|row| !row.has_failed()).filter(is_inside).map(|row| row.value(d + q));
+        let corner =
+            |end: usize| rows.get(WORST, 2 * q + end).filter(|row| !row.has_failed()).map(|row| row.value(2 + d));
+        let (Some(low), Some(high)) = (corner(0), corner(1)) else { return [f64::NAN; 2] };
+        let found = sampled.chain([nominal.value(d + q), low, high]);
+        found.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(v), most.max(v)])
+    }
+
     fn moments(&self, rows: &Rows, nominal: &Row) -> Result<Table> {
         let columns = [
             "quantity",
@@ -389,11 +437,8 @@ impl Tolerances {
         for (q, quantity) in self.wanted.iter().enumerate() {
             let [[_, linear], [mean, deviation]] = self.propagated(rows, q).unwrap_or([[f64::NAN; 2]; 2]);
             let [sample_mean, sample_deviation] = mean_and_deviation(&self.values(rows, q));
-            let worst = |end: usize| {
-                rows.get(WORST, 2 * q + end).filter(|row| !row.has_failed()).map_or(f64::NAN, |row| row.value(2 + d))
-            };
-            let numbers =
-                [nominal.value(d + q), linear, mean, deviation, sample_mean, sample_deviation, worst(0), worst(1)];
+            let [low, high] = self.worst_of(rows, nominal, q);
+            let numbers = [nominal.value(d + q), linear, mean, deviation, sample_mean, sample_deviation, low, high];
             let cells = numbers.map(|v| if v.is_finite() { Cell::Number(v) } else { Cell::Empty });
             table.push([quantity.name.as_str().into(), quantity.unit.as_str().into()].into_iter().chain(cells))?;
         }
@@ -418,8 +463,15 @@ impl Tolerances {
         let column = self.distributions.len() + self.sampled.iter().position(|q| *q == self.limits[limit])?;
         let is_beyond = |margin: f64| if probability > 0.5 { margin > 0.0 } else { margin < 0.0 };
         let beyond = rows.of(SAMPLES).filter(|row| !row.has_failed() && is_beyond(row.value(column)));
-        let size =
-            |row: &Row| self.points.point(row.run).into_iter().map(|p| normal_quantile(p).powi(2)).sum::<f64>().sqrt();
+        let standard = Distribution::Normal { mean: 0.0, deviation: 1.0 };
+        let coordinate = |(p, of): (f64, &Distribution)| match of {
+            Distribution::Normal { .. } => standard.of_coordinate(p, self.points.count()),
+            Distribution::Uniform { .. } => normal_quantile(p),
+        };
+        let size = |row: &Row| {
+            let all = self.points.point(row.run).into_iter().zip(&self.distributions);
+            all.map(|one| coordinate(one).powi(2)).sum::<f64>().sqrt()
+        };
         let reach = if beta.is_finite() { beta.abs() * (1.0 - CLOSE) } else { f64::INFINITY };
         beyond.map(size).min_by(f64::total_cmp).filter(|distance| *distance < reach)
     }
@@ -428,6 +480,12 @@ impl Tolerances {
     fn about_limit(&self, rows: &Rows, limit: usize) -> Option<String> {
         let margin = &self.limits[limit];
         let name = margin.name.strip_suffix(".margin").unwrap_or(&margin.name);
+        if let Some(row) = rows.get(LIMITS, limit).filter(|row| row.has_failed()) {
+            return Some(format!(
+                "{name} has no reliability index ({}). Use the probability of the sample.",
+                row.failure
+            ));
+        }
         let [beta, probability] = self.form(rows, limit)?;
         if let Some(distance) = self.contradiction(rows, limit) {
             return Some(format!(
@@ -446,11 +504,17 @@ impl Tolerances {
         let largest = error.max((probability * (1.0 - probability) / self.phases[SAMPLES].runs as f64).sqrt());
         ((share - probability).abs() > DIFFERENT * largest).then(|| {
             format!(
-                "{name} is violated with the probability {} ± {} by the sample, and {} by its reliability index: its limit is curved, or has \
-                 several points near the means. Use the probability of the sample.",
+                "{name} is violated with the probability {} ± {} by the sample, and {} by its reliability index: {}",
                 readable(share, 3),
                 readable(error, 2),
-                readable(probability, 3)
+                readable(probability, 3),
+                match rows.of(SAMPLES).filter(|row| row.has_failed()).count() {
+                    0 => "its limit is curved, or has several points near the means. Use the probability of the sample.".to_owned(),
+                    failed => format!(
+                        "its limit is curved, or has several points near the means, or the {} that failed would change that of the sample.",
+                        counted(failed, ["analysis", "analyses"])
+                    ),
+                }
             )
         })
     }

@@ -127,3 +127,53 @@ fn copies_count_frequencies() {
     let report = read("m.toml", &chain(&format!("{}{wish}", copies.replace("'{i}'", "'{i}.5'")))).err().unwrap();
     assert!(report.to_string().contains("`frequency` must be a whole number"), "{report}");
 }
+
+/// A truss of two bars that snaps through and is unloaded: frequencies are those about the equilibrium of the load path, also where the
+/// equilibrium from the built position would be another one. Exact: k_yy and k_xx of the two springs at the height y.
+#[test]
+fn frequencies_follow_the_load_path() {
+    let text = "version = 2\n[design]\nk = { start = 2000, lower = 500 }\nh = { start = 0.2, lower = 0.05 }\n\
+        [[body]]\nname = \"top\"\nkind = \"point\"\nmass = 1.2\nposition = [0, \"h\"]\n\
+        [[force]]\neach = [{ n = \"l\", s = -1 }, { n = \"r\", s = 1 }]\nname = \"bar{n}\"\nkind = \"spring\"\n\
+        a = { body = \"ground\", at = [\"{s}\", 0] }\nb = \"top\"\nstiffness = \"k\"\nlength = \"hypot(1, h)\"\n\
+        [[force]]\nname = \"P\"\nkind = \"load\"\nb = \"top.y\"\ngeneralized_force = \"-if(time < 10, time, 20 - time)\"\n\
+        [time]\nto = 20\npoints = 21\n[analysis]\nkind = \"statics\"\n\
+        [[output]]\nname = \"y\"\nvalue = \"top.y\"\n[[output]]\nname = \"w\"\nfrequency = 1\n\
+        [[output]]\nname = \"mode\"\nmode = 1\nvalue = \"barr.tension\"\n\
+        [objective]\nminimize = \"k\"\n";
+    let problem = problem(text);
+    let exact = |k: f64, h: f64, y: f64| {
+        let (l, l0) = (1f64.hypot(y), 1f64.hypot(h));
+        let geometric = k * (1.0 - l0 / l);
+        let vertical = 2.0 * (k * (y / l).powi(2) + geometric / (l * l));
+        let horizontal = 2.0 * (k / (l * l) + geometric * (y / l).powi(2));
+        (vertical.min(horizontal) / 1.2).sqrt()
+    };
+    let at = |design: &[f64]| problem.analyze(design).unwrap();
+    let design = [2000.0, 0.2];
+    let responses = at(&design);
+    let [y, w] = [0, 1].map(|h| &responses.values[h]);
+    assert!(y[6] > 0.0 && y[14] < -0.15 && y[20] < -0.19, "{y:?}");
+    for p in 0..21 {
+        let expected = exact(design[0], design[1], y[p]);
+        assert!((w[p] - expected).abs() < 1e-6 * expected, "{p}: {} and {expected}", w[p]);
+    }
+    let warnings = problem.analysis.warnings(&design, &responses);
+    assert!(warnings.iter().any(|warning| warning.contains("snap-through")), "{warnings:?}");
+    // Derivatives on the way back, against differences.
+    let wanted = [1, 2].map(|response| ResponseAt { response, point: 15 });
+    let rows = problem.sensitivities(&design, &responses, &wanted).unwrap();
+    for (variable, step) in [(0, 0.2), (1, 2e-5)] {
+        let moved = |sign: f64| {
+            let mut moved = design;
+            moved[variable] += sign * step;
+            at(&moved)
+        };
+        let (up, down) = (moved(1.0), moved(-1.0));
+        for (row, at) in wanted.iter().enumerate() {
+            let slope = (up.at(*at) - down.at(*at)) / (2.0 * step);
+            let found = rows[(row, variable)];
+            assert!((found - slope).abs() < 1e-5 * slope.abs().max(1e-3), "{row} by {variable}: {found} and {slope}");
+        }
+    }
+}

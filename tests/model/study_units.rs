@@ -250,3 +250,25 @@ fn derivatives_of_an_optimum_have_units() {
     let scattered = study(&model, "kind = \"tolerance\"\ncount = 4\n[vary.x]\ndeviation = 1\n");
     assert_eq!(unit(&scattered, "d room/d x"), "cm²/mm");
 }
+
+/// An output with a label, and a limit with the same unit: it can be swept, and limits a Pareto front.
+#[test]
+fn a_limit_of_an_output_with_a_label_can_be_swept() {
+    let model = "version = 2\n[design.b]\nstart = \"30 mm\"\nlower = \"10 mm\"\nupper = \"100 mm\"\n\
+        [[output]]\nname = \"area\"\nvalue = \"b*b\"\nunit = \"m²\"\n\
+        [[output]]\nname = \"reach\"\nvalue = \"100*b\"\nunit = \"m\"\n\
+        [objective]\nminimize = \"area\"\n[[constraint]]\nname = \"long\"\nvalue = \"reach\"\nat_least = \"3 m\"\n";
+    for (kind, name) in [("sweep", "\"constraint.long.at_least\""), ("pareto", "long")] {
+        for from in ["3", "\"3 m\"", "\"300 cm\""] {
+            let file = format!("kind = \"{kind}\"\n[vary.{name}]\nfrom = {from}\nto = \"4 m\"\npoints = 2\n");
+            let study = made(model, &file).unwrap_or_else(|error| panic!("{file}\n{error}"));
+            let rows = study.run(study.no_rows(), Part::WHOLE, &|_| true).unwrap();
+            let columns = &study.phases()[0].columns;
+            assert_eq!((columns[0].unit.as_str(), columns[1].unit.as_str()), ("m", "m²"), "{file}");
+            for (run, expected) in [(0, 9e-4), (1, 16e-4)] {
+                let row = rows.get(0, run).unwrap();
+                assert!((row.value(1) - expected).abs() < 1e-9, "{file}: {row:?}");
+            }
+        }
+    }
+}

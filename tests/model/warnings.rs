@@ -164,3 +164,23 @@ fn larger_values_between_the_time_points_are_told() {
         }
     }
 }
+
+/// A body that is turned to a pitch of 90°, at rest in equilibrium or driven through it.
+#[test]
+fn a_pitch_of_ninety_degrees_is_told_by_every_analysis() {
+    let text = |kind: &str| {
+        format!(
+            "version = 2\nspace = 3\n[design]\np = {{ start = 1, lower = 0.5, upper = 2 }}\n[[body]]\nname = 'b'\nmass = 1\ninertia = [1, 1, 1]\n\
+             [[joint]]\nname = 'h'\na = 'ground'\nb = 'b'\nat = [0, 0, 0]\naxis = [0, 1, 0]\n\
+             [[driver]]\nname = 'm'\ncoordinate = 'h.angle'\nmotion = 'p*pi/2*time'\n[time]\nto = 2\npoints = 5\n\
+             [analysis]\nkind = '{kind}'\n[[output]]\nname = 'yaw'\nvalue = 'b.yaw'\n[objective]\nminimize = 'p'\n"
+        )
+    };
+    for kind in ["kinematics", "statics", "dynamics"] {
+        let found = warnings(&text(kind));
+        assert!(
+            found.iter().any(|warning| warning.contains("pitch") && warning.contains("t = 1")),
+            "{kind}: {found:?}"
+        );
+    }
+}

@@ -129,7 +129,7 @@ fn as_history(
 }
 
 /// The unit in which value and limits are stored, and whether the value is a formula that must be converted to it: that of the output, or
-/// that of the first limit with a unit. `None` for SI, or for numbers as they are.
+/// that of the first limit with a unit, which may be the label of the output. `None` for SI, or for numbers as they are.
 fn unit(section: &Section<'_>, tree: &ExpressionTree, known: &QuantityContext<'_>) -> Read<(Option<Unit>, bool)> {
     let value = known.compile(tree, "value")?;
     let dimension = known.dimension(tree)?;
@@ -154,7 +154,7 @@ fn unit(section: &Section<'_>, tree: &ExpressionTree, known: &QuantityContext<'_
         return Ok((Some(unit.clone()), false));
     }
     let is_own = |unit: &Unit| unit.text == known.unit_of(&value);
-    Ok(if known.is_output(&value) && first.as_ref().is_none_or(is_own) { (None, false) } else { (first, true) })
+    Ok(if known.is_output(&value) && first.as_ref().is_none_or(is_own) { (first, false) } else { (first, true) })
 }
 
 /// The number of a key in the unit of the value.

@@ -312,9 +312,11 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
                 known.remark_kinks(&section, tree, &value, goal);
             }
             let dimension = dimension.filter(|_| !matches!(over, Some(Over::Sum | Over::Integral)));
+            let of_output = if over.is_none() { known.unit_of(&value).to_owned() } else { String::new() };
             let quantity = number(&section, known, value, over)?;
             let label = known.labels.read(&section, dimension, unit.as_ref())?;
             let unit = unit.filter(|_| label.is_empty()).map_or(label, |unit| unit.text);
+            let unit = if unit.is_empty() { of_output } else { unit };
             Ok(ObjectiveSpec::Number { name: section.text("name")?, unit, quantity, goal })
         }
     }

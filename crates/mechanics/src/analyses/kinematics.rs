@@ -1,6 +1,7 @@
 //! Kinematics and inverse dynamics of driven mechanisms.
 
 use crate::analyses::assembly_branch::{AssemblyBranch, SingularPassage};
+use crate::analyses::element_warnings::StateWatch;
 use crate::analyses::sampling::OutputRecorder;
 use crate::constraint_rank::{singular_instant, undetermined_coordinates};
 use crate::events::impact;
@@ -213,19 +214,29 @@ pub fn kinematics(mechanism: &Mechanism<f64>, assembly: Assembly, times: &[f64])
     Ok(recorder.series)
 }
 
-/// Warning about a driven mechanism that changes the branch of its assembly on the way through the `times` (s): it passes a singular position,
-/// such as a parallelogram that becomes flat. `None` if it stays on its branch, or if the analysis fails, which the analysis says.
-pub fn warn_of_branch_changes(mechanism: &Mechanism<f64>, assembly: &Assembly, times: &[f64]) -> Option<String> {
-    let mut driver = KinematicDriver::new(mechanism, *assembly, *times.first()?).ok()?;
+/// Warnings about a driven mechanism on its way through the `times` (s): it changes the branch of its assembly in a singular position, such as a
+/// parallelogram that becomes flat, or an element has a doubtful law, such as Euler angles without derivatives. Empty if the analysis fails,
+/// which the analysis says.
+pub fn warn_of_motion(mechanism: &Mechanism<f64>, assembly: &Assembly, times: &[f64]) -> Vec<String> {
+    warnings_of_motion(mechanism, assembly, times).unwrap_or_default()
+}
+
+fn warnings_of_motion(mechanism: &Mechanism<f64>, assembly: &Assembly, times: &[f64]) -> Result<Vec<String>> {
+    let (mut passage, mut states) = (None, StateWatch::default());
+    let Some(&first) = times.first() else { return Ok(vec![]) };
+    let mut driver = KinematicDriver::new(mechanism, *assembly, first)?;
     for &t in times {
-        if let Some(SingularPassage { time, constraint }) = driver.advance_to(t).ok()? {
-            return Some(format!(
-                "{constraint}: at t = {} the mechanism passes a singular position, where branches of its assembly meet: it goes on as smoothly \
-                 as it came, and derivatives hold on each side only; if it must stay on the side where it was built, keep it away from this \
-                 position",
-                Seconds(time)
-            ));
-        }
+        let passed = driver.advance_to(t)?;
+        passage = passage.or(passed);
+        states.add(mechanism, &driver.state);
     }
-    None
+    let of_passage = |SingularPassage { time, constraint }| {
+        format!(
+            "{constraint}: at t = {} the mechanism passes a singular position, where branches of its assembly meet: it goes on as smoothly \
+             as it came, and derivatives hold on each side only; if it must stay on the side where it was built, keep it away from this \
+             position",
+            Seconds(time)
+        )
+    };
+    Ok(passage.map(of_passage).into_iter().chain(states.warnings()).collect())
 }

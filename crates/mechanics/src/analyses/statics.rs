@@ -1,5 +1,6 @@
 //! Static equilibria over time.
 
+use crate::analyses::element_warnings::StateWatch;
 use crate::analyses::sampling::OutputRecorder;
 use crate::events::impact;
 use crate::initial_conditions::{Assembly, LARGE_GAP, assemble, largest_gap};
@@ -24,6 +25,34 @@ pub fn equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64])
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     follow_equilibria(mechanism, settings, times, |state| recorder.record(mechanism, state))?;
     Ok(recorder.series)
+}
+
+/// The static equilibrium at each of the `times` (s), each one computed from the previous one.
+///
+/// # Errors
+///
+/// As [`equilibria`].
+pub fn equilibrium_states(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Result<Vec<State<f64>>> {
+    let mut states = Vec::with_capacity(times.len());
+    follow_equilibria(mechanism, settings, times, |state| {
+        states.push(state.clone());
+        Ok(())
+    })?;
+    Ok(states)
+}
+
+/// Warnings of elements about the equilibria at `times` (s), such as Euler angles without derivatives. Empty if the analysis fails, which the
+/// analysis says.
+pub fn warn_of_equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Vec<String> {
+    let mut watch = StateWatch::default();
+    let add = |state: &State<f64>| {
+        watch.add(mechanism, state);
+        Ok(())
+    };
+    match follow_equilibria(mechanism, settings, times, add) {
+        Ok(()) => watch.warnings().collect(),
+        Err(_) => vec![],
+    }
 }
 
 /// Calls `visit` with the equilibrium at each of the `times` (s), see [`equilibria`].

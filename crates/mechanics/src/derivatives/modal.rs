@@ -3,10 +3,11 @@
 use crate::analyses::modal::{VibrationModes, modes};
 use crate::analyses::statics::{Statics, find_equilibrium};
 use crate::derivatives::forward::initial_conditions::{InitialDerivatives, ProjectedPart, equilibrium};
+use crate::derivatives::forward::instants::factorize_equilibrium;
 use crate::derivatives::seeding::{build_chunks, set_values};
 use crate::elements::element::ElementWorkspace;
 use crate::events::unilateral::refuse_friction;
-use crate::initial_conditions::{Assembly, assemble};
+use crate::initial_conditions::{Assembly, Projection, assemble};
 use crate::mechanism::scalars::{Dual8, ElementScalar, Jet2};
 use crate::mechanism::{Mechanism, ParametricMechanism};
 use crate::system::linearization::Linearization;
@@ -19,11 +20,13 @@ use std::ops::Range;
 
 /// State at rest about which the equations are linearized.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum About {
+pub enum About<'s> {
     /// The assembled initial positions, without reactions: no prestress.
     Assembled,
-    /// The static equilibrium, with its reactions.
+    /// The static equilibrium, with its reactions, that is found from the initial positions.
     Equilibrium(Statics),
+    /// A static equilibrium that is known, such as one on a [load path](crate::analyses::statics::equilibrium_states).
+    At(&'s State<f64>),
 }
 
 /// Squares of natural frequencies and their derivatives.
@@ -74,7 +77,7 @@ const REDUNDANT: f64 = 1e-13;
 pub fn differentiate_modes<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
-    about: About,
+    about: About<'_>,
     t: f64,
 ) -> Result<ModeSensitivities> {
     let mechanism = model.build(b)?;
@@ -85,7 +88,7 @@ pub fn differentiate_modes<M: ParametricMechanism>(
 ///
 /// # Errors
 /// As [`differentiate_modes`].
-pub fn squared_frequencies(mechanism: &Mechanism<f64>, about: About, t: f64) -> Result<Vec<f64>> {
+pub fn squared_frequencies(mechanism: &Mechanism<f64>, about: About<'_>, t: f64) -> Result<Vec<f64>> {
     Ok(differentiate_seeded(mechanism, &[], 0, about, t)?.squares)
 }
 
@@ -94,7 +97,7 @@ fn differentiate_seeded(
     mechanism: &Mechanism<f64>,
     chunks: &[Mechanism<Dual8>],
     variables: usize,
-    about: About,
+    about: About<'_>,
     t: f64,
 ) -> Result<ModeSensitivities> {
     let mut system = System::at(mechanism, t)?;
@@ -224,12 +227,19 @@ pub(crate) fn states_at_rest(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     chunks: &[Mechanism<Dual8>],
-    about: About,
+    about: About<'_>,
     t: f64,
 ) -> Result<(State<f64>, Vec<State<Dual8>>)> {
     refuse_friction(mechanism, "a vibration about a state at rest")?;
     let mut values = State::built(mechanism, t);
-    let projection = assemble(system, mechanism, &mut values, Assembly::default())?;
+    let projection = match about {
+        About::At(state) => {
+            values.copy_from(state);
+            factorize_equilibrium(system, mechanism, &values)?;
+            Projection::default()
+        }
+        About::Assembled | About::Equilibrium(_) => assemble(system, mechanism, &mut values, Assembly::default())?,
+    };
     values.v.fill(0.0);
     if let About::Equilibrium(settings) = about {
         find_equilibrium(system, mechanism, &mut values, &settings)?;
@@ -238,7 +248,7 @@ pub(crate) fn states_at_rest(
     for chunk in chunks {
         let mut state = State::built(chunk, t);
         match about {
-            About::Equilibrium(_) => state = equilibrium(chunk, &values, system),
+            About::Equilibrium(_) | About::At(_) => state = equilibrium(chunk, &values, system),
             About::Assembled if mechanism.multipliers > 0 => {
                 InitialDerivatives::new(mechanism, chunk, system).project(
                     ProjectedPart::Positions,

@@ -39,7 +39,7 @@ pub struct ModeShapes {
 pub fn mode_shapes<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
-    about: About,
+    about: About<'_>,
     t: f64,
     which: &[usize],
 ) -> Result<Vec<Vec<f64>>> {
@@ -65,7 +65,7 @@ pub fn mode_shapes<M: ParametricMechanism>(
 pub fn differentiate_mode_shapes<M: ParametricMechanism>(
     model: &M,
     b: &[f64],
-    about: About,
+    about: About<'_>,
     t: f64,
     which: &[usize],
 ) -> Result<ModeShapes> {
@@ -87,7 +87,7 @@ fn shapes_seeded(
     chunks: &[Mechanism<Dual8>],
     hyper: &[Mechanism<HyperDual4>],
     variables: usize,
-    about: About,
+    about: About<'_>,
     t: f64,
     which: &[usize],
 ) -> Result<ModeShapes> {

@@ -76,10 +76,12 @@ impl CheckedDerivative {
         all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min)
     }
 
-    /// The largest of the derivatives by methods and differences.
+    /// The largest of the derivatives by methods and differences, without those that are smaller than their own error.
     fn size(&self) -> f64 {
-        let computed = self.computed.iter().fold(0.0f64, |a, x| a.max(x.abs()));
-        computed.max(self.difference.map_or(0.0, |s| s.value.abs()))
+        let computed = self.computed.iter().zip(&self.uncertainty).map(|(x, error)| [x.abs(), *error]);
+        let difference = self.difference.map(|slope| [slope.value.abs(), slope.error]);
+        let known = computed.chain(difference).filter(|[x, error]| x >= error);
+        known.fold(0.0, |largest, [x, _]| largest.max(x))
     }
 
     /// Returns whether method number `k` deviates from `slope` by more than both of their errors; `largest` is the largest derivative of
@@ -358,6 +360,14 @@ mod tests {
         let methods = ["direct".to_owned(), "semi-analytical".to_owned()];
         let words = derivatives[0].explanation(&methods);
         assert!(words.contains("semi-analytical is only good to ± 2e-1"), "{words}");
+    }
+
+    /// The yaw at a pitch of 90° jumps by π: differences and semi-analytical derivatives are larger than any slope, but not than their errors.
+    #[test]
+    fn differences_that_are_all_error_confirm_nothing() {
+        let mut derivatives = [checked(vec![0.0, 0.0, 1.57e5], vec![0.0, 0.0, 1.6e5], 366.5, 400.0)];
+        decide(&mut derivatives, &[1.0]);
+        assert_eq!(derivatives[0].status, GradientStatus::Unclear);
     }
 
     /// A semi-analytical derivative with a large error estimate agrees with the exact ones, not with the differences.

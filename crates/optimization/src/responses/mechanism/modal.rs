@@ -3,12 +3,14 @@
 use super::StaticResponses;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use crate::{Error, Result};
+use mechanics::analyses::statics::equilibrium_states;
 use mechanics::analyses::tensioned_beams::warn_of_tensioned_beams;
 use mechanics::derivatives::method::Differentiation;
 use mechanics::derivatives::modal::{About, ModeSensitivities, differentiate_modes, squared_frequencies};
 use mechanics::derivatives::mode_shapes::{differentiate_mode_shapes, mode_shapes};
 use mechanics::derivatives::semi_analytical;
-use mechanics::mechanism::ParametricMechanism;
+use mechanics::mechanism::{Mechanism, ParametricMechanism};
+use mechanics::system::state::State;
 use nalgebra::DMatrix;
 
 /// The outputs of a mechanism in static equilibrium at given times, some of which are natural angular frequencies
@@ -70,8 +72,9 @@ impl<M: ParametricMechanism> ModalResponses<M> {
         Ok(Self { outputs: self.outputs.differentiating(differentiation)?, ..self })
     }
 
-    fn about(&self) -> About {
-        About::Equilibrium(self.outputs.settings)
+    /// The equilibria at all time points, along the load path.
+    fn equilibria(&self, mechanism: &Mechanism<f64>) -> Result<Vec<State<f64>>> {
+        equilibrium_states(mechanism, &self.outputs.settings, &self.outputs.times)
     }
 
     fn quantity(&self, at: ResponseAt) -> Option<ModalQuantity> {
@@ -91,8 +94,14 @@ impl<M: ParametricMechanism> ModalResponses<M> {
     }
 
     /// Derivatives of the wanted amplitudes, each in its row.
-    fn add_shapes(&self, b: &[f64], wanted: &[ResponseAt], rows: &mut DMatrix<f64>) -> Result<()> {
-        for (p, &t) in self.outputs.times.iter().enumerate() {
+    fn add_shapes(
+        &self,
+        b: &[f64],
+        states: &[State<f64>],
+        wanted: &[ResponseAt],
+        rows: &mut DMatrix<f64>,
+    ) -> Result<()> {
+        for (p, (&t, state)) in self.outputs.times.iter().zip(states).enumerate() {
             let here = wanted.iter().enumerate().filter(|(_, at)| at.point == p);
             let amplitude = |(row, at): (usize, &ResponseAt)| match self.quantity(*at)? {
                 ModalQuantity::Amplitude(mode) => Some((row, at.response, mode)),
@@ -105,7 +114,7 @@ impl<M: ParametricMechanism> ModalResponses<M> {
             if modes.is_empty() {
                 continue;
             }
-            let shapes = differentiate_mode_shapes(&self.outputs.model, b, self.about(), t, &modes)?;
+            let shapes = differentiate_mode_shapes(&self.outputs.model, b, About::At(state), t, &modes)?;
             for (row, output, mode) in all {
                 let k = modes.binary_search(&mode).expect("it is one of them");
                 let gradient = &shapes.gradients[k][output];
@@ -124,7 +133,13 @@ impl<M: ParametricMechanism> ModalResponses<M> {
     }
 
     /// Derivatives of the wanted frequencies, each in its row.
-    fn add_modes(&self, b: &[f64], wanted: &[ResponseAt], rows: &mut DMatrix<f64>) -> Result<()> {
+    fn add_modes(
+        &self,
+        b: &[f64],
+        states: &[State<f64>],
+        wanted: &[ResponseAt],
+        rows: &mut DMatrix<f64>,
+    ) -> Result<()> {
         let mut known: Option<(usize, ModeSensitivities)> = None;
         let mut order: Vec<usize> = (0..wanted.len()).collect();
         order.sort_by_key(|&row| wanted[row].point);
@@ -134,7 +149,7 @@ impl<M: ParametricMechanism> ModalResponses<M> {
             let t = self.outputs.times[at.point];
             let modes = match known.take() {
                 Some((point, modes)) if point == at.point => modes,
-                _ => differentiate_modes(&self.outputs.model, b, self.about(), t)?,
+                _ => differentiate_modes(&self.outputs.model, b, About::At(&states[at.point]), t)?,
             };
             let frequency = signed_root(self.square(&modes.squares, mode, t)?);
             if frequency == 0.0 {
@@ -165,8 +180,11 @@ impl<M: ParametricMechanism> ModalResponses<M> {
             let found = others(&places.iter().map(|&row| wanted[row]).collect::<Vec<_>>())?;
             places.iter().enumerate().for_each(|(k, &row)| rows.set_row(row, &found.row(k)));
         }
-        self.add_modes(b, wanted, &mut rows)?;
-        self.add_shapes(b, wanted, &mut rows)?;
+        if places.len() < wanted.len() {
+            let states = self.equilibria(&self.outputs.model.build(b)?)?;
+            self.add_modes(b, &states, wanted, &mut rows)?;
+            self.add_shapes(b, &states, wanted, &mut rows)?;
+        }
         Ok(rows)
     }
 }
@@ -183,12 +201,13 @@ impl<M: ParametricMechanism> ModalResponses<M> {
         let mechanism = self.outputs.model.build(b)?;
         let (settings, times) = (&self.outputs.settings, &self.outputs.times);
         responses.warnings.extend(warn_of_tensioned_beams(&mechanism, settings, times));
-        for (p, &t) in self.outputs.times.iter().enumerate() {
-            let squares = squared_frequencies(&mechanism, self.about(), t)?;
+        let states = self.equilibria(&mechanism)?;
+        for (p, (&t, state)) in times.iter().zip(&states).enumerate() {
+            let squares = squared_frequencies(&mechanism, About::At(state), t)?;
             let shapes = self.shapes();
             let amplitudes = match shapes.is_empty() {
                 true => Vec::new(),
-                false => mode_shapes(&self.outputs.model, b, self.about(), t, &shapes)?,
+                false => mode_shapes(&self.outputs.model, b, About::At(state), t, &shapes)?,
             };
             for (h, quantity) in self.quantities.iter().enumerate() {
                 let Some(quantity) = *quantity else { continue };
@@ -233,6 +252,10 @@ impl<M: ParametricMechanism> Analysis for ModalResponses<M> {
 
     fn sensitivities(&self, b: &[f64], responses: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {
         self.sensitivities_with(b, wanted, |others| self.outputs.sensitivities(b, responses, others))
+    }
+
+    fn warnings(&self, b: &[f64], responses: &Responses) -> Vec<String> {
+        self.outputs.warnings(b, responses)
     }
 
     fn differentiation(&self, variables: usize, wanted: &[ResponseAt]) -> Option<&'static str> {

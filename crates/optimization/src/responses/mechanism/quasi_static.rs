@@ -6,8 +6,8 @@ use error::replace_times;
 use mechanics::analyses::dynamics::check_times;
 use mechanics::analyses::equilibrium_jumps::warn_of_equilibrium_jumps;
 use mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
-use mechanics::analyses::kinematics::{kinematics, warn_of_branch_changes};
-use mechanics::analyses::statics::{Statics, equilibria};
+use mechanics::analyses::kinematics::{kinematics, warn_of_motion};
+use mechanics::analyses::statics::{Statics, equilibria, warn_of_equilibria};
 use mechanics::analyses::tensioned_beams::warn_of_tensioned_beams;
 use mechanics::derivatives::adjoint::{
     AdjointFunctional, differentiate_equilibria_backwards, differentiate_kinematics_backwards,
@@ -134,7 +134,7 @@ impl_instant_analysis!(
     difference_equilibria,
     differentiate_equilibria_twice,
     differentiate_equilibria_backwards,
-    warn_of_equilibria
+    warn_of_statics
 );
 impl_instant_analysis!(
     Assembly,
@@ -145,16 +145,13 @@ impl_instant_analysis!(
     difference_kinematics,
     differentiate_kinematics_twice,
     differentiate_kinematics_backwards,
-    warn_of_kinematics
+    warn_of_motion
 );
 
-fn warn_of_equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Vec<String> {
+fn warn_of_statics(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Vec<String> {
     let warnings = [warn_of_tensioned_beams, warn_of_equilibrium_jumps];
-    warnings.iter().filter_map(|warning| warning(mechanism, settings, times)).collect()
-}
-
-fn warn_of_kinematics(mechanism: &Mechanism<f64>, assembly: &Assembly, times: &[f64]) -> Vec<String> {
-    warn_of_branch_changes(mechanism, assembly, times).into_iter().collect()
+    let found = warnings.iter().filter_map(|warning| warning(mechanism, settings, times));
+    found.chain(warn_of_equilibria(mechanism, settings, times)).collect()
 }
 
 impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {

@@ -17,6 +17,8 @@ pub(super) const WIDE: f64 = 100.0;
 /// Violation of the largest row, relative to its scale, up to which a design counts as feasible, and largest number of returns to it.
 const FEASIBLE: f64 = 1e-6;
 const MAX_RETURNS: usize = 3;
+/// Part of a violation below which another one is clearly less.
+const LESS: f64 = 0.9;
 /// Violation in units of the rows from which on a run that has stalled is displaced.
 const LEAST_VIOLATION: f64 = 1e-6;
 
@@ -42,6 +44,11 @@ impl CycleContext<'_> {
         if !self.memory.has_common_unit {
             return Ok(Some(Next::CommonUnit));
         }
+        if let Some(design) = self.less_violated_design(MAX_RETURNS) {
+            let region = self.sides(&vec![f64::INFINITY; self.n()]);
+            let proposal = self.with_linear_prediction(design.to_vec(), region, Purpose::Return);
+            return Ok(Some(Next::Analyse(Box::new(proposal))));
+        }
         if let Some(displacement) = self.next_displacement() {
             return Ok(Some(Next::Analyse(Box::new(displacement))));
         }
@@ -61,6 +68,14 @@ impl CycleContext<'_> {
         if self.feasible_cycles().next().is_some() {
             let reason = format!(
                 "the violation is stationary here, {}, but another design of the run is feasible: start there, with a smaller first step",
+                self.largest_violation_in_words()
+            );
+            return (Status::Stalled, reason);
+        }
+        if self.less_violated_design(usize::MAX).is_some() {
+            let reason = format!(
+                "the violation is stationary here, {}, but another design of the run violates the constraints less: start there, with a smaller \
+                 first step",
                 self.largest_violation_in_words()
             );
             return (Status::Stalled, reason);
@@ -89,6 +104,16 @@ impl CycleContext<'_> {
         let best = self.feasible_cycles().min_by(|a, b| a.objective.total_cmp(&b.objective))?;
         let visits = self.feasible_cycles().filter(|cycle| cycle.design == best.design).count();
         (visits <= MAX_RETURNS).then_some(&best.design[..])
+    }
+
+    /// The accepted design of the run with the least violation, if that is clearly less than here, and the run has been there at most so many
+    /// times.
+    fn less_violated_design(&self, visits: usize) -> Option<&[f64]> {
+        let accepted = || self.state.history.iter().filter(|cycle| cycle.accepted);
+        let least = accepted().min_by(|a, b| a.violation_pct.total_cmp(&b.violation_pct))?;
+        let is_less = least.violation_pct < LESS * self.state.evaluation.max_violation_pct();
+        (is_less && accepted().filter(|cycle| cycle.design == least.design).count() <= visits)
+            .then_some(&least.design[..])
     }
 
     /// The reason of the end if the largest violation is that of constraints that depend on no variable, neither here nor at the designs of
