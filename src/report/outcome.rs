@@ -275,7 +275,7 @@ pub fn at_bound(problem: &Problem, k: usize, value: f64) -> Option<&'static str>
     // At a bound of zero, the value is compared with the range or the start of the variable.
     let sizes = [variable.upper - variable.lower, variable.start.abs()].into_iter();
     let size = sizes.filter(|size| size.is_finite() && *size > 0.0).fold(f64::INFINITY, f64::min);
-    let rounding = if size.is_finite() { (1e-9 * size).max(1e-18) } else { 1e-18 };
+    let rounding = if size.is_finite() { 1e-12 * size } else { f64::MIN_POSITIVE };
     let is_at =
         |bound: f64| bound.is_finite() && (value - bound).abs() <= (1e-6 * value.abs().max(bound.abs())).max(rounding);
     match () {

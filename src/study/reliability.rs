@@ -48,7 +48,7 @@ const STEP: f64 = 0.1;
 /// eigenvectors of the second derivatives at the origin, and in 8 + 4n evenly distributed directions, on both sides. A nearer point
 /// between these directions may be missed; a sample is an independent check.
 ///
-/// If no start leads to a point, the least |g| is sought: a sign of g that does not change within the reach of the variables gives an infinite index.
+/// If no start leads to a point, the least |g| is sought: a sign of g that does not change within 8 standard deviations of every variable gives an infinite index.
 ///
 /// # Errors
 /// Those of `gradient` at the origin; those that [end](Error::ends_run) a run; [`Error::Analysis`] if the limit state is reached, but its nearest

@@ -402,8 +402,8 @@ impl Tolerances {
             .collect()
     }
 
-    /// Least and largest value of a quantity that was found in the tolerance box: at the mean, at the corners to which its derivatives point,
-    /// and at the points of the sample inside; NaN if a corner has no value.
+    /// Least and largest value of a quantity that was found in the tolerance box: at the mean, at the corner to which its derivatives point,
+    /// and at the points of the sample inside; NaN if that corner has no value.
     fn worst_of(&self, rows: &Rows, nominal: &Row, q: usize) -> [f64; 2] {
         let d = self.distributions.len();
         let is_inside = |row: &&Row| {
@@ -411,12 +411,12 @@ impl Tolerances {
                 |(k, of): (usize, &Distribution)| (row.value(k) - of.mean()).abs() <= of.tolerance() * (1.0 + ROUNDING);
             self.distributions.iter().enumerate().all(inside)
         };
-        let sampled = rows.of(SAMPLES).filter(|row| !row.has_failed()).filter(is_inside).map(|row| row.value(d + q));
-        let corner =
-            |end: usize| rows.get(WORST, 2 * q + end).filter(|row| !row.has_failed()).map(|row| row.value(2 + d));
-        let (Some(low), Some(high)) = (corner(0), corner(1)) else { return [f64::NAN; 2] };
-        let found = sampled.chain([nominal.value(d + q), low, high]);
-        found.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(v), most.max(v)])
+        let sampled = || rows.of(SAMPLES).filter(|row| !row.has_failed()).filter(is_inside).map(|row| row.value(d + q));
+        let worst = |end: usize, worse: fn(f64, f64) -> f64| {
+            let corner = rows.get(WORST, 2 * q + end).filter(|row| !row.has_failed())?;
+            Some(sampled().chain([nominal.value(d + q)]).fold(corner.value(2 + d), worse))
+        };
+        [worst(0, f64::min), worst(1, f64::max)].map(|found| found.unwrap_or(f64::NAN))
     }
 
     fn moments(&self, rows: &Rows, nominal: &Row) -> Result<Table> {

@@ -157,7 +157,13 @@ fn frequencies_follow_the_load_path() {
     for p in 0..21 {
         let expected = exact(design[0], design[1], y[p]);
         assert!((w[p] - expected).abs() < 1e-6 * expected, "{p}: {} and {expected}", w[p]);
+        // The lowest mode is vertical, with the shape 1/√m; a bar is stretched by y/L of it.
+        let tension = design[0] * y[p] / 1f64.hypot(y[p]) / 1.2f64.sqrt();
+        assert!((responses.values[2][p] - tension).abs() < 1e-6 * tension.abs(), "{p}: {:?}", responses.values[2][p]);
     }
+    // The picture at one point of the sweep is that of the load path.
+    let drawn = read("m.toml", text).unwrap().drawings(&[&design], &[15.0]).unwrap().unwrap().remove(0).remove(0);
+    assert!((drawn.masses[0][1] - y[15]).abs() < 1e-9, "{:?} and {}", drawn.masses, y[15]);
     let warnings = problem.analysis.warnings(&design, &responses);
     assert!(warnings.iter().any(|warning| warning.contains("snap-through")), "{warnings:?}");
     // Derivatives on the way back, against differences.

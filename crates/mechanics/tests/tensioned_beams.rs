@@ -1,6 +1,6 @@
 //! Beams with normal forces: vibrations of tensioned wires, buckling, and the normal force of bent beams, in the plane and in space.
 
-use linkwright_mechanics::analyses::tensioned_beams::warn_of_tensioned_beams;
+use linkwright_mechanics::analyses::statics::warn_of_equilibria;
 use linkwright_mechanics::elements::spatial::{BeamSection3, LoadKind3};
 use linkwright_mechanics::elements::{BeamSection, BeamShape, Shear};
 use linkwright_mechanics::initial_conditions::find_equilibrium;
@@ -72,7 +72,7 @@ fn a_tension_that_makes_elements_unstable_is_told() {
         let tip = nodes[6];
         nodes[0].coordinates().into_iter().chain([tip.y, tip.theta]).for_each(|c| m.fix(c));
         m.load("pull", m.ground().x, tip.x, Fixed, &[tension]);
-        let warning = warn_of_tensioned_beams(&m, &Statics::default(), &[0.0]);
+        let warning = warn_of_equilibria(&m, &Statics::default(), &[0.0]).pop();
         assert_eq!(warning.is_some(), is_told, "{tension} N, {shear:?}: {warning:?}");
         let settings = Dynamics {
             initial_configuration: InitialConfiguration::Equilibrium(Statics::default()),

@@ -408,6 +408,27 @@ impl Settings {
         Ok(Responses { warnings, ..responses })
     }
 
+    /// The outputs of a mechanism at design `b` at `times`, each a series. Positions that follow from those at the time point before, in statics and
+    /// kinematics, are computed along the `grid` of the model, too.
+    #[cfg(feature = "report")]
+    pub fn sampled(
+        &self,
+        model: MechanismTemplate,
+        grid: Option<&TimeGrid>,
+        times: &[f64],
+        b: &[f64],
+    ) -> Result<Vec<Vec<f64>>> {
+        let mut path = match grid {
+            Some(grid) if !self.is_simulation() => [&grid.points[..], times].concat(),
+            _ => times.to_vec(),
+        };
+        path.sort_by(f64::total_cmp);
+        path.dedup();
+        let values = self.analyze(model, &path, b)?.values;
+        let places: Vec<usize> = times.iter().map(|t| path.partition_point(|at| at < t)).collect();
+        Ok(values.iter().map(|series| places.iter().map(|&p| series[p]).collect()).collect())
+    }
+
     /// The problem whose responses are the outputs of this mechanism.
     pub fn build(&self, parts: ProblemBuilder, model: MechanismTemplate, times: &[f64]) -> Result<Problem> {
         match &self.kind {

@@ -71,8 +71,9 @@ impl Model {
         let mut motions = vec![];
         for mechanism in &mechanisms {
             let outputs = Arc::new(mechanism.outputs());
-            let responses = settings.analyze(MechanismTemplate::new(spec, &outputs), times, mechanism.design)?;
-            motions.push(mechanism.states(&responses.values, times.len()));
+            let template = MechanismTemplate::new(spec, &outputs);
+            let values = settings.sampled(template, self.grid.as_ref(), times, mechanism.design)?;
+            motions.push(mechanism.states(&values, times.len()));
         }
         // Guides are drawn at the same place in all frames.
         let ranges = GuideRanges::of(&motions);
@@ -85,8 +86,9 @@ impl Model {
         let one = |design: &&[f64]| {
             let mechanism = DrawnMechanism3::new(spec, design)?;
             let outputs = Arc::new(mechanism.outputs());
-            let responses = settings.analyze(MechanismTemplate::new(spec, &outputs), times, design)?;
-            Ok(mechanism.draw(&responses.values, times.len()))
+            let template = MechanismTemplate::new(spec, &outputs);
+            let values = settings.sampled(template, self.grid.as_ref(), times, design)?;
+            Ok(mechanism.draw(&values, times.len()))
         };
         designs.iter().map(one).collect()
     }

@@ -2,6 +2,7 @@
 
 use crate::analyses::element_warnings::StateWatch;
 use crate::analyses::sampling::OutputRecorder;
+use crate::analyses::tensioned_beams::TensionWatch;
 use crate::events::impact;
 use crate::initial_conditions::{Assembly, LARGE_GAP, assemble, largest_gap};
 use crate::mechanism::Mechanism;
@@ -41,16 +42,17 @@ pub fn equilibrium_states(mechanism: &Mechanism<f64>, settings: &Statics, times:
     Ok(states)
 }
 
-/// Warnings of elements about the equilibria at `times` (s), such as Euler angles without derivatives. Empty if the analysis fails, which the
-/// analysis says.
+/// Warnings about the equilibria at `times` (s): beam elements under a normal force above which they are unstable, and elements with a doubtful
+/// law, such as Euler angles without derivatives. Empty if the analysis fails, which the analysis says.
 pub fn warn_of_equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Vec<String> {
-    let mut watch = StateWatch::default();
+    let (mut tension, mut states) = (TensionWatch::new(mechanism), StateWatch::default());
     let add = |state: &State<f64>| {
-        watch.add(mechanism, state);
+        tension.add(mechanism, state);
+        states.add(mechanism, state);
         Ok(())
     };
     match follow_equilibria(mechanism, settings, times, add) {
-        Ok(()) => watch.warnings().collect(),
+        Ok(()) => tension.warning(mechanism).into_iter().chain(states.warnings()).collect(),
         Err(_) => vec![],
     }
 }

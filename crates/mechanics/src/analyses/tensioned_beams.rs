@@ -1,6 +1,5 @@
 //! Warnings about beam elements under a normal force above which they are unstable.
 
-use crate::analyses::statics::{Statics, follow_equilibria};
 use crate::elements::element::ElementWorkspace;
 use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::{State, measure};
@@ -66,21 +65,6 @@ impl TensionWatch {
             t = Seconds(t)
         ))
     }
-}
-
-/// Warning about the beam elements of `mechanism` in static equilibrium at `times` (s).
-pub fn warn_of_tensioned_beams(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Option<String> {
-    let mut watch = TensionWatch::new(mechanism);
-    if watch.beams.is_empty() {
-        return None;
-    }
-    let add = |state: &State<f64>| {
-        watch.add(mechanism, state);
-        Ok(())
-    };
-    // A design without equilibrium has no outputs: the analysis says so.
-    follow_equilibria(mechanism, settings, times, add).ok()?;
-    watch.warning(mechanism)
 }
 
 /// The element, if it is a beam with a straight axis between its nodes.

@@ -136,13 +136,14 @@ impl Problem {
         self.checked(b, self.analysis.analyze(&self.analysis_design(b))?)
     }
 
-    /// The design for the analysis: with the start of the bound variable of a min–max objective, on which the analysis does not depend.
-    /// What an analysis has stored for a design is used for all values of that variable.
+    /// The design for the analysis: with the start of the bound variable of a min–max objective, on which the analysis does not depend. Stored
+    /// steps of an analysis are found again by its design, for all values of that variable.
     pub(super) fn analysis_design<'b>(&self, b: &'b [f64]) -> Cow<'b, [f64]> {
-        let Some(PeakBound { variable, .. }) = self.objective.peak() else { return Cow::Borrowed(b) };
-        let mut design = b.to_vec();
-        design[variable] = self.variables[variable].start;
-        Cow::Owned(design)
+        let mut design = Cow::Borrowed(b);
+        if let Some(PeakBound { variable, .. }) = self.objective.peak() {
+            design.to_mut()[variable] = self.variables[variable].start;
+        }
+        design
     }
 
     /// The responses at design `b`, if their shape is correct and all values are finite.
@@ -182,7 +183,10 @@ impl Problem {
             let evaluation = self.evaluate(b, &responses)?;
             Ok(AnalyzedDesign { design: b.clone(), responses, evaluation })
         };
-        let for_analysis: Vec<Vec<f64>> = designs.iter().map(|b| self.analysis_design(b).into_owned()).collect();
+        let mut for_analysis = Cow::Borrowed(designs);
+        if let Some(PeakBound { variable, .. }) = self.objective.peak() {
+            for_analysis.to_mut().iter_mut().for_each(|design| design[variable] = self.variables[variable].start);
+        }
         designs.par_iter().zip(self.analysis.analyze_many(&for_analysis)).map(evaluated).collect()
     }
 

@@ -4,7 +4,6 @@ use super::StaticResponses;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use crate::{Error, Result};
 use mechanics::analyses::statics::equilibrium_states;
-use mechanics::analyses::tensioned_beams::warn_of_tensioned_beams;
 use mechanics::derivatives::method::Differentiation;
 use mechanics::derivatives::modal::{About, ModeSensitivities, differentiate_modes, squared_frequencies};
 use mechanics::derivatives::mode_shapes::{differentiate_mode_shapes, mode_shapes};
@@ -53,6 +52,9 @@ pub struct NaturalFrequency {
     pub unit: f64,
 }
 
+/// A design, and its equilibria at all time points.
+type AtEquilibria<'s> = (&'s [f64], &'s [State<f64>]);
+
 /// Squares whose relative difference is smaller are reported as equal.
 const EQUAL: f64 = 1e-7;
 
@@ -94,13 +96,7 @@ impl<M: ParametricMechanism> ModalResponses<M> {
     }
 
     /// Derivatives of the wanted amplitudes, each in its row.
-    fn add_shapes(
-        &self,
-        b: &[f64],
-        states: &[State<f64>],
-        wanted: &[ResponseAt],
-        rows: &mut DMatrix<f64>,
-    ) -> Result<()> {
+    fn add_shapes(&self, (b, states): AtEquilibria<'_>, wanted: &[ResponseAt], rows: &mut DMatrix<f64>) -> Result<()> {
         for (p, (&t, state)) in self.outputs.times.iter().zip(states).enumerate() {
             let here = wanted.iter().enumerate().filter(|(_, at)| at.point == p);
             let amplitude = |(row, at): (usize, &ResponseAt)| match self.quantity(*at)? {
@@ -133,13 +129,7 @@ impl<M: ParametricMechanism> ModalResponses<M> {
     }
 
     /// Derivatives of the wanted frequencies, each in its row.
-    fn add_modes(
-        &self,
-        b: &[f64],
-        states: &[State<f64>],
-        wanted: &[ResponseAt],
-        rows: &mut DMatrix<f64>,
-    ) -> Result<()> {
+    fn add_modes(&self, (b, states): AtEquilibria<'_>, wanted: &[ResponseAt], rows: &mut DMatrix<f64>) -> Result<()> {
         let mut known: Option<(usize, ModeSensitivities)> = None;
         let mut order: Vec<usize> = (0..wanted.len()).collect();
         order.sort_by_key(|&row| wanted[row].point);
@@ -182,8 +172,8 @@ impl<M: ParametricMechanism> ModalResponses<M> {
         }
         if places.len() < wanted.len() {
             let states = self.equilibria(&self.outputs.model.build(b)?)?;
-            self.add_modes(b, &states, wanted, &mut rows)?;
-            self.add_shapes(b, &states, wanted, &mut rows)?;
+            self.add_modes((b, &states), wanted, &mut rows)?;
+            self.add_shapes((b, &states), wanted, &mut rows)?;
         }
         Ok(rows)
     }
@@ -199,10 +189,8 @@ impl<M: ParametricMechanism> ModalResponses<M> {
     fn outputs_and_modes(&self, b: &[f64]) -> Result<Responses> {
         let mut responses = self.outputs.analyze(b)?;
         let mechanism = self.outputs.model.build(b)?;
-        let (settings, times) = (&self.outputs.settings, &self.outputs.times);
-        responses.warnings.extend(warn_of_tensioned_beams(&mechanism, settings, times));
         let states = self.equilibria(&mechanism)?;
-        for (p, (&t, state)) in times.iter().zip(&states).enumerate() {
+        for (p, (&t, state)) in self.outputs.times.iter().zip(&states).enumerate() {
             let squares = squared_frequencies(&mechanism, About::At(state), t)?;
             let shapes = self.shapes();
             let amplitudes = match shapes.is_empty() {

@@ -8,7 +8,6 @@ use mechanics::analyses::equilibrium_jumps::warn_of_equilibrium_jumps;
 use mechanics::analyses::indeterminate_outputs::warn_of_indeterminate_outputs;
 use mechanics::analyses::kinematics::{kinematics, warn_of_motion};
 use mechanics::analyses::statics::{Statics, equilibria, warn_of_equilibria};
-use mechanics::analyses::tensioned_beams::warn_of_tensioned_beams;
 use mechanics::derivatives::adjoint::{
     AdjointFunctional, differentiate_equilibria_backwards, differentiate_kinematics_backwards,
 };
@@ -149,9 +148,8 @@ impl_instant_analysis!(
 );
 
 fn warn_of_statics(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Vec<String> {
-    let warnings = [warn_of_tensioned_beams, warn_of_equilibrium_jumps];
-    let found = warnings.iter().filter_map(|warning| warning(mechanism, settings, times));
-    found.chain(warn_of_equilibria(mechanism, settings, times)).collect()
+    let jumps = warn_of_equilibrium_jumps(mechanism, settings, times);
+    warn_of_equilibria(mechanism, settings, times).into_iter().chain(jumps).collect()
 }
 
 impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
