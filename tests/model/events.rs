@@ -324,3 +324,155 @@ fn a_slider_of_unit_mass_integrates_a_history_that_jumps() {
         assert!((rows[(0, 0)] - difference).abs() < 1e-7, "{}: {} and {difference}", method.name, rows[(0, 0)]);
     }
 }
+
+/// Two sliders that move together and cross zero at the same time, where one event switches a force on and the other one switches a force off.
+const TOGETHER: &str = r#"
+version = 2
+[design]
+k = { start = 20, lower = 1, upper = 100 }
+F = { start = 4, lower = 0, upper = 10 }
+[[body]]
+name = "p"
+kind = "slider"
+mass = 1
+position = 0.3
+[[body]]
+name = "q"
+kind = "slider"
+mass = 2
+position = 0.3
+[[force]]
+name = "sp"
+kind = "coordinate-spring"
+b = "p"
+stiffness = "k"
+[[force]]
+name = "sq"
+kind = "coordinate-spring"
+b = "q"
+stiffness = "2*k"
+[[force]]
+name = "push"
+kind = "load"
+b = "q"
+generalized_force = "F"
+[[event]]
+name = "cross_p"
+when = "p.position < 0"
+switch_on = "push"
+[[event]]
+name = "cross_q"
+when = "q.position < 0"
+switch_off = "sp"
+[time]
+to = 0.5
+points = 6
+[analysis]
+kind = "dynamics"
+step = 1e-3
+[[output]]
+name = "crossing"
+value = "time"
+at_event = "cross_p"
+[[output]]
+name = "p"
+value = "p.position"
+[[output]]
+name = "q"
+value = "q.position"
+[objective]
+minimize = "at(p, 0.5)"
+"#;
+
+#[test]
+fn events_at_the_same_time_have_derivatives_by_every_method() {
+    let (k, force, t) = (20.0_f64, 4.0, 0.5);
+    let omega = k.sqrt();
+    let crossing = std::f64::consts::FRAC_PI_2 / omega;
+    let rate = -0.5 * crossing / k; // of the time of crossing with k
+    let p = -0.3 * omega * (t - crossing);
+    let p_by_k = -0.3 * (0.5 / omega * (t - crossing) - omega * rate);
+    let angle = omega * (t - crossing);
+    let q_by_force = (1.0 - angle.cos()) / (2.0 * k);
+    let q = -0.3 * angle.sin() + force * q_by_force;
+    for scheme in ["scheme = \"rk8\"\ntolerance = 1e-11", "step = 2e-4", "tolerance = 1e-10"] {
+        let problem = problem(&TOGETHER.replace("step = 1e-3", scheme));
+        let responses = problem.analyze(&[k, force]).unwrap();
+        let wanted = [(0, 0), (1, 5), (2, 5)].map(|(response, point)| ResponseAt { response, point });
+        let values = wanted.map(|at| responses.values[at.response][at.point]);
+        for (value, exact) in values.into_iter().zip([crossing, p, q]) {
+            assert!((value - exact).abs() < 1e-5, "{scheme}: {value} {exact}");
+        }
+        let methods = problem.analysis.gradient_methods();
+        let names: Vec<_> = methods.iter().map(|method| method.name).collect();
+        assert!(names.contains(&"direct") && names.contains(&"adjoint"), "{names:?}");
+        for (method, name) in methods.iter().zip(names) {
+            let rows = method.sensitivities(&[k, force], &responses, &wanted).unwrap();
+            for (row, variable, exact) in [(0, 0, rate), (0, 1, 0.0), (1, 0, p_by_k), (1, 1, 0.0), (2, 1, q_by_force)] {
+                let found = rows[(row, variable)];
+                assert!((found - exact).abs() < 1e-5, "{scheme}, {name}: {found} {exact}");
+            }
+        }
+    }
+}
+
+/// The flights of a ball on a shaken table end where they are as high as the rounding errors of the driven position: those of the time.
+#[test]
+fn a_ball_on_a_shaken_table_comes_to_rest_on_it() {
+    let text = |amplitude: f64, restitution: f64| {
+        format!(
+            r#"
+version = 2
+gravity = [0, -9.81]
+[[body]]
+name = "table"
+kind = "massless-node"
+position = [0, 0]
+[[driver]]
+name = "dx"
+coordinate = "table.x"
+motion = "0"
+[[driver]]
+name = "dy"
+coordinate = "table.y"
+motion = "{amplitude}*sin(10*pi*time)"
+[[driver]]
+name = "dth"
+coordinate = "table.theta"
+motion = "0"
+[[body]]
+name = "ball"
+kind = "point"
+mass = 0.2
+position = [0, 0]
+velocity = [0, "10*pi*{amplitude}"]
+[[force]]
+name = "floor"
+kind = "rigid-wall"
+a = "table"
+b = "ball"
+restitution = {restitution}
+[time]
+to = 1
+points = 201
+[analysis]
+kind = "dynamics"
+scheme = "rk8"
+tolerance = 1e-11
+[[output]]
+name = "force"
+value = "floor.contact_force"
+"#
+        )
+    };
+    for amplitude in [0.015, 0.018, 0.019, 0.022] {
+        for restitution in [0.35, 0.5] {
+            let model = read("m.toml", &text(amplitude, restitution)).unwrap_or_else(|report| panic!("{report}"));
+            let responses = model.simulate(&[]).unwrap();
+            let omega = 10.0 * std::f64::consts::PI;
+            let force = 0.2 * (9.81 - amplitude * omega * omega * (omega * 0.81).sin());
+            let found = responses.values[0][162];
+            assert!((found - force).abs() < 1e-6 || found == 0.0, "{amplitude}, {restitution}: {found} {force}");
+        }
+    }
+}

@@ -84,6 +84,7 @@ pub fn simulate_recorded(
     let stepper = TimeStepper::new(mechanism, settings, times)?;
     let mut recording = Recording::of(&stepper, memory);
     let outcome = record_outputs(mechanism, stepper, times, Some(&mut recording.store))?;
+    recording.has_simultaneous_events = outcome.1.has_simultaneous_events;
     Ok((finished(outcome, settings)?, recording))
 }
 

@@ -28,6 +28,8 @@ pub struct Recording {
     pub(crate) start: State<f64>,
     /// Stored steps and checkpoints.
     pub(crate) store: TrajectoryStore<ImplicitCheckpoint>,
+    /// True if several events end one step.
+    pub(crate) has_simultaneous_events: bool,
 }
 
 impl Recording {
@@ -39,6 +41,7 @@ impl Recording {
             projection,
             start: stepper.integrator.step.new.clone(),
             store: TrajectoryStore::of(stepper, limit),
+            has_simultaneous_events: false,
         }
     }
 

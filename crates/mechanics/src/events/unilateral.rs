@@ -66,12 +66,13 @@ impl Unilateral {
         }
     }
 
-    /// Size of the terms whose difference this function is, from which its rounding error follows.
+    /// Size of the terms whose difference this function is, from which its rounding error follows. A driven position has the rounding error of
+    /// the time, too.
     pub fn size(&self, event: &EventElement<f64>, state: &State<f64>) -> f64 {
         let largest = |x: &[f64]| event.gap.coordinates.iter().map(|&i| x[i].abs()).fold(0.0, f64::max);
         match *self {
             Self::Contact { multiplier, closed, .. } if state.modes.is_on(closed) => state.l[multiplier].abs(),
-            Self::Contact { .. } => largest(&state.q),
+            Self::Contact { .. } => largest(&state.q).max(largest(&state.v) * state.t.abs()),
             Self::Friction { sticking, .. } if !state.modes.is_on(sticking) => largest(&state.v),
             Self::Friction { .. } => event.gap.parameters[STATIC_LIMIT],
         }

@@ -2,6 +2,7 @@
 
 use crate::analyses::sampling::interpolate;
 use crate::elements::spatial::bodies::normalization::normalized_frame;
+use crate::events::impact::simultaneous_switches;
 use crate::events::mode_transition::{assemble_closed, set_initial_modes};
 use crate::events::unilateral::refuse_friction;
 use crate::initial_conditions::{
@@ -32,6 +33,8 @@ pub struct TimeStepper<'m> {
     is_on_grid: bool,
     /// Events at the ends of the current step.
     pub(crate) events: StepEvents,
+    /// True if several events have ended one of the steps.
+    pub(crate) has_simultaneous_events: bool,
     inspections: InspectionTimes,
     inspector: Inspector,
     settings: Dynamics,
@@ -110,6 +113,7 @@ impl<'m> TimeStepper<'m> {
             locator,
             is_on_grid: false,
             events: StepEvents::default(),
+            has_simultaneous_events: false,
             inspections,
             inspector,
             settings: *settings,
@@ -200,6 +204,8 @@ impl<'m> TimeStepper<'m> {
         let ([is_moved, has_moved_history], [since_event, _]) =
             (self.events.moves(), self.integrator.step.steps_since_event());
         let (closed, is_on_grid) = (self.locator.closed, self.is_on_grid);
+        let simultaneous = closed.map(|event| simultaneous_switches(mechanism, event, &step.new, self.length));
+        self.has_simultaneous_events |= simultaneous.is_some_and(|events| !events.is_empty());
         self.events = StepEvents { closed, is_on_grid, since_event, is_moved, has_moved_history };
         Ok(self.length)
     }

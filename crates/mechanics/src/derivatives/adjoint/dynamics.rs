@@ -12,7 +12,8 @@ use crate::derivatives::adjoint::initial_conditions::InitialConditionAdjoint;
 use crate::derivatives::adjoint::problem::{
     AdjointFunctional, AdjointProblem, OutputTerm, ReplayStatistics, ReverseSteps, propagate_backwards,
 };
-use crate::derivatives::forward::implicit_steps::ConvergedStep;
+use crate::derivatives::forward::dynamics::propagate_all;
+use crate::derivatives::forward::implicit_steps::{ConvergedStep, ImplicitSteps};
 use crate::derivatives::indeterminate::check_outputs;
 use crate::integrators::generalized_alpha::{GeneralizedAlpha, Prescribed, Step, history_factor, rescaling};
 use crate::integrators::time_stepper::TimeStepper;
@@ -90,6 +91,9 @@ fn solve(
     times: &[f64],
     recording: &Recording,
 ) -> Result<(DMatrix<f64>, ReplayStatistics)> {
+    if recording.has_simultaneous_events {
+        return multiply_direct_derivatives(problem, settings, recording);
+    }
     check_outputs(&recording.system, &problem.mechanism, &recording.start)?;
     let mut steps = ReverseImplicitSteps::new(problem, recording, settings, times)?;
     propagate_backwards(problem, &mut steps)?;
@@ -104,6 +108,21 @@ fn solve(
     }
     initial.start(&mut system, &recording.start, &recording.projection, settings.initial_configuration, &mut all)?;
     Ok((problem.gradients(&batches) + window.gradients, statistics))
+}
+
+/// Computes gradients of a motion in which several events end one step, from the derivatives by the direct method.
+///
+/// The events stay simultaneous along changes of the design, but not along changes of each variable of the state at the beginning of the
+/// step: the derivatives with respect to these do not exist.
+fn multiply_direct_derivatives(
+    problem: &AdjointProblem<'_>,
+    settings: &Dynamics,
+    recording: &Recording,
+) -> Result<(DMatrix<f64>, ReplayStatistics)> {
+    let mut steps = ImplicitSteps::simulated(&problem.mechanism, settings, problem.times)?;
+    let derivatives = propagate_all(&problem.chunks, settings, problem.times, &mut steps)?;
+    let (memory, steps) = (recording.bytes(), recording.steps());
+    Ok((problem.products(&derivatives), ReplayStatistics { memory, steps, repeated: steps }))
 }
 
 /// The recorded implicit steps of a motion, with the adjoint states of all responses.

@@ -82,26 +82,11 @@ pub fn differentiate_explicit_recording_backwards<M: ParametricMechanism>(
     if problem.mechanism.has_events() {
         let statistics =
             ReplayStatistics { memory: recording.store.bytes(), steps: recording.store.steps(), repeated: 0 };
-        return Ok((products_of_direct_derivatives(&problem, settings)?, statistics));
+        // After an event all steps depend on its time through the state in which they begin, not only the steps around it.
+        let (_, _, derivatives) = propagate_repeated(&problem.mechanism, &problem.chunks, settings, problem.times)?;
+        return Ok((problem.products(&derivatives), statistics));
     }
     solve(&problem, settings, times, recording)
-}
-
-/// Gradients of responses of a motion with events: the derivatives by the direct method, multiplied from the left.
-///
-/// After an event all steps depend on its time through the state in which they begin, not only the steps around it.
-fn products_of_direct_derivatives(problem: &AdjointProblem<'_>, settings: &Explicit) -> Result<DMatrix<f64>> {
-    let (_, _, derivatives) = propagate_repeated(&problem.mechanism, &problem.chunks, settings, problem.times)?;
-    let mut rows = problem.no_gradients();
-    let (responses, variables) = rows.shape();
-    for (point, terms) in problem.terms.iter().enumerate() {
-        for term in terms {
-            for (row, weight) in (term.batch * BATCH..responses).zip(term.weight).filter(|(_, weight)| *weight != 0.0) {
-                (0..variables).for_each(|i| rows[(row, i)] += weight * derivatives.at(point, term.output, i));
-            }
-        }
-    }
-    Ok(rows)
 }
 
 /// Computes gradients from a recording. Not generic over the model: compiled once, in this crate.

@@ -4,6 +4,7 @@ use crate::checkpointing::reverse_playback::ReversePlayback;
 use crate::checkpointing::trajectory_store::Checkpointable;
 use crate::derivatives::adjoint::adjoint_state::{BATCH, BatchValues};
 use crate::derivatives::adjoint::batch::AdjointBatch;
+use crate::derivatives::history::OutputGradients;
 use crate::derivatives::seeding::{Activity, build_chunks, build_seeded};
 use crate::mechanism::scalars::Dual8;
 use crate::mechanism::{Mechanism, ParametricMechanism};
@@ -119,6 +120,22 @@ impl<'t> AdjointProblem<'t> {
     /// Number of batches of responses.
     pub fn batches(&self) -> usize {
         self.responses.div_ceil(BATCH)
+    }
+
+    /// Gradients of the responses with respect to the design, a row each, from the derivatives of the outputs by the direct
+    /// method.
+    pub fn products(&self, derivatives: &OutputGradients) -> DMatrix<f64> {
+        let mut rows = self.no_gradients();
+        let (responses, variables) = rows.shape();
+        for (point, terms) in self.terms.iter().enumerate() {
+            for term in terms {
+                let weights = (term.batch * BATCH..responses).zip(term.weight);
+                for (row, weight) in weights.filter(|(_, weight)| *weight != 0.0) {
+                    (0..variables).for_each(|i| rows[(row, i)] += weight * derivatives.at(point, term.output, i));
+                }
+            }
+        }
+        rows
     }
 
     /// Gradients of the responses with respect to the design, a row each, from their derivatives with respect to the
