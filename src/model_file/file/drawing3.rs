@@ -13,6 +13,9 @@ use mechanics::mechanism::{Pose3, Rotation};
 use std::collections::HashMap;
 use std::sync::Arc;
 
+/// Number of sides of the polygon that stands for a circle.
+const SIDES: usize = 24;
+
 /// A point of a frame with the axes of a joint, in the axes of the frame.
 #[derive(Clone, Copy, Debug)]
 struct Attachment {
@@ -206,6 +209,19 @@ impl DrawnState3<'_> {
         match (descriptor.kind, part.symbol()) {
             ("distance", _) => drawn.bars.push(vec![from, to]),
             (_, Symbol::Spring) => drawn.springs.push([from, to]),
+            (kind, Symbol::Spheres) => {
+                let [radius_a, radius_b, _] = self.mechanism.directions[k].unwrap_or_default();
+                match kind {
+                    "sphere-plane" => {
+                        drawn.plates.push(self.square(&a, 0.3 * size));
+                        self.draw_sphere(&b, radius_a, drawn);
+                    }
+                    _ => [(a, radius_a), (b, radius_b)]
+                        .iter()
+                        .for_each(|(at, radius)| self.draw_sphere(at, *radius, drawn)),
+                }
+                return;
+            }
             ("prismatic" | "cylindrical" | "point-on-line", _) => {
                 let margin = 0.06 * size;
                 drawn.guides.push(along([guide[0] - margin, guide[1] + margin], from));
@@ -231,6 +247,31 @@ impl DrawnState3<'_> {
             let moving = [(a, from), (b, to)].into_iter().filter(|(end, _)| end.frame != FrameRef::Ground);
             drawn.joints.extend(moving.map(|(_, at)| at));
         }
+    }
+
+    /// Three great circles of a sphere, which turn with its body.
+    fn draw_sphere(&self, centre: &Attachment, radius: f64, drawn: &mut SpatialLinkage) {
+        let (point, axes) = (self.point(centre), self.pose(centre.frame).orientation.then(centre.axes));
+        for first in 0..3 {
+            let on_circle = |k: usize| {
+                let (sin, cos) = (k as f64 * std::f64::consts::TAU / SIDES as f64).sin_cos();
+                let mut lever = [0.0; 3];
+                (lever[first], lever[(first + 1) % 3]) = (radius * cos, radius * sin);
+                let lever = axes.rotate(lever);
+                [0, 1, 2].map(|k| point[k] + lever[k])
+            };
+            drawn.bars.push((0..=SIDES).map(on_circle).collect());
+        }
+    }
+
+    /// The corners of a square in the plane through a point, normal to its axis z.
+    fn square(&self, at: &Attachment, half_side: f64) -> Vec<[f64; 3]> {
+        let (point, axes) = (self.point(at), self.pose(at.frame).orientation.then(at.axes));
+        let corner = |(x, y): (f64, f64)| {
+            let lever = axes.rotate([half_side * x, half_side * y, 0.0]);
+            [0, 1, 2].map(|k| point[k] + lever[k])
+        };
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner).to_vec()
     }
 
     /// The arrow of a load in its positive direction; it does not show the size.

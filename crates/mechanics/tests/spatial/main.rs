@@ -2,6 +2,7 @@
 
 mod beam_references;
 mod beams;
+mod contacts;
 mod derivatives;
 mod elements;
 #[path = "../support/finite_differences.rs"]

@@ -1,4 +1,4 @@
-//! Elements of spatial mechanisms in families: bodies, joints, drives, forces, beams and sensors.
+//! Elements of spatial mechanisms in families: bodies, joints, drives, forces, contacts, beams and sensors.
 //!
 //! A body in space has seven coordinates: the position x, y, z of its reference point in world axes, and Euler parameters e of
 //! its orientation, with the constraint |e| = 1. All coordinates lie in a vector space with q̇ = v, so that all analyses and all
@@ -46,6 +46,7 @@
 
 pub mod beams;
 pub mod bodies;
+pub mod contacts;
 pub mod drives;
 pub mod forces;
 pub mod joints;
@@ -54,6 +55,7 @@ pub mod sensors;
 
 pub use beams::*;
 pub use bodies::*;
+pub use contacts::*;
 pub use drives::*;
 pub use forces::*;
 pub use joints::*;
@@ -65,6 +67,6 @@ use crate::motion::Motion;
 
 /// Elements of spatial mechanisms by their declarations, over the types of functions of time and of functions of state.
 pub fn kinds<F: Motion, L: StateFunction>() -> Vec<ElementKind<F, L>> {
-    let forces = [forces::kinds(), beams::kinds(), sensors::kinds()];
+    let forces = [forces::kinds(), contacts::kinds(), beams::kinds(), sensors::kinds()];
     [bodies::kinds(), joints::kinds(), drives::kinds()].into_iter().chain(forces).flatten().collect()
 }

@@ -72,6 +72,9 @@ pub enum Symbol {
     MovingWall,
     /// Stop of the second coordinate against the first one at the parameter `limit` or `clearance`.
     Stop,
+    /// Spheres in space: around the second point with the first parameter as its radius, on the plane through the first point; around both
+    /// points with the first two parameters as their radii.
+    Spheres,
     /// Rigid or elastic connection at the first point.
     Connection,
     /// Guide through the first point at the angle that is the first parameter, with a slider at the second point.

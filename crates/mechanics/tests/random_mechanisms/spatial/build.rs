@@ -277,6 +277,14 @@ impl ParametricMechanism for RandomMechanism3 {
                     let ([a, b], p) = (x.markers(frames, &values[at..]), &values[at + 12..]);
                     x.m.bushing3(&name, a, b, six(p), six(&p[6..]));
                 }
+                MechanismPart::SpherePlane { frames, at } => {
+                    let ([a, b], p) = (x.markers(frames, &values[at..]), &values[at + 12..]);
+                    x.m.sphere_plane3(&name, a, b, p[0], [p[1], p[2], p[3], p[4]]);
+                }
+                MechanismPart::SphereSphere { frames, at } => {
+                    let ([a, b], p) = (x.markers(frames, &values[at..]), &values[at + 12..]);
+                    x.m.sphere_sphere3(&name, a, b, [p[5], p[0]], [p[1], p[2], p[3], p[4]]);
+                }
                 MechanismPart::Load { kind, body, at } => {
                     let (marker, p) = (x.marker(Some(body), &values[at..]), &values[at + 6..]);
                     x.m.load3(&name, kind, marker, triple(p, 0), Harmonic, &p[3..7]);

@@ -75,6 +75,12 @@ impl RandomMechanism3 {
             let along = self.coordinates[random.below(self.coordinates.len())];
             self.on(random, along, Action::Stop);
         }
+        if self.class == Class::Contact && random.chance(0.6) {
+            let a = random.below(count);
+            if let Some(b) = other(random, a) {
+                self.sphere_contact(random, [b, Some(a)]);
+            }
+        }
         if self.class == Class::Flexible {
             let body = random.below(count);
             let at = self.add_numbers(&point(random).map(|x| 0.2 * x));
@@ -235,6 +241,24 @@ impl RandomMechanism3 {
             Action::Drive(_) => return self.drive(random, along, value),
         };
         self.parts.push(MechanismPart::On { along, action, at });
+    }
+
+    /// A sphere on the second body that nearly touches, or presses on, a plane or a sphere of the first one.
+    fn sphere_contact(&mut self, random: &mut Random, frames: [Frame; 2]) {
+        let (ends, axes) = ([point(random), point(random)], orientation(random));
+        let (apart, depth) = (difference(ends[0], ends[1]), random.between(-0.05, 0.02));
+        let normal = axes.rotate([0.0, 0.0, 1.0]);
+        let above: f64 = (0..3).map(|k| apart[k] * normal[k]).sum();
+        let at = self.add_numbers(&self.marker(frames[0], ends[0], axes));
+        self.add_numbers(&self.marker(frames[1], ends[1], axes));
+        let law =
+            [random.between(2e3, 2e4), random.between(0.05, 0.3), random.between(0.1, 0.6), random.between(0.1, 0.5)];
+        let radius = if above > 0.1 { above + depth } else { 0.5 * (distance(ends[0], ends[1]) + depth) };
+        self.add_numbers(&[&[radius.max(0.02)], &law[..], &[radius.max(0.02)]].concat());
+        self.parts.push(match above > 0.1 {
+            true => MechanismPart::SpherePlane { frames, at },
+            false => MechanismPart::SphereSphere { frames, at },
+        });
     }
 
     fn bushing(&mut self, random: &mut Random, frames: [Frame; 2]) {

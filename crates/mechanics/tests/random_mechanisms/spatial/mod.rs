@@ -1,5 +1,5 @@
 //! Random mechanisms in space whose positions assemble: open and closed chains of all joints with turned markers, drives,
-//! forces, stops and beams.
+//! forces, stops, contacts of spheres and beams.
 
 mod build;
 mod chains;
@@ -59,6 +59,8 @@ enum MechanismPart {
     LengthDrive { frames: [Frame; 2], at: usize },
     Spring { frames: [Frame; 2], at: usize },
     Bushing { frames: [Frame; 2], at: usize },
+    SpherePlane { frames: [Frame; 2], at: usize },
+    SphereSphere { frames: [Frame; 2], at: usize },
     Load { kind: LoadKind3, body: usize, at: usize },
     Beam { body: usize, elements: usize, at: usize },
 }
