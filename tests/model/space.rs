@@ -95,7 +95,8 @@ fn measures(table: &TableKeys) -> Vec<&'static str> {
     use linkwright::mechanics::motion::Fixed;
     fn of<L: StateFunction>(table: &TableKeys) -> Vec<&'static str> {
         let own = [spatial::joints::kinds::<Fixed, L>(), spatial::drives::kinds(), spatial::forces::kinds()];
-        let known = own.into_iter().flatten().chain(kinds()).find(|kind| Some(kind.descriptor.kind) == table.kind);
+        let own = own.into_iter().chain([spatial::contacts::kinds()]);
+        let known = own.flatten().chain(kinds()).find(|kind| Some(kind.descriptor.kind) == table.kind);
         known.map_or(vec![], |kind| kind.descriptor.measures.iter().map(|measure: &Measure| measure.name).collect())
     }
     match table.kind {
@@ -567,4 +568,57 @@ proptest! {
             Err(report) => prop_assert!(report.to_string().contains("--> m.toml:")),
         }
     }
+}
+
+/// A ball that is thrown onto the floor bounces, slides and rolls with 5/7 of its speed; the optimizer finds the speed with which it reaches a
+/// target in time.
+#[test]
+fn a_ball_bounces_slides_and_rolls_to_a_target() {
+    let text = r#"
+version = 2
+space = 3
+gravity = [0, 0, -9.81]
+[design]
+speed = { start = "3 m/s", lower = "1 m/s", upper = "6 m/s" }
+mu = { start = 0.2, lower = 0.2, upper = 0.5 }
+[[body]]
+name = "ball"
+mass = "170 g"
+inertia = [5.56e-5, 5.56e-5, 5.56e-5]
+position = [0, 0, "30 mm"]
+velocity = ["speed", 0, 0]
+[[force]]
+name = "floor"
+kind = "sphere-plane"
+a = "ground"
+b = "ball"
+radius = "28.6 mm"
+stiffness = 1e7
+damping = 0.8
+friction = "mu"
+[time]
+to = 0.8
+points = 9
+[analysis]
+kind = "dynamics"
+scheme = "rk8"
+tolerance = 1e-9
+[[output]]
+name = "x"
+value = "ball.x"
+[[output]]
+name = "vx"
+value = "ball.vx"
+[objective]
+minimize = "(at(x, 0.8) - 2)^2"
+"#;
+    let model = read("m.toml", text).unwrap_or_else(|report| panic!("{report}"));
+    let problem = model.problem().unwrap();
+    let responses = problem.analyze(&[3.0, 0.2]).unwrap();
+    // Impulses of friction and spin: m (v₀ − v) = I ω/r with v = ω r, however the ball bounces.
+    let ratio = 1.0 / (1.0 + 5.56e-5 / (0.17 * 0.0286 * 0.0286));
+    assert!((responses.values[1][8] - 3.0 * ratio).abs() < 1e-3, "{} {}", responses.values[1][8], 3.0 * ratio);
+    let outcome = model.method().solve(&problem, |_| ()).unwrap();
+    assert!(outcome.status.is_success() && outcome.objective < 1e-12, "{:?} {}", outcome.status, outcome.objective);
+    assert!(outcome.design[0] > 2.0 && outcome.analyses <= 12, "{:?} {}", outcome.design, outcome.analyses);
 }

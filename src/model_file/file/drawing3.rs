@@ -208,6 +208,7 @@ impl DrawnState3<'_> {
         };
         match (descriptor.kind, part.symbol()) {
             ("distance", _) => drawn.bars.push(vec![from, to]),
+            (_, Symbol::Rope) => drawn.guides.push([from, to]),
             (_, Symbol::Spring) => drawn.springs.push([from, to]),
             (kind, Symbol::Spheres) => {
                 let [radius_a, radius_b, _] = self.mechanism.directions[k].unwrap_or_default();
@@ -234,7 +235,7 @@ impl DrawnState3<'_> {
         if descriptor.kind == "revolute" {
             drawn.guides.push(along([-0.06 * size, 0.06 * size], from));
         }
-        let is_pin = !matches!(part.symbol(), Symbol::Spring) && descriptor.kind != "distance";
+        let is_pin = !matches!(part.symbol(), Symbol::Spring | Symbol::Rope) && descriptor.kind != "distance";
         for (end, at) in [(a, from), (b, to)] {
             if end.frame == FrameRef::Ground {
                 drawn.ground_joints.push(at);

@@ -48,8 +48,9 @@ fn kinds3() -> Vec<FileElementKind> {
         let roles = [Role::Coordinate, Role::Parameter, Role::TimeFunction, Role::StateFunction];
         kind.descriptor.inputs.iter().all(|input| roles.contains(&input.role))
     };
-    let own = [spatial::joints::kinds(), spatial::drives::kinds(), spatial::forces::kinds()];
-    own.into_iter().flatten().chain(elements::kinds().into_iter().filter(acts_on_coordinates)).collect()
+    let forces = [spatial::forces::kinds(), spatial::contacts::kinds()];
+    let own = [spatial::joints::kinds(), spatial::drives::kinds()].into_iter().chain(forces);
+    own.flatten().chain(elements::kinds().into_iter().filter(acts_on_coordinates)).collect()
 }
 
 /// The sections of a file.
@@ -58,7 +59,7 @@ pub fn sections(is_spatial: bool) -> &'static [KindSection; 3] {
 }
 
 /// Elements between two points for which axes and a common position have no meaning.
-const DISTANCES: &[&str] = &["distance", "spring", "length"];
+const DISTANCES: &[&str] = &["distance", "spring", "rope", "length", "sphere-plane", "sphere-sphere"];
 
 /// Keys that give the position or axes of both points of an element at once.
 pub fn shared_keys(descriptor: &ElementDescriptor) -> &'static [Key] {

@@ -1,7 +1,9 @@
 //! A rope, which pulls and does not push.
 
 use crate::elements::line::{Line, ends, without_direction};
-use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
+use crate::mechanism::element::{
+    Element, ElementDescriptor, ElementState, Energy, Family, Measure, SwitchSides, Symbol,
+};
 use crate::mechanism::{ElementIndex, Marker, Mechanism};
 use crate::{as_object, element_inputs};
 use autodiff::Scalar;
@@ -45,27 +47,71 @@ pub static DESCRIPTOR: ElementDescriptor = ElementDescriptor {
 const ELONGATION: usize = 0;
 const FACTOR: usize = 1;
 
-impl Rope {
-    /// The tension k e (1 + c ė) as if it were taut, and the factor 1 + c ė.
-    fn taut<T: Scalar>(x: &ElementState<'_, T>, line: &Line<T>) -> [T; 2] {
-        let p = RopeInputs(x.p);
-        let factor = p.damping() * line.rate + 1.0;
-        [p.stiffness() * (line.length - p.length()) * factor, factor]
+/// Number of [`RopeLaw::switching_functions`].
+pub(crate) const SWITCHING_FUNCTIONS: usize = 2;
+
+/// The tension of a rope, in the plane and in space.
+pub(crate) struct RopeLaw<T> {
+    /// k in N/m.
+    pub stiffness: T,
+    /// c in s/m.
+    pub damping: T,
+    /// Unloaded length in m.
+    pub length: T,
+}
+
+impl<T: Scalar> RopeLaw<T> {
+    /// The factor 1 + c ė at this rate of the distance in m/s.
+    fn factor(&self, rate: T) -> T {
+        self.damping * rate + 1.0
     }
 
-    /// The tension, or `None` if the rope does not pull.
-    fn tension<T: Scalar>(x: &ElementState<'_, T>, line: &Line<T>) -> Option<T> {
-        let [tension, factor] = Self::taut(x, line);
-        let elongation = line.length - RopeInputs(x.p).length();
-        let pulls = x.sides.is_positive(ELONGATION, elongation.re()) && x.sides.is_positive(FACTOR, factor.re());
-        pulls.then_some(tension)
+    /// The tension at this distance of the ends with its rate, or `None` if the rope does not pull.
+    pub fn tension(&self, [distance, rate]: [T; 2], sides: SwitchSides) -> Option<T> {
+        let (elongation, factor) = (distance - self.length, self.factor(rate));
+        let pulls = sides.is_positive(ELONGATION, elongation.re()) && sides.is_positive(FACTOR, factor.re());
+        pulls.then(|| self.stiffness * elongation * factor)
+    }
+
+    /// Writes the functions at whose zeros the tension is not smooth.
+    pub fn switching_functions(&self, [distance, rate]: [T; 2], out: &mut Vec<T>) {
+        let elongation = distance - self.length;
+        out.push(elongation);
+        out.push(if elongation.re() > 0.0 { self.factor(rate) } else { T::from(1.0) });
+    }
+
+    /// The energy stored at this distance of the ends.
+    pub fn energy(&self, distance: T, sides: SwitchSides) -> Energy<T> {
+        let elongation = distance - self.length;
+        let is_taut = sides.is_positive(ELONGATION, elongation.re());
+        let potential = if is_taut { self.stiffness * elongation * elongation * 0.5 } else { T::zero() };
+        Energy { kinetic: T::zero(), potential }
+    }
+}
+
+impl RopeLaw<f64> {
+    /// Describes a negative parameter.
+    pub fn validate(&self) -> Option<String> {
+        let values = [
+            ("stiffness", self.stiffness, "N/m"),
+            ("damping", self.damping, "s/m"),
+            ("unloaded length", self.length, "m"),
+        ];
+        let negative = values.into_iter().find(|(_, value, _)| !(*value >= 0.0))?;
+        Some(format!("its {} is {} {}", negative.0, negative.1, negative.2))
+    }
+}
+
+impl<T: Scalar> RopeInputs<'_, T> {
+    fn law(self) -> RopeLaw<T> {
+        RopeLaw { stiffness: self.stiffness(), damping: self.damping(), length: self.length() }
     }
 }
 
 impl Element for Rope {
     fn residual<T: Scalar>(&self, x: &ElementState<'_, T>, dynamics: &mut [T], _constraint: &mut [T]) {
         let line = Line::of(x);
-        if let Some(tension) = Self::tension(x, &line) {
+        if let Some(tension) = RopeInputs(x.p).law().tension([line.length, line.rate], x.sides) {
             line.add_axial_force(tension, dynamics);
         }
     }
@@ -76,24 +122,15 @@ impl Element for Rope {
 
     fn switching_functions<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut Vec<T>) {
         let line = Line::of(x);
-        let elongation = line.length - RopeInputs(x.p).length();
-        out.push(elongation);
-        out.push(if elongation.re() > 0.0 { Self::taut(x, &line)[1] } else { T::from(1.0) });
+        RopeInputs(x.p).law().switching_functions([line.length, line.rate], out);
     }
 
     fn num_switching_functions(&self) -> usize {
-        2
+        SWITCHING_FUNCTIONS
     }
 
     fn validate_parameters(&self, p: &[f64]) -> Option<String> {
-        let p = RopeInputs(p);
-        let values = [
-            ("stiffness", p.stiffness(), "N/m"),
-            ("damping", p.damping(), "s/m"),
-            ("unloaded length", p.length(), "m"),
-        ];
-        let negative = values.into_iter().find(|(_, value, _)| !(*value >= 0.0))?;
-        Some(format!("its {} is {} {}", negative.0, negative.1, negative.2))
+        RopeInputs(p).law().validate()
     }
 
     fn diagnose_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
@@ -103,15 +140,12 @@ impl Element for Rope {
 
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let line = Line::of(x);
-        (out[0], out[1], out[2]) = (Self::tension(x, &line).unwrap_or(T::zero()), line.length, line.rate);
+        let tension = RopeInputs(x.p).law().tension([line.length, line.rate], x.sides);
+        (out[0], out[1], out[2]) = (tension.unwrap_or(T::zero()), line.length, line.rate);
     }
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
-        let p = RopeInputs(x.p);
-        let elongation = Line::of(x).length - p.length();
-        let is_taut = x.sides.is_positive(ELONGATION, elongation.re());
-        let potential = if is_taut { p.stiffness() * elongation * elongation * 0.5 } else { T::zero() };
-        Energy { kinetic: T::zero(), potential }
+        RopeInputs(x.p).law().energy(Line::of(x).length, x.sides)
     }
 }
 

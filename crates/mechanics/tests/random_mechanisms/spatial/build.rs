@@ -273,6 +273,10 @@ impl ParametricMechanism for RandomMechanism3 {
                     let ([a, b], p) = (x.points(frames, &values[at..]), &values[at + 6..]);
                     x.m.nonlinear_spring3(&name, a, b, [p[0], p[1], p[2], p[3]]);
                 }
+                MechanismPart::Rope { frames, at } => {
+                    let ([a, b], p) = (x.points(frames, &values[at..]), &values[at + 6..]);
+                    x.m.rope3(&name, a, b, [p[0], p[1], p[2]]);
+                }
                 MechanismPart::Bushing { frames, at } => {
                     let ([a, b], p) = (x.markers(frames, &values[at..]), &values[at + 12..]);
                     x.m.bushing3(&name, a, b, six(p), six(&p[6..]));

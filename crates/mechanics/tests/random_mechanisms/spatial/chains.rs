@@ -75,10 +75,12 @@ impl RandomMechanism3 {
             let along = self.coordinates[random.below(self.coordinates.len())];
             self.on(random, along, Action::Stop);
         }
-        if self.class == Class::Contact && random.chance(0.6) {
+        if self.class == Class::Contact {
             let a = random.below(count);
-            if let Some(b) = other(random, a) {
-                self.sphere_contact(random, [b, Some(a)]);
+            match other(random, a) {
+                Some(b) if random.chance(0.6) => self.sphere_contact(random, [b, Some(a)]),
+                Some(b) => self.rope(random, [b, Some(a)]),
+                None => {}
             }
         }
         if self.class == Class::Flexible {
@@ -284,6 +286,15 @@ impl RandomMechanism3 {
         let rest = distance(ends[0], ends[1]) * random.between(0.5, 1.1);
         self.add_numbers(&[random.between(5.0, 80.0), damping, rest, random.between(0.5, 5.0)]);
         self.parts.push(MechanismPart::Spring { frames, at });
+    }
+
+    /// A rope that is taut or slack at the start.
+    fn rope(&mut self, random: &mut Random, frames: [Frame; 2]) {
+        let ends = [point(random), point(random)];
+        let at = self.add_numbers(&self.points(frames, ends));
+        let length = distance(ends[0], ends[1]) * random.between(0.9, 1.1);
+        self.add_numbers(&[random.between(50.0, 500.0), random.between(0.05, 0.3), length]);
+        self.parts.push(MechanismPart::Rope { frames, at });
     }
 
     fn force(&mut self, random: &mut Random, frames: [Frame; 2]) {

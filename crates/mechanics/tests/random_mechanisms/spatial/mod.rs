@@ -58,6 +58,7 @@ enum MechanismPart {
     Rod { frames: [Frame; 2], at: usize },
     LengthDrive { frames: [Frame; 2], at: usize },
     Spring { frames: [Frame; 2], at: usize },
+    Rope { frames: [Frame; 2], at: usize },
     Bushing { frames: [Frame; 2], at: usize },
     SpherePlane { frames: [Frame; 2], at: usize },
     SphereSphere { frames: [Frame; 2], at: usize },
