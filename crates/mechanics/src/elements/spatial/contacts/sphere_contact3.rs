@@ -3,6 +3,7 @@
 use crate::elements::contacts::hunt_crossley;
 use crate::elements::spatial::line3::MarkerPair;
 use crate::mechanism::element::ElementState;
+use crate::mechanism::frame3::Frame3;
 use crate::mechanism::vector::{add, dot, scaled, subtract};
 use autodiff::Scalar;
 
@@ -53,7 +54,7 @@ pub(crate) struct SphereContact3<T> {
 impl<T: Scalar> SphereContact3<T> {
     /// The contact with this `normal` and `depth` at a `point` on the normal through the centre of the sphere.
     pub fn new(x: &ElementState<'_, T>, ends: MarkerPair<T>, normal: [T; 3], depth: T, point: [T; 3]) -> Self {
-        let velocity = |frame: &crate::mechanism::frame3::Frame3<T>| frame.velocity(x, subtract(point, frame.origin));
+        let velocity = |frame: &Frame3<T>| frame.velocity(x, subtract(point, frame.origin));
         let relative = subtract(velocity(&ends.b.frame), velocity(&ends.a.frame));
         let rate = -dot(normal, relative);
         let sliding = add(relative, scaled(normal, rate));
