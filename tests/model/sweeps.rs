@@ -250,6 +250,46 @@ fn a_branch_is_kept_for_any_distance_of_time_points() {
     }
 }
 
+/// A pendulum of 1 kg m²/s² that a torque turns; beyond a torque of 1 N m it has no equilibrium.
+fn torque(to: f64, points: usize) -> String {
+    format!(
+        "version = 2\ngravity = [0, -1]\n[[body]]\nname = 'arm'\nmass = 1\ninertia = 0.01\nposition = [0, -1]\n\
+         [[joint]]\nname = 'hinge'\na = 'ground'\nb = {{ body = 'arm', at = [0, 1] }}\n\
+         [[force]]\nname = 'motor'\nkind = 'load'\nb = 'arm.theta'\ngeneralized_force = 'p'\n\
+         [sweep]\nvariable = 'p'\nto = {to}\npoints = {points}\n[analysis]\nkind = 'statics'\n\
+         [[output]]\nname = 'angle'\nvalue = 'arm.theta'\n"
+    )
+}
+
+/// Equilibria exist up to 1 N m. From 0.9 to 1.2 N m, a third of the unbalanced torque can be removed: it is not a third of the load.
+#[test]
+fn a_load_without_equilibrium_is_told_with_what_was_looked_at() {
+    let error = read("m.toml", &torque(1.2, 5)).unwrap().simulate(&[]).err().unwrap().to_string();
+    assert!(error.contains("for the load at p 1.2") && !error.contains("p 1.2 "), "{error}");
+    assert!(
+        error.contains("turns back (limit point) where 33.3") && error.contains("others were not searched"),
+        "{error}"
+    );
+    assert!(!error.contains("exist up to"), "{error}");
+}
+
+/// A shallow truss snaps through within a small part of a step of the sweep, whose points have no unit.
+#[test]
+fn the_ends_of_a_jump_have_different_numbers() {
+    let text = "version = 2\n[[body]]\nname = 'top'\nkind = 'point'\nmass = 1\nposition = [0, 0.2]\n\
+                [[force]]\neach = [{ n = 'l', s = -1 }, { n = 'r', s = 1 }]\nname = 'bar{n}'\nkind = 'spring'\n\
+                a = { body = 'ground', at = ['{s}', 0] }\nb = 'top'\nstiffness = 2000\nlength = 'hypot(1, 0.2)'\n\
+                [[force]]\nname = 'P'\nkind = 'load'\nb = 'top.y'\ngeneralized_force = '-p'\n\
+                [sweep]\nvariable = 'p'\nto = 20\npoints = 21\n[analysis]\nkind = 'statics'\n\
+                [[output]]\nname = 'y'\nvalue = 'top.y'\n";
+    let warnings = read("m.toml", text).unwrap().simulate(&[]).unwrap().warnings;
+    let jump =
+        warnings.iter().find(|warning| warning.contains("jumps between")).unwrap_or_else(|| panic!("{warnings:?}"));
+    let ends = jump.split("between p ").nth(1).and_then(|rest| rest.split(" by ").next()).unwrap();
+    let (first, last) = ends.split_once(" and p ").unwrap();
+    assert!(first.parse::<f64>().unwrap() < last.parse::<f64>().unwrap(), "{jump}");
+}
+
 /// Errors of the analysis name the point of the sweep, in its unit.
 #[test]
 fn failures_name_the_point_of_the_sweep() {

@@ -191,9 +191,26 @@ pub struct Seconds(pub f64);
 
 impl std::fmt::Display for Seconds {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let rounded = format!("{:.6e}", self.0).parse().unwrap_or(self.0);
-        write!(f, "{} s", Readable(rounded))
+        f.write_str(&seconds(self.0, 6))
     }
+}
+
+/// A time in s with `decimals` of its mantissa.
+fn seconds(t: f64, decimals: usize) -> String {
+    let rounded = format!("{t:.decimals$e}").parse().unwrap_or(t);
+    format!("{} s", Readable(rounded))
+}
+
+/// Two times as text for a message, each as [`Seconds`], with more digits if they would look equal.
+///
+/// ```
+/// use linkwright_error::two_times;
+/// assert_eq!(two_times([0.25, 12.3456789]), ["0.25 s", "12.34568 s"]);
+/// assert_eq!(two_times([12.34567891, 12.34567895]), ["12.34567891 s", "12.34567895 s"]);
+/// ```
+pub fn two_times(times: [f64; 2]) -> [String; 2] {
+    let texts = |decimals| times.map(|t| seconds(t, decimals));
+    (6..16).map(texts).find(|[a, b]| a != b).unwrap_or_else(|| texts(16))
 }
 
 /// A message in which each time, "t = 0.3 s", is replaced by the words `of` it, for points of another quantity than the time.
@@ -203,7 +220,7 @@ impl std::fmt::Display for Seconds {
 /// let message = format!("it locks at t = {}, before the end", Seconds(0.3));
 /// assert_eq!(replace_times(&message, |x| format!("lift {} mm", x * 1e3)), "it locks at lift 300 mm, before the end");
 /// ```
-pub fn replace_times(message: &str, of: impl Fn(f64) -> String) -> String {
+pub fn replace_times(message: &str, mut of: impl FnMut(f64) -> String) -> String {
     const BEGIN: &str = "t = ";
     let mut parts = message.split(BEGIN);
     let mut replaced = parts.next().unwrap_or_default().to_owned();

@@ -63,7 +63,7 @@ pub fn find_equilibrium(
         if !matches!(path, Ok(None)) {
             outcome?;
             state.copy_from(&failed);
-            return Err(no_equilibrium(system, mechanism, state, &mut rows, path.ok().flatten()));
+            return Err(no_equilibrium(system, mechanism, state, &mut rows, path.ok().flatten().as_ref()));
         }
     }
     if system.allows_redundancy() {
@@ -105,28 +105,37 @@ fn newton(
     Ok(false)
 }
 
-/// The error of a load without equilibrium; `turn` is the load fraction at the limit point, the largest that was reached on the way to it.
+/// The error of a load without equilibrium, with the end of the path towards it.
 fn no_equilibrium(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &State<f64>,
     rows: &mut [[f64; 1]],
-    turn: Option<f64>,
+    end: Option<&PathEnd>,
 ) -> Error {
     system.assemble(mechanism, state, Linearization::statics(), rows);
     if let Some(error) = diagnostics::not_finite(mechanism, state) {
         return error;
     }
     let what = diagnostics::dominant_residual(system, mechanism, state, rows);
-    let limit = turn.filter(|turn| *turn > 0.0 && *turn < 1.0);
-    let limit = limit.map_or(String::new(), |turn| {
+    let end = end.filter(|end| end.reached > 0.0 && end.reached < 1.0).map_or(String::new(), |end| {
+        let ends = if end.is_behind_limit_point { "turns back (limit point)" } else { "ends" };
         format!(
-            ": on the way from the positions before, equilibria exist up to {:.3} % of it (limit point)",
-            100.0 * turn
+            ". From the positions before, their unbalanced forces were removed gradually: this path of equilibria {ends} where {:.3} % of \
+             them are removed; others were not searched",
+            100.0 * end.reached
         )
     });
-    let why = format!("no static equilibrium found for the load at t = {}{limit}", Seconds(state.t));
+    let why = format!("no static equilibrium found for the load at t = {}{end}", Seconds(state.t));
     Error::analysis(what, why, "reduce the load, apply it in more steps, or add stiffness to free motions")
+}
+
+/// Where a path of equilibria ends before the load.
+struct PathEnd {
+    /// The largest load fraction that was reached.
+    reached: f64,
+    /// True if the load fraction is below it at the end.
+    is_behind_limit_point: bool,
 }
 
 /// The path of equilibria of r(x) = (1 − s) r(x₀) from the start x₀ with s = 0 to the load with s = 1.
@@ -184,8 +193,8 @@ impl<'s, 'm> LoadPath<'s, 'm> {
         Self { system, mechanism, settings, start, weight, coordinates, rows }
     }
 
-    /// Follows the path. Returns `None` at the load, or else the largest load fraction that was reached.
-    fn follow(mut self, state: &mut State<f64>) -> Result<Option<f64>> {
+    /// Follows the path. Returns `None` at the load, or else the end of the path.
+    fn follow(mut self, state: &mut State<f64>) -> Result<Option<PathEnd>> {
         let (mut load, mut reached, mut step) = (0.0, 0.0f64, FIRST_STEP);
         let mut before: Option<PathDirection> = None;
         for _ in 0..MOST_PATH_STEPS {
@@ -200,7 +209,8 @@ impl<'s, 'm> LoadPath<'s, 'm> {
                     Ok((_, _)) if is_last => {
                         state.copy_from(&trial);
                         let Self { system, mechanism, settings, rows, .. } = &mut self;
-                        return Ok(if newton(system, mechanism, state, settings, rows)? { None } else { Some(1.0) });
+                        let has_converged = newton(system, mechanism, state, settings, rows)?;
+                        return Ok((!has_converged).then_some(PathEnd { reached: 1.0, is_behind_limit_point: false }));
                     }
                     Ok((at, count)) => {
                         state.copy_from(&trial);
@@ -217,7 +227,9 @@ impl<'s, 'm> LoadPath<'s, 'm> {
                         .min(LONGEST_STEP);
                         break;
                     }
-                    Err(_) if step < SMALLEST_STEP => return Ok(Some(reached)),
+                    Err(_) if step < SMALLEST_STEP => {
+                        return Ok(Some(PathEnd { reached, is_behind_limit_point: load < reached }));
+                    }
                     Err(_) => step *= 0.4,
                 }
             }
@@ -226,7 +238,7 @@ impl<'s, 'm> LoadPath<'s, 'm> {
             }
             before = Some(tangent);
         }
-        Ok(Some(reached))
+        Ok(Some(PathEnd { reached, is_behind_limit_point: load < reached }))
     }
 
     /// Factorizes the stiffness matrix at `state`; the residual is then in the rows.

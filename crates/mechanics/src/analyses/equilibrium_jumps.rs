@@ -5,7 +5,7 @@ use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
-use error::Seconds;
+use error::two_times;
 
 /// Ratio of the change of the positions between two times to those between the times before and after, above which it is examined.
 const LARGE_CHANGE: f64 = 2.0;
@@ -42,13 +42,11 @@ pub fn warn_of_equilibrium_jumps(mechanism: &Mechanism<f64>, settings: &Statics,
         find_jump(&mut system, mechanism, settings, ends)
     });
     let jump = jumps.max_by(|a, b| a.change.total_cmp(&b.change))?;
+    let [before, after] = two_times(jump.times);
     Some(format!(
-        "{}: the equilibrium jumps between t = {} and t = {} by {:.3e} m or rad, as by snap-through: the equilibria before and after it are not \
+        "{}: the equilibrium jumps between t = {before} and t = {after} by {:.3e} m or rad, as by snap-through: the equilibria before and after it are not \
          connected at increasing time, and derivatives hold on each side only; take kind = \"dynamics\" for the motion between them",
-        mechanism.coordinates[jump.coordinate].name,
-        Seconds(jump.times[0]),
-        Seconds(jump.times[1]),
-        jump.change
+        mechanism.coordinates[jump.coordinate].name, jump.change
     ))
 }
 

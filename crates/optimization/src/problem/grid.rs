@@ -77,13 +77,20 @@ impl TimeGrid {
 
     /// A time, in the unit of the points, in words, with as many digits as distinguish neighbouring points: `time 1.08 s`.
     pub fn in_words(&self, time: f64) -> String {
+        self.in_words_beside(time, &[])
+    }
+
+    /// As [`Self::in_words`], with more digits if they are needed to distinguish the time from the `others`.
+    pub fn in_words_beside(&self, time: f64, others: &[f64]) -> String {
         let (shown, time) = (self.shown_points(), self.shown(time));
         let steps = shown.windows(2).map(|pair| pair[1] - pair[0]);
-        let step = steps.fold(f64::INFINITY, f64::min);
+        let distances = others.iter().map(|&other| (self.shown(other) - time).abs()).filter(|distance| *distance > 0.0);
+        let step = steps.chain(distances).fold(f64::INFINITY, f64::min);
         // Hundredths of the smallest step; a single point is written in full.
         let decimals = (2.0 - step.log10()).ceil().clamp(0.0, 15.0) as usize;
         let rounded = if step.is_finite() { format!("{time:.decimals$}") } else { time.to_string() };
-        format!("{} {} {}", self.name, Readable(rounded.parse().unwrap_or(time)), self.unit)
+        let words = format!("{} {} {}", self.name, Readable(rounded.parse().unwrap_or(time)), self.unit);
+        words.trim_end().to_owned()
     }
 
     /// Checks that the grid is not empty and the points increase.

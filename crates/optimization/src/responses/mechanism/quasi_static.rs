@@ -175,7 +175,13 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
 
     /// A message with points of the axis in place of times.
     pub(super) fn in_words(&self, message: &str) -> String {
-        self.axis.as_ref().map_or_else(|| message.to_owned(), |axis| replace_times(message, |t| axis.in_words(t)))
+        let Some(axis) = &self.axis else { return message.to_owned() };
+        let mut times = vec![];
+        replace_times(message, |t| {
+            times.push(t);
+            String::new()
+        });
+        replace_times(message, |t| axis.in_words_beside(t, &times))
     }
 
     /// Replaces the method of differentiation.
