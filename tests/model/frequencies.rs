@@ -63,6 +63,17 @@ fn equal_frequencies_are_named() {
     assert!(responses.warnings.iter().any(|w| w.contains("natural frequencies 1 to 2 are equal")), "{responses:?}");
 }
 
+/// Frequencies that are equal at all points are one warning, also if several outputs show them.
+#[test]
+fn frequencies_that_are_equal_at_many_points_are_told_once() {
+    let outputs = "[[output]]\nname = 'w'\nfrequency = 1\n[[output]]\nname = 'v'\nfrequency = 2\n[objective]\nmaximize = 'final(w)'\n";
+    let problem = problem(&chain(outputs).replace("a = 'one'\n", "").replace("at = [0]", "at = [0.5, 1, 1.5]"));
+    let warnings = problem.analyze(&problem.start()).unwrap().warnings;
+    let told: Vec<&String> = warnings.iter().filter(|warning| warning.contains("natural frequencies")).collect();
+    assert_eq!(told.len(), 1, "{warnings:?}");
+    assert!(told[0].contains("1 to 2 are equal at 3 points, first at t = 0.5 s: "), "{warnings:?}");
+}
+
 #[test]
 fn what_is_no_frequency_is_explained() {
     let message = |outputs: &str| match read("m.toml", &chain(outputs)) {

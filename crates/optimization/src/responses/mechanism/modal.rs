@@ -3,6 +3,7 @@
 use super::StaticResponses;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses};
 use crate::{Error, Result};
+use error::Seconds;
 use mechanics::analyses::statics::equilibrium_states;
 use mechanics::derivatives::method::Differentiation;
 use mechanics::derivatives::modal::{About, ModeSensitivities, differentiate_modes, squared_frequencies};
@@ -57,6 +58,41 @@ type AtEquilibria<'s> = (&'s [f64], &'s [State<f64>]);
 
 /// Squares whose relative difference is smaller are reported as equal.
 const EQUAL: f64 = 1e-7;
+
+/// Modes of equal frequencies, and the time points at which they are equal.
+struct EqualModes {
+    /// Numbers of the first and the last mode, from one.
+    modes: [usize; 2],
+    /// True if an output is an amplitude in one of them, false if it is their frequency.
+    is_shape: bool,
+    /// Increasing.
+    points: Vec<usize>,
+}
+
+impl EqualModes {
+    /// Adds the time point `p` at which modes are equal, once.
+    fn add(all: &mut Vec<Self>, modes: [usize; 2], is_shape: bool, p: usize) {
+        match all.iter_mut().find(|one| (one.modes, one.is_shape) == (modes, is_shape)) {
+            None => all.push(Self { modes, is_shape, points: vec![p] }),
+            Some(one) if one.points.last() != Some(&p) => one.points.push(p),
+            Some(_) => {}
+        }
+    }
+
+    /// A warning; `times` (s) are those of all time points.
+    fn in_words(&self, times: &[f64]) -> String {
+        let ([first, last], t) = (self.modes, Seconds(times[self.points[0]]));
+        let place = match self.points.len() {
+            1 => format!("at t = {t}"),
+            count => format!("at {count} points, first at t = {t}"),
+        };
+        let what = match self.is_shape {
+            false => "their derivatives are one-sided; limit all of them, or separate them",
+            true => "their shapes are not determined and have no derivatives; separate the frequencies",
+        };
+        format!("natural frequencies {first} to {last} are equal {place}: {what}")
+    }
+}
 
 impl<M: ParametricMechanism> ModalResponses<M> {
     /// Replaces outputs of the mechanism by natural frequencies and amplitudes in modes.
@@ -190,6 +226,7 @@ impl<M: ParametricMechanism> ModalResponses<M> {
         let mut responses = self.outputs.analyze(b)?;
         let mechanism = self.outputs.model.build(b)?;
         let states = self.equilibria(&mechanism)?;
+        let mut equal = vec![];
         for (p, (&t, state)) in self.outputs.times.iter().zip(&states).enumerate() {
             let squares = squared_frequencies(&mechanism, About::At(state), t)?;
             let shapes = self.shapes();
@@ -211,22 +248,12 @@ impl<M: ParametricMechanism> ModalResponses<M> {
                 let first = squares.iter().position(is_equal).unwrap_or(mode);
                 let last = squares.iter().rposition(is_equal).unwrap_or(mode);
                 if first < last {
-                    let what = match quantity {
-                        ModalQuantity::Frequency(_) => {
-                            "their derivatives are one-sided; limit all of them, or separate them"
-                        }
-                        ModalQuantity::Amplitude(_) => {
-                            "their shapes are not determined and have no derivatives; separate the frequencies"
-                        }
-                    };
-                    let (first, last) = (first + 1, last + 1);
-                    let warning = format!("natural frequencies {first} to {last} are equal at t = {t} s: {what}");
-                    if !responses.warnings.contains(&warning) {
-                        responses.warnings.push(warning);
-                    }
+                    let is_shape = matches!(quantity, ModalQuantity::Amplitude(_));
+                    EqualModes::add(&mut equal, [first + 1, last + 1], is_shape, p);
                 }
             }
         }
+        responses.warnings.extend(equal.iter().map(|modes| modes.in_words(&self.outputs.times)));
         Ok(responses)
     }
 }
