@@ -456,6 +456,14 @@ fn mistakes_in_space_are_shown_at_their_location() {
     assert!(report.contains("write `space = 3` at the top of the file"), "{report}");
 }
 
+/// A matrix that is a reflection is rejected in a whole sentence.
+#[test]
+fn a_matrix_that_is_no_rotation_is_told_in_a_sentence() {
+    let bad = edited("mass = 2\n", "mass = 2\norientation = { matrix = [[1, 0, 0], [0, 1, 0], [0, 0, -1]] }\n");
+    let report = read("m.toml", &bad).err().unwrap().to_string();
+    assert!(report.contains("the orientation matrix: it is no rotation"), "{report}");
+}
+
 /// Valid files of mechanisms that cannot be analysed, with words of the message.
 const FAILURES: &[[&str; 3]] = &[
     ["mass = 2", "mass = \"length - 1\"", "must be positive"],

@@ -123,8 +123,7 @@ impl<S: Scalar> Rotation<S> {
             (0..9).map(|k| product(k / 3, k % 3).abs()).fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
         let determinant = dot(cross(columns[0], columns[1]), columns[2]).re();
         if !(error <= ORTHONORMAL) || determinant < 0.0 {
-            let why =
-                format!("is no rotation: R Rᵀ differs from the identity by {error:.1e}, and det R = {determinant:.3}");
+            let why = format!("it is no rotation: R Rᵀ − I has an entry of {error:.1e}, and det R = {determinant:.3}");
             let remedy = "give orthogonal rows of length one with more digits, and a right-handed frame";
             return Err(Error::definition("the orientation matrix", why, remedy));
         }
