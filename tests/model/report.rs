@@ -341,6 +341,20 @@ fn released_bodies_are_drawn_after_their_release() {
     }
 }
 
+/// A fixed node in space is drawn as the ground, as one in the plane: it is no mass.
+#[test]
+fn a_fixed_node_in_space_is_drawn_as_the_ground() {
+    let text = "version = 2\nspace = 3\n[[body]]\nname = \"wall\"\nkind = \"fixed-node\"\nposition = [0, 0, 0]\n\
+                [[body]]\nname = \"arm\"\nmass = 2\ninertia = [0.1, 0.1, 0.1]\nposition = [0.5, 0, 0]\n\
+                [[joint]]\nname = \"h\"\na = \"wall\"\nb = \"arm\"\nat = [0, 0, 0]\naxis = [0, 0, 1]\n\
+                [[driver]]\nname = \"m\"\ncoordinate = \"h.angle\"\nmotion = \"time\"\n\
+                [time]\nto = 1\npoints = 2\n[analysis]\nkind = \"kinematics\"\n[[output]]\nname = \"x\"\nvalue = \"arm.x\"\n";
+    let model = linkwright::model_file::read("m.toml", text).unwrap();
+    let frame = model.drawings(&[&[]], &[0.0, 1.0]).unwrap().unwrap().remove(0).remove(0);
+    assert!(!frame.ground_joints.is_empty() && frame.joints.is_empty());
+    assert_eq!(frame.masses.len(), 1, "the arm only");
+}
+
 /// The largest distance of a polyline's points from a circle.
 fn off_circle(line: &[[f64; 2]], [x, y]: [f64; 2], radius: f64) -> f64 {
     line.iter().map(|p| ((p[0] - x).hypot(p[1] - y) - radius).abs()).fold(0.0, f64::max)

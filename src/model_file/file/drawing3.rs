@@ -1,5 +1,6 @@
 //! The mechanism of a file in space in motion, as drawings.
 
+use super::bodies3::BodyKind3;
 use super::elements::{ElementSpec, InputSpec};
 use super::measures::MeasureRef;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
@@ -153,14 +154,27 @@ impl DrawnState3<'_> {
         for (k, part) in self.mechanism.spec.elements.iter().enumerate() {
             self.draw_element((k, part), &self.mechanism.ends[k], (ranges.guides[k], ranges.size), &mut drawn);
         }
-        let moving = self.mechanism.named.iter().filter(|at| at.frame != FrameRef::Ground);
+        let moving = self.mechanism.named.iter().filter(|at| !self.rests(at.frame));
         let flying = self.mechanism.flying.iter().map(|frame| self.pose(*frame).position);
         drawn.traced = moving.map(|at| self.point(at)).chain(flying).collect();
         drawn
     }
 
-    /// Draws a body: with one point a mass at the reference point and a bar to the point, with two a bar, with three a plate, otherwise bars from the mean of the points to each of them.
+    /// Returns whether a frame is the ground or a node at rest.
+    fn rests(&self, frame: FrameRef) -> bool {
+        match frame {
+            FrameRef::Ground => true,
+            FrameRef::Body(k) => self.mechanism.spec.bodies3[k].kind == BodyKind3::FixedNode,
+            FrameRef::Node(..) => false,
+        }
+    }
+
+    /// Draws a body: a node at rest as the ground, others with one point a mass at the reference point and a bar to the point, with two a bar, with three a plate, otherwise bars from the mean of the points to each of them.
     fn draw_body(&self, frame: FrameRef, drawn: &mut SpatialLinkage) {
+        if self.rests(frame) {
+            drawn.ground_joints.push(self.pose(frame).position);
+            return;
+        }
         let mut points: Vec<[f64; 3]> = vec![];
         for at in self.mechanism.ends.iter().flatten().chain(&self.mechanism.named).filter(|at| at.frame == frame) {
             let is_new = |p: &[f64; 3]| distance(*p, at.point) > 1e-9;
@@ -237,15 +251,15 @@ impl DrawnState3<'_> {
         }
         let is_pin = !matches!(part.symbol(), Symbol::Spring | Symbol::Rope) && descriptor.kind != "distance";
         for (end, at) in [(a, from), (b, to)] {
-            if end.frame == FrameRef::Ground {
+            if self.rests(end.frame) {
                 drawn.ground_joints.push(at);
             }
         }
-        let is_grounded = [a, b].iter().any(|end| end.frame == FrameRef::Ground);
+        let is_grounded = [a, b].iter().any(|end| self.rests(end.frame));
         if is_pin && !is_grounded {
             drawn.joints.push(from);
         } else if !is_pin {
-            let moving = [(a, from), (b, to)].into_iter().filter(|(end, _)| end.frame != FrameRef::Ground);
+            let moving = [(a, from), (b, to)].into_iter().filter(|(end, _)| !self.rests(end.frame));
             drawn.joints.extend(moving.map(|(_, at)| at));
         }
     }
