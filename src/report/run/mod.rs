@@ -25,6 +25,7 @@ pub use design_space_slice::Slice;
 
 use super::number::{DIGITS, readable};
 use super::outcome;
+use super::table::Cell;
 use crate::Result;
 use crate::problem::{Evaluation, Problem, Responses};
 use crate::sao::{Cycle, RunState};
@@ -149,9 +150,20 @@ fn number(value: f64) -> String {
     readable(value, DIGITS).replace('-', "\u{2212}")
 }
 
-/// A change in percent; `None` from zero.
+/// Size of a first value relative to the last one below which a change in percent says nothing: it may be a rounding error of zero.
+const ABOUT_ZERO: f64 = 1e-9;
+
+/// A change in percent; `None` from zero, or from about zero.
 fn change(from: f64, to: f64) -> Option<f64> {
-    (from != 0.0).then(|| 100.0 * (to - from) / from.abs())
+    match from == to {
+        true => Some(0.0),
+        false => (from.abs() > ABOUT_ZERO * to.abs()).then(|| 100.0 * (to - from) / from.abs()),
+    }
+}
+
+/// A change in percent as a cell of a table.
+fn change_cell(from: f64, to: f64) -> Cell {
+    change(from, to).map_or_else(|| "– (from zero)".into(), Cell::from)
 }
 
 /// The letters and digits of a name, for a file name.
@@ -172,6 +184,14 @@ mod tests {
             assert_eq!(number(value), text);
         }
         assert_eq!((stem("../a b<script>"), stem("k")), ("a-b-script".to_owned(), "k".to_owned()));
-        assert_eq!((change(2.0, 1.0), change(-2.0, -1.0), change(0.0, 1.0)), (Some(-50.0), Some(50.0), None));
+        assert_eq!((change(2.0, 1.0), change(-2.0, -1.0), change(0.0, 0.0)), (Some(-50.0), Some(50.0), Some(0.0)));
+    }
+
+    #[test]
+    fn a_change_from_zero_has_no_percentage() {
+        for from in [0.0, 1e-17] {
+            assert_eq!(change(from, 1.0), None);
+            assert!(matches!(change_cell(from, 1.0), Cell::Text(reason) if reason.contains("from zero")));
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The page and its head; design variables, objective and constraints as tables.
 
 use super::design_space_slice::Slice;
-use super::{OptimizationReport, change, number};
+use super::{OptimizationReport, change, change_cell, number};
 use crate::Result;
 use crate::report::outcome::{self, ConstraintValue};
 use crate::report::page::{Badge, Page, PageSection};
@@ -98,7 +98,7 @@ impl OptimizationReport<'_> {
                 from.into(),
                 to.into(),
                 // The start of the variable that bounds a peak may be a guess.
-                change(from, to).filter(|_| !is_peak).map_or(Cell::Empty, Cell::from),
+                if is_peak { Cell::Empty } else { change_cell(from, to) },
                 bound(variable.lower),
                 bound(variable.upper),
                 remark.unwrap_or_default().into(),
@@ -123,13 +123,12 @@ impl OptimizationReport<'_> {
         let mut objective = Table::new("Objective", ["objective", "unit", "first", "last", "change in %"]);
         let (before, after) = self.objective();
         let name = self.problem.objective.name.as_str();
-        let changed = change(before, after).map_or(Cell::Empty, Cell::from);
         objective.push([
             name.into(),
             self.problem.objective.unit.as_str().into(),
             before.into(),
             after.into(),
-            changed,
+            change_cell(before, after),
         ])?;
         let section = section.table(objective);
         let (first, last) = self.constraint_values();
