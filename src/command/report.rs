@@ -235,6 +235,7 @@ pub fn mechanism(
     let shown = if grid.unit == "s" { real.clamp(3.0, 10.0) } else { 5.0 };
     let axes = names.map(|name| QuantityLabel::new(name, "m"));
     let description = match shown / real {
+        _ if !model.draws_motion() => format!("The mechanism in equilibrium over the {}.", grid.name),
         _ if grid.unit != "s" => format!("The mechanism over the {}.", grid.name),
         r if r > 1.05 => format!("The mechanism in motion, {r:.1} times slower than in reality."),
         r if r < 0.95 => format!("The mechanism in motion, {:.1} times faster than in reality.", 1.0 / r),

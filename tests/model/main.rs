@@ -1,6 +1,7 @@
 //! Model files: the same problems as in the library, mistakes and their messages, expressions.
 
 mod any_text;
+mod assembly;
 #[cfg(feature = "cli")]
 mod browser;
 mod budget;

@@ -184,3 +184,21 @@ fn a_pitch_of_ninety_degrees_is_told_by_every_analysis() {
         );
     }
 }
+
+/// A file without an objective, whose title names one of its parts: the message says what is missing, and points at no part.
+#[test]
+fn sensitivities_without_an_objective_say_what_is_missing() {
+    let place = TempFolder::new("no-objective");
+    let text = "version = 2\ntitle = \"motion of the arm\"\n[design]\nk = { start = 2, lower = 1, upper = 4 }\n\
+                [[body]]\nname = \"arm\"\nkind = \"slider\"\nmass = 1\n\
+                [[force]]\nname = \"s\"\nkind = \"coordinate-spring\"\nb = \"arm\"\nstiffness = \"k\"\n\
+                [time]\nto = 1\npoints = 3\n[analysis]\nkind = \"statics\"\n[[output]]\nname = \"x\"\nvalue = \"arm.position\"\n";
+    std::fs::write(place.0.join("m.toml"), text).unwrap();
+    let shown = place.run(&["sensitivities", "m"], 1);
+    assert!(shown.contains("there is no objective") && shown.contains("`linkwright check`"), "{shown}");
+    assert!(!shown.contains("here") && !shown.contains("title"), "{shown}");
+    place.run(&["analyze", "m", "--out", "out"], 0);
+    let page = place.read("out/report.html");
+    assert!(page.contains("The mechanism in equilibrium over the time."), "the page of statics shows no motion");
+    assert!(!page.contains("in motion"));
+}

@@ -8,6 +8,7 @@ pub use crate::equilibrium::{Statics, find_equilibrium};
 
 pub(crate) use crate::equilibrium::equilibrium_reactions;
 
+use crate::assembly_failures::{conflicting_drives, driven_positions};
 use crate::constraint_rank::ConstraintRank;
 use crate::elements::element::ElementWorkspace;
 use crate::initial_velocities::{VelocityProjection, solve_velocities};
@@ -64,7 +65,9 @@ pub fn assemble(
     state: &mut State<f64>,
     settings: Assembly,
 ) -> Result<Projection> {
-    let projection = assemble_nearest(system, mechanism, state, settings)?;
+    let guess = state.clone();
+    let projection = assemble_nearest(system, mechanism, state, settings);
+    let projection = projection.map_err(|error| conflicting_drives(mechanism, &guess).unwrap_or(error))?;
     diagnostics::check_assembly(mechanism, state)?;
     Ok(projection)
 }
@@ -151,7 +154,10 @@ fn close_joints(
                 row[0] += state.q[i] - guess[i];
             }
         }
-        system.factorize(mechanism, state.t).map_err(|error| explained(system, mechanism, state, error))?;
+        if let Err(error) = system.factorize(mechanism, state.t) {
+            let error = explained(system, mechanism, state, error);
+            return Err(open_loop(system, mechanism, state, &mut rows).unwrap_or(error));
+        }
         system.factor().solve(&mut rows);
         if rows.iter().any(|row| !row[0].is_finite()) {
             break;
@@ -173,8 +179,35 @@ fn close_joints(
     }
     largest_gap(system, mechanism, state, &mut rows);
     let what = system.dominant_residual(mechanism, &rows);
-    let why = format!("the mechanism cannot be assembled at t = {}", Seconds(state.t));
-    Err(Error::analysis(what, why, "check the lengths and the initial positions: the loop may be too short to close"))
+    let driven = driven_positions(mechanism, state);
+    let why = format!("the mechanism cannot be assembled at t = {}{driven}", Seconds(state.t));
+    let remedy = match driven.is_empty() {
+        true => "check the lengths and the initial positions: the loop may be too short to close",
+        false => {
+            "check the lengths, the initial positions and the stroke of the drives: the loop may be too short to close"
+        }
+    };
+    Err(Error::analysis(what, why, remedy))
+}
+
+/// The reason of a gap that an assembly cannot reduce.
+const STAYS_OPEN: &str = "the loop cannot be closed from these positions";
+
+/// The error of dependent constraints that stay open in a singular position, such as a rod that is in line with a crank and too short.
+/// `None` if all constraints are closed, or independent.
+fn open_loop(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    rows: &mut [[f64; 1]],
+) -> Option<Error> {
+    dependent(system, mechanism, state)?;
+    let gap = largest_gap(system, mechanism, state, rows);
+    let why = format!("{STAYS_OPEN} at t = {}: a gap of {gap:.3} m or rad remains", Seconds(state.t));
+    let remedy = "check the lengths: the loop may be too short; if it can be closed, begin with positions that are not in line; if other joints \
+                  hold these directions already, remove this constraint";
+    let is_open = gap > LARGE_GAP && gap.is_finite();
+    is_open.then(|| Error::analysis(system.dominant_residual(mechanism, rows), why, remedy))
 }
 
 /// Inverse of the size in m below which a mechanism counts as small: convergence of its assembly is then measured relative to its size.
@@ -190,7 +223,9 @@ fn with_largest_gap(error: Error, system: &mut System, mechanism: &Mechanism<f64
     let gap = largest_gap(system, mechanism, guess, &mut rows);
     let is_built = guess.q == State::built(mechanism, guess.t).q;
     match error {
-        Error::Analysis { what, why, remedy } if is_built && gap > LARGE_GAP && gap.is_finite() => {
+        Error::Analysis { what, why, remedy }
+            if is_built && gap > LARGE_GAP && gap.is_finite() && !why.starts_with(STAYS_OPEN) =>
+        {
             let worst = system.dominant_residual(mechanism, &rows);
             let why =
                 format!("{why}; in the positions of the model the largest error is {gap:.3} m or rad, of {worst}");

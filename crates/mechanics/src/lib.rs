@@ -18,6 +18,7 @@
 //! | [`system`] | equations of motion: numbering of unknowns, residual, matrix |
 //! | [`diagnostics`] | names the element or coordinate behind a singular, non-finite or diverging system |
 //! | [`constraint_rank`] | redundant constraints, indeterminate reactions, coordinates that no drive moves |
+//! | `assembly_failures` | drives that prescribe the same degree of freedom, or lock |
 //! | [`equilibrium`] | static equilibrium by Newton's iteration and by load paths |
 //! | [`initial_conditions`] | assembly, consistent velocities and accelerations |
 //! | `tree` | relative coordinates of open chains and trees: joint angles and displacements as unknowns |
@@ -42,6 +43,7 @@
 //! `Dynamics { newton, ..Dynamics::fixed(1e-3) }`: fields that are added later do not break your program.
 
 pub mod analyses;
+mod assembly_failures;
 pub mod checkpointing;
 pub mod constraint_rank;
 pub mod derivatives;

@@ -53,6 +53,11 @@ impl Model {
         Some(points.iter().copied().step_by(points.len().div_ceil(MOST)).collect())
     }
 
+    /// Returns whether there is a mechanism whose drawings show a motion in time: not load cases of statics.
+    pub fn draws_motion(&self) -> bool {
+        self.mechanism.as_ref().is_some_and(|mechanism| mechanism.1.is_motion())
+    }
+
     /// The mechanism of each design at the given times; none without a mechanism.
     ///
     /// A body is drawn as a bar or a plate through its joints and points, a point mass as a disc, a body of one coordinate as

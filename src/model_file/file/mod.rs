@@ -534,8 +534,9 @@ impl Model {
     }
 
     fn stated_objective(&self) -> Result<&ObjectiveSpec> {
-        let remedy = "add [objective] with minimize = \"…\"; `linkwright analyze` simulates the file as it is";
-        self.objective.as_ref().ok_or_else(|| Error::definition(&self.title, "there is no objective", remedy))
+        let remedy = "add [objective] with minimize = \"…\"; without one, `linkwright analyze` computes the outputs, and `linkwright check` their \
+                      derivatives";
+        self.objective.as_ref().ok_or_else(|| Error::definition("[objective]", "there is no objective", remedy))
     }
 
     /// The outputs as the responses of a problem, for analyses and derivatives of a file without an objective. The objective of this problem

@@ -3,8 +3,10 @@
 use crate::analyses::element_warnings::StateWatch;
 use crate::analyses::sampling::OutputRecorder;
 use crate::analyses::tensioned_beams::TensionWatch;
+use crate::assembly_failures::{conflicting_drives, has_drives};
+use crate::constraint_rank::singular_instant;
 use crate::events::impact;
-use crate::initial_conditions::{Assembly, LARGE_GAP, assemble, largest_gap};
+use crate::initial_conditions::{Assembly, CONTRADICTION, LARGE_GAP, assemble, check_contradictions, largest_gap};
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::state::State;
@@ -70,12 +72,57 @@ pub(crate) fn follow_equilibria(
     let gap = gap_of(&system, mechanism, &state);
     assemble(&mut system, mechanism, &mut state, Assembly::default())?;
     for (k, &t) in times.iter().enumerate() {
+        let before = state.clone();
         state.t = t;
-        find_equilibrium(&mut system, mechanism, &mut state, settings)
-            .map_err(|error| gap.as_ref().filter(|_| k == 0).map_or(error.clone(), |gap| from_a_gap(error, gap)))?;
+        find_equilibrium(&mut system, mechanism, &mut state, settings).map_err(|error| {
+            let error = check_reach(&system, mechanism, &before, t).err().unwrap_or(error);
+            gap.as_ref().filter(|_| k == 0).map_or(error.clone(), |gap| from_a_gap(error, gap))
+        })?;
+        check_closed(&system, mechanism, &state)?;
         visit(&state)?;
     }
     Ok(())
+}
+
+/// Checks that an equilibrium with redundant constraints satisfies all of them.
+///
+/// # Errors
+///
+/// [`Error::Analysis`] naming drives of the same degree of freedom, or else the constraint with the largest error.
+fn check_closed(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+    if !system.allows_redundancy() {
+        return Ok(());
+    }
+    let (mut system, mut rows) = (system.clone(), vec![[0.0]; system.size()]);
+    if largest_gap(&mut system, mechanism, state, &mut rows) <= CONTRADICTION {
+        return Ok(());
+    }
+    conflicting_drives(mechanism, state).map_or(Ok(()), Err)?;
+    check_contradictions(&system, mechanism, state.t, (rows.as_flattened(), "m or rad"), CONTRADICTION)
+}
+
+/// Number of positions on the way to the next time at which a failed equilibrium is assembled.
+const STEPS: usize = 16;
+
+/// Independent part of the gradient of a constraint below which a position on the way is singular.
+const SINGULAR: f64 = 1e-6;
+
+/// Checks that the drives can move a mechanism from its positions at one time to the time `t` (s).
+///
+/// # Errors
+///
+/// That of the first time on the way at which the mechanism cannot be assembled, or is in a singular position: its drives lock.
+fn check_reach(system: &System, mechanism: &Mechanism<f64>, from: &State<f64>, t: f64) -> Result<()> {
+    if mechanism.multipliers == 0 || !has_drives(mechanism) {
+        return Ok(());
+    }
+    let (mut system, mut state) = (system.clone(), from.clone());
+    (1..=STEPS).try_for_each(|k| {
+        state.t = if k == STEPS { t } else { from.t + (t - from.t) * k as f64 / STEPS as f64 };
+        state.prescribe(mechanism);
+        assemble(&mut system, mechanism, &mut state, Assembly::default())?;
+        singular_instant(SINGULAR, &system, mechanism, &state).map_or(Ok(()), Err)
+    })
 }
 
 /// The joint with the largest gap in the positions of the model, and the gap in m or rad, if the assembly moves parts far.

@@ -185,6 +185,46 @@ fn scatter<T: StateScalar>(
     }
 }
 
+/// Φ_q with respect to the `wanted` coordinates, such as prescribed ones that are free in another mechanism; one row per multiplier.
+pub(crate) fn constraint_gradients(
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    wanted: impl Fn(usize) -> bool,
+) -> Vec<Vec<f64>> {
+    let mut gradients = vec![vec![0.0; mechanism.coordinates.len()]; mechanism.multipliers];
+    for instance in &mechanism.elements {
+        let active: Vec<usize> = (0..instance.coordinates.len()).filter(|&r| wanted(instance.coordinates[r])).collect();
+        let add = &mut |m: usize, i: usize, value: f64| gradients[m][i] += value;
+        visit_gradients(instance, &active, state, &mut ConstraintWorkspace::default(), add);
+    }
+    gradients
+}
+
+/// Calls `visit(multiplier, coordinate, value)` for the terms of Φ_q of an element in the `active` ones of its coordinates, if it has constraints
+/// and is active.
+fn visit_gradients(
+    instance: &ElementInstance<f64>,
+    active: &[usize],
+    state: &State<f64>,
+    ConstraintWorkspace { jacobian, elements, columns }: &mut ConstraintWorkspace,
+    visit: &mut impl FnMut(usize, usize, f64),
+) {
+    if instance.num_constraints == 0 || !state.modes.is_active(instance) {
+        return;
+    }
+    gather(instance, state, elements);
+    let (width, n) = (active.len() + 1, instance.coordinates.len());
+    columns.resize((n + instance.num_constraints) * width, 0.0);
+    let local = ElementState { p: &instance.parameters, ..elements.local(state.t) };
+    instance.element.columns(&local, Linearization::statics().constraint_weights, active, jacobian, columns);
+    for k in 0..instance.num_constraints {
+        let row = &columns[(n + k) * width + 1..(n + k + 1) * width];
+        for (&local, &value) in active.iter().zip(row).filter(|(local, _)| **local < n) {
+            visit(instance.first_multiplier + k, instance.coordinates[local], value);
+        }
+    }
+}
+
 /// Adds the equations λ = 0 of an element that is not active, times the `scale` of the constraints.
 fn add_inactive(
     instance: &ElementInstance<f64>,
@@ -294,27 +334,11 @@ impl System {
         &self,
         mechanism: &Mechanism<f64>,
         state: &State<f64>,
-        ConstraintWorkspace { jacobian, elements, columns }: &mut ConstraintWorkspace,
+        workspace: &mut ConstraintWorkspace,
         mut visit: impl FnMut(usize, usize, f64),
     ) {
-        let weights = Linearization::statics().constraint_weights;
-        for (instance, map) in
-            mechanism.elements.iter().zip(&self.maps).filter(|(instance, _)| instance.num_constraints > 0)
-        {
-            if !state.modes.is_active(instance) {
-                continue;
-            }
-            gather(instance, state, elements);
-            let (width, n) = (map.active.len() + 1, instance.coordinates.len());
-            columns.resize((n + instance.num_constraints) * width, 0.0);
-            let local = ElementState { p: &instance.parameters, ..elements.local(state.t) };
-            instance.element.columns(&local, weights, &map.active, jacobian, columns);
-            for k in 0..instance.num_constraints {
-                let row = &columns[(n + k) * width + 1..(n + k + 1) * width];
-                for (&local, &value) in map.active.iter().zip(row).filter(|(local, _)| **local < n) {
-                    visit(instance.first_multiplier + k, instance.coordinates[local], value);
-                }
-            }
+        for (instance, map) in mechanism.elements.iter().zip(&self.maps) {
+            visit_gradients(instance, &map.active, state, workspace, &mut visit);
         }
     }
 

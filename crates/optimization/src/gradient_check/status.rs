@@ -124,6 +124,11 @@ impl CheckedDerivative {
         self.difference.is_some_and(is_off)
     }
 
+    /// Returns whether all derivatives are smaller than the error of the differences.
+    fn may_be_zero(&self) -> bool {
+        self.difference.is_some_and(|slope| self.computed.iter().all(|x| x.abs() <= slope.error))
+    }
+
     /// Returns whether the differences are confirmed by a method: one that does not disagree and is closer to the differences than to the methods that do: it may be allowed to differ
     /// from both by the estimate of its own error.
     fn has_confirmed_differences(&self) -> bool {
@@ -167,13 +172,23 @@ impl CheckedDerivative {
             }
             GradientStatus::Unclear if self.is_undecided() => {
                 "the derivatives differ from the differences, whose slopes on the two sides or at other distances differ as well: the response \
-                 has kinks or jumps close to this design, such as those of other steps; give the analysis smaller steps or tighter tolerances, or move \
-                 the design"
+                 has kinks or jumps close to this design, such as those of other steps; give an integration in time smaller steps or tighter tolerances, or \
+                 move the design"
                     .to_owned()
+            }
+            GradientStatus::Unclear if self.may_be_zero() => {
+                let error = self.difference.map_or(f64::NAN, |slope| slope.error);
+                format!(
+                    "the derivative is zero, or smaller than the error of the differences, ± {error:.0e}, which cannot check it: nothing is to be \
+                     done unless derivatives of this size matter"
+                )
             }
             GradientStatus::Unclear => {
                 let error = self.difference.map_or(f64::NAN, |slope| slope.error);
-                format!("the differences are only good to ± {error:.0e}: give the analysis smaller steps or tighter tolerances")
+                format!(
+                    "the differences are only good to ± {error:.0e}: give an integration in time smaller steps or tighter tolerances, or move the \
+                     design"
+                )
             }
             GradientStatus::Wrong if self.disagreeing.len() == methods.len() => {
                 "no method agrees with the differences: what they share is wrong, or the analysis takes other steps for \
@@ -368,6 +383,16 @@ mod tests {
         let mut derivatives = [checked(vec![0.0, 0.0, 1.57e5], vec![0.0, 0.0, 1.6e5], 366.5, 400.0)];
         decide(&mut derivatives, &[1.0]);
         assert_eq!(derivatives[0].status, GradientStatus::Unclear);
+    }
+
+    /// Statics and kinematics have no steps that could be smaller: a derivative of zero needs no remedy.
+    #[test]
+    fn a_derivative_of_zero_is_told_as_such() {
+        let mut derivatives = [checked(vec![0.0, 6.8e-34], vec![0.0, 0.0], 6.5e-15, 4e-14)];
+        decide(&mut derivatives, &[1.0]);
+        assert_eq!(derivatives[0].status, GradientStatus::Unclear);
+        let words = derivatives[0].explanation(&["direct".to_owned(), "adjoint".to_owned()]);
+        assert!(words.starts_with("the derivative is zero, or smaller") && !words.contains("steps"), "{words}");
     }
 
     /// A semi-analytical derivative with a large error estimate agrees with the exact ones, not with the differences.
