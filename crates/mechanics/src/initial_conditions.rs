@@ -194,16 +194,22 @@ fn close_joints(
 const STAYS_OPEN: &str = "the loop cannot be closed from these positions";
 
 /// The error of dependent constraints that stay open in a singular position, such as a rod that is in line with a crank and too short.
-/// `None` if all constraints are closed, or independent.
+/// `None` if all constraints are closed, independent, or not finite.
 fn open_loop(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &State<f64>,
     rows: &mut [[f64; 1]],
 ) -> Option<Error> {
+    if diagnostics::not_finite(mechanism, state).is_some() {
+        return None;
+    }
     dependent(system, mechanism, state)?;
     let gap = largest_gap(system, mechanism, state, rows);
-    let why = format!("{STAYS_OPEN} at t = {}: a gap of {gap:.3} m or rad remains", Seconds(state.t));
+    let why = format!(
+        "{STAYS_OPEN}, or constraints are contradictory at t = {}: a gap of {gap:.3} m or rad remains",
+        Seconds(state.t)
+    );
     let remedy = "check the lengths: the loop may be too short; if it can be closed, begin with positions that are not in line; if other joints \
                   hold these directions already, remove this constraint";
     let is_open = gap > LARGE_GAP && gap.is_finite();
