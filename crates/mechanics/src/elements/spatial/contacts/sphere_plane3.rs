@@ -141,7 +141,7 @@ mod tests {
         close(&energies(&SpherePlane3, &x), &[0.0, 0.4 * 1000.0 * 0.04f64.powf(2.5)]);
         // Force and moment on both bodies are in equilibrium.
         close(&rows[0..3], &[-1.656, 0.0, 9.2]);
-        let moment = [2.0 * 9.2, -9.2 - 1.656 * -0.04, -1.656 * 2.0 * -1.0];
+        let moment = [2.0 * 9.2, -9.2 - 1.656 * -0.04, 1.656 * 2.0];
         close(&rows[3..7], &[&[0.0][..], &moment.map(|m| 2.0 * m)].concat());
     }
 
