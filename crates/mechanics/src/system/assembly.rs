@@ -185,7 +185,7 @@ fn scatter<T: StateScalar>(
     }
 }
 
-/// Φ_q with respect to the `wanted` coordinates, such as prescribed ones that are free in another mechanism; one row per multiplier.
+/// Φ_q with respect to the `wanted` coordinates, which may be prescribed ones, and zero for the others; one row per multiplier.
 pub(crate) fn constraint_gradients(
     mechanism: &Mechanism<f64>,
     state: &State<f64>,
