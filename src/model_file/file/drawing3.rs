@@ -33,7 +33,7 @@ pub struct DrawnMechanism3<'p> {
     /// Points of each element, and the named points.
     ends: Vec<Vec<Attachment>>,
     named: Vec<Attachment>,
-    /// The first three numbers of each element: the direction of a load.
+    /// The first three numbers of each element: the direction of a load, the radii of spheres.
     directions: Vec<Option<[f64; 3]>>,
     /// Bodies that move freely after a release, whose paths are drawn.
     flying: Vec<FrameRef>,

@@ -31,7 +31,8 @@ use nalgebra::DMatrix;
 ///
 /// The result is that of [`differentiate`](crate::derivatives::forward::dynamics::differentiate) up to rounding. Up to
 /// four responses cost less than three analyses, this one included, for any number of design variables
-/// (`cargo bench --bench adjoint`). The states of all steps are stored.
+/// (`cargo bench --bench adjoint`). The states of all steps are stored. Where several events end one step, the derivatives are those of the
+/// direct method, at its cost.
 ///
 /// # Errors
 /// As [`differentiate`](crate::derivatives::forward::dynamics::differentiate), and

@@ -40,11 +40,11 @@ impl ContactLaw<f64> {
 pub(crate) struct SphereContact3<T> {
     ends: MarkerPair<T>,
     /// Unit vector from A to B in world axes.
-    pub normal: [T; 3],
+    normal: [T; 3],
     /// Depth of penetration in m.
     pub depth: T,
     /// Rate of the depth in m/s.
-    pub rate: T,
+    rate: T,
     /// The point at which the force acts, in m.
     point: [T; 3],
     /// Velocity of B relative to A at this point in the plane of contact, in m/s.
