@@ -204,16 +204,21 @@ fn open_loop(
     if diagnostics::not_finite(mechanism, state).is_some() {
         return None;
     }
-    dependent(system, mechanism, state)?;
+    let Error::Analysis { what: dependent, .. } = dependent(system, mechanism, state)? else { return None };
     let gap = largest_gap(system, mechanism, state, rows);
+    let open = system.dominant_residual(mechanism, rows);
+    let others = match dependent.split(", ").any(|name| name == open) {
+        true => String::new(),
+        false => format!(", and these constraints depend on others: {dependent}"),
+    };
     let why = format!(
-        "{STAYS_OPEN}, or constraints are contradictory at t = {}: a gap of {gap:.3} m or rad remains",
+        "{STAYS_OPEN}, or constraints are contradictory at t = {}: a gap of {gap:.3} m or rad remains{others}",
         Seconds(state.t)
     );
     let remedy = "check the lengths: the loop may be too short; if it can be closed, begin with positions that are not in line; if other joints \
                   hold these directions already, remove this constraint";
     let is_open = gap > LARGE_GAP && gap.is_finite();
-    is_open.then(|| Error::analysis(system.dominant_residual(mechanism, rows), why, remedy))
+    is_open.then(|| Error::analysis(open, why, remedy))
 }
 
 /// Inverse of the size in m below which a mechanism counts as small: convergence of its assembly is then measured relative to its size.
