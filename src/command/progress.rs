@@ -200,12 +200,7 @@ pub struct Task {
 
 /// Begins to show that `what` is being done; `model` has the clock of a simulation.
 pub fn working<'m>(what: &str, show: Show, model: impl Into<Option<&'m Model>>) -> Task {
-    let place = match show {
-        Show::Table if std::io::stdout().is_terminal() => LinePlace::Terminal,
-        Show::Table => LinePlace::Lines,
-        _ => LinePlace::Nowhere,
-    };
-    let line = StatusLine::new(Instant::now(), place, model.into().and_then(RunningTime::of));
+    let line = StatusLine::new(Instant::now(), LinePlace::of(show), model.into().and_then(RunningTime::of));
     line.set(what.to_owned(), String::new());
     let sentence = format!("\ninterrupted while {what}; the same command begins it again");
     let before = replaced(Some(Box::new(move || {
@@ -237,6 +232,54 @@ enum LinePlace {
     /// Lines on standard error.
     Lines,
     Nowhere,
+}
+
+impl LinePlace {
+    fn of(show: Show) -> Self {
+        match show {
+            Show::Table if std::io::stdout().is_terminal() => Self::Terminal,
+            Show::Table => Self::Lines,
+            _ => Self::Nowhere,
+        }
+    }
+}
+
+/// The number of finished runs of a study: a line on a terminal; elsewhere lines on standard error as those of a [`Task`], and one on standard
+/// output at each tenth of the runs.
+pub struct RunCount {
+    show: Show,
+    line: StatusLine,
+    begun: Instant,
+    done: usize,
+    failed: usize,
+    missing: usize,
+}
+
+impl RunCount {
+    /// Begins to count the `missing` runs.
+    pub fn new(show: Show, missing: usize) -> Self {
+        let begun = Instant::now();
+        let count =
+            Self { show, line: StatusLine::new(begun, LinePlace::of(show), None), begun, done: 0, failed: 0, missing };
+        count.line.set(count.text(), String::new());
+        count
+    }
+
+    /// Counts a finished run.
+    pub fn add(&mut self, has_failed: bool) -> anyhow::Result<()> {
+        let tenth = |done: usize| 10 * done / self.missing.max(1);
+        let is_tenth = tenth(self.done + 1) > tenth(self.done);
+        self.done += 1;
+        self.failed += usize::from(has_failed);
+        let left = self.begun.elapsed().div_f64(self.done as f64).mul_f64((self.missing - self.done) as f64);
+        *self.line.hold() = Some((self.text(), format!(", about {} left", brief(left))));
+        let is_on_terminal = self.line.shared.place == LinePlace::Terminal;
+        if is_tenth && !is_on_terminal { self.show.note(&self.text()) } else { Ok(()) }
+    }
+
+    fn text(&self) -> String {
+        format!("{} of {} runs, {} failed", self.done, self.missing, self.failed)
+    }
 }
 
 /// The current task, the time of the simulation, and the elapsed time: on a terminal twice a second.

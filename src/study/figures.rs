@@ -22,6 +22,12 @@ pub fn label(column: &Column) -> QuantityLabel {
     QuantityLabel::literal(name, &column.unit)
 }
 
+/// The axis of a column.
+pub fn axis(column: &Column) -> PlotAxis {
+    let axis = PlotAxis::of(&label(column));
+    if column.is_logarithmic { axis.logarithmic() } else { axis }
+}
+
 /// Rows with results.
 fn finished(rows: &Rows, phase: usize) -> Vec<&Row> {
     rows.of(phase).filter(|row| !row.has_failed()).collect()
@@ -45,9 +51,7 @@ pub fn over_sample(phase: &Phase, rows: &Rows, inputs: usize) -> Result<Option<F
                 .map(|row| [row.value(x), row.value(y)])
                 .filter(|p| p.iter().all(|v| v.is_finite()))
                 .collect();
-            let mut panel =
-                Panel::new(PlotAxis::of(&label(&phase.columns[x])), PlotAxis::of(&label(&phase.columns[y])))
-                    .legend(Legend::Absent);
+            let mut panel = Panel::new(axis(&phase.columns[x]), axis(&phase.columns[y])).legend(Legend::Absent);
             panel.add(Mark::points(points, MarkerShape::Disc, Colour::BLUE, 1.6));
             figure = figure.with(panel);
         }
@@ -86,8 +90,7 @@ pub fn over_grid(phase: &Phase, rows: &Rows, values: &[Vec<f64>]) -> Result<Opti
     }
     let grid = Grid::with_holes(&values[0], &values[1], &field)?;
     let range = grid.range();
-    let mut panel = Panel::new(PlotAxis::of(&label(&phase.columns[0])), PlotAxis::of(&label(&phase.columns[1])))
-        .legend(Legend::Absent);
+    let mut panel = Panel::new(axis(&phase.columns[0]), axis(&phase.columns[1])).legend(Legend::Absent);
     panel.add(Mark::field(grid, ColourMap::Sequential, range));
     let analysed: Vec<[f64; 2]> = values[0].iter().flat_map(|x| values[1].iter().map(|y| [*x, *y])).collect();
     if analysed.len() <= NODES {
@@ -102,8 +105,7 @@ pub fn curve(phase: &Phase, rows: &[&Row], x: usize, y: usize) -> Panel {
     let mut points: Vec<[f64; 2]> =
         rows.iter().map(|row| [row.value(x), row.value(y)]).filter(|p| p.iter().all(|v| v.is_finite())).collect();
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let mut panel = Panel::new(PlotAxis::of(&label(&phase.columns[x])), PlotAxis::of(&label(&phase.columns[y])))
-        .legend(Legend::Absent);
+    let mut panel = Panel::new(axis(&phase.columns[x]), axis(&phase.columns[y])).legend(Legend::Absent);
     panel.add(Mark::curve(points.clone(), Stroke::solid(Colour::BLUE, 0.8)));
     panel.add(Mark::points(points, MarkerShape::Disc, Colour::BLUE, 3.0));
     panel
@@ -197,4 +199,19 @@ pub fn histogram(column: &Column, values: &[f64]) -> Option<Panel> {
         panel.add(Mark::region([[left, 0.0], [left, *share], [right, *share], [right, 0.0]], Colour::SKY, 1.0));
     }
     Some(panel)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::figure::Scale;
+
+    #[test]
+    fn a_logarithmic_range_has_a_logarithmic_axis() {
+        let columns = vec![Column::new("k", "N/m").on_scale(true), Column::new("f", "Hz")];
+        let phase = Phase::independent("runs", columns, 0);
+        let panel = curve(&phase, &[], 0, 1);
+        assert_eq!([panel.x.scale, panel.y.scale], [Scale::Logarithmic, Scale::Linear]);
+        assert_eq!(Scale::Logarithmic.between([1.0, 100.0], 0.5), 10.0);
+    }
 }

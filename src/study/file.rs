@@ -150,7 +150,7 @@ pub struct Vary {
     from: Option<ExpressionTree>,
     to: Option<ExpressionTree>,
     points: usize,
-    is_logarithmic: bool,
+    pub(super) is_logarithmic: bool,
     mean: Option<ExpressionTree>,
     deviation: Option<ExpressionTree>,
     plus_minus: Option<ExpressionTree>,

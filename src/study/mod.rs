@@ -133,6 +133,12 @@ impl Study {
         &self.source
     }
 
+    /// Names of the numbers of the model that it varies or sets.
+    pub fn changed(&self) -> impl Iterator<Item = &str> {
+        let varied = self.file.vary.iter().map(|vary| vary.name.text.as_str());
+        varied.chain(self.file.settings.iter().map(|(key, _)| key.text.as_str()))
+    }
+
     /// The title.
     pub fn title(&self) -> &str {
         &self.title

@@ -18,12 +18,20 @@ pub struct Column {
     pub words: Vec<String>,
     /// True if an earlier column has the same values, which tables do not repeat.
     pub is_repeated: bool,
+    /// True if its values have equal ratios: figures show them on a logarithmic axis.
+    pub is_logarithmic: bool,
 }
 
 impl Column {
     /// A column of numbers.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: unit.into(), words: vec![], is_repeated: false }
+        Self { name: name.into(), unit: unit.into(), words: vec![], is_repeated: false, is_logarithmic: false }
+    }
+
+    /// This column with a logarithmic axis if its range `is_logarithmic`.
+    #[must_use]
+    pub fn on_scale(self, is_logarithmic: bool) -> Self {
+        Self { is_logarithmic, ..self }
     }
 
     /// The name with the unit, for tables.

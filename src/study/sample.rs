@@ -73,7 +73,9 @@ impl Analyses {
             let sequence = PointSequence::new(file.sequence, file.vary.len(), file.count, file.seed)?;
             (Points::Sequence(sequence, file.distributions(&evaluator)?), file.count)
         };
-        let phases = vec![Phase::independent("runs", columns(&evaluator, &wanted), runs)];
+        let mut columns = columns(&evaluator, &wanted);
+        columns.iter_mut().zip(&file.vary).for_each(|(column, vary)| column.is_logarithmic = vary.is_logarithmic);
+        let phases = vec![Phase::independent("runs", columns, runs)];
         Ok(Self { points, evaluator, wanted, phases })
     }
 }

@@ -13,7 +13,7 @@ use super::rows::{Row, Rows};
 use super::sample::Points;
 use crate::model_file::{Diagnostic, Model, settings};
 use crate::problem::Problem;
-use crate::report::figure::{Colour, Figure, Legend, Mark, MarkerShape, Panel, PlotAxis, Stroke};
+use crate::report::figure::{Colour, Figure, Legend, Mark, MarkerShape, Panel, Stroke};
 use crate::report::number::unit_of_derivative;
 use crate::report::outcome;
 use crate::report::table::{Cell, Table};
@@ -91,8 +91,10 @@ impl Sweep {
         let runs = sizes.iter().fold(1usize, |runs, n| runs.saturating_mul(*n));
         Error::check_option("number of optimizations", "at most 10 million", runs as f64, runs <= RUNS)?;
         let suffix = if is_front { "limit of " } else { "" };
-        let mut columns: Vec<Column> =
-            settings.iter().map(|s| Column::new(format!("{suffix}{}", s.name), &s.unit)).collect();
+        let of_setting = |(s, vary): (&SweptSetting, &Vary)| {
+            Column::new(format!("{suffix}{}", s.name), &s.unit).on_scale(vary.is_logarithmic)
+        };
+        let mut columns: Vec<Column> = settings.iter().zip(&file.vary).map(of_setting).collect();
         let swept: Vec<&str> = settings.iter().filter(|s| s.is_variable()).map(|s| s.name.as_str()).collect();
         columns.extend(OptimizationEnd::columns(&model)?);
         let design = settings.len() + WORK..columns.len();
@@ -357,11 +359,13 @@ impl Sweep {
         }
         sentences.push(format!("{} of them are on the Pareto front.", front.len()));
         let mut figure = Figure::new("Pareto front", 85.0, 65.0 * self.settings.len() as f64);
-        for &x in shown.iter().take(self.settings.len()) {
+        for (limit, &x) in shown.iter().take(self.settings.len()).enumerate() {
             let mut points: Vec<[f64; 2]> =
                 front.iter().map(|row| [row.value(x), row.value(self.objective())]).collect();
             points.sort_by(|a, b| a[0].total_cmp(&b[0]));
-            let axes = [x, self.objective()].map(|k| PlotAxis::of(&figures::label(&phase.columns[k])));
+            let is_logarithmic = phase.columns[limit].is_logarithmic && points.iter().all(|point| point[0] > 0.0);
+            let limited = phase.columns[x].clone().on_scale(is_logarithmic);
+            let axes = [&limited, &phase.columns[self.objective()]].map(figures::axis);
             let [x_axis, y_axis] = axes;
             let mut panel = Panel::new(x_axis, y_axis).legend(Legend::Below);
             let rest = optima.iter().zip(&is_front).filter(|(_, is_front)| !**is_front);

@@ -141,6 +141,12 @@ fn stored_runs_and_studies_are_listed_and_opened() {
     assert_eq!(phase["rows"].as_array().unwrap().len(), 24);
     let [k, c] = [0, 1].map(|i| phase["design"][i].as_u64().unwrap() as usize);
     assert_eq!((&phase["columns"][k]["name"], &phase["columns"][c]["name"]), (&json!("k"), &json!("c")));
+    assert_eq!(study["others"], json!([]));
+    // The design of a row alone does not have its results if the study changes other numbers, too.
+    std::fs::write(place.0.join("coarse.toml"), STUDY.replacen("[vary", "set = { \"time.points\" = 51 }\n[vary", 1))
+        .unwrap();
+    place.run(&["study", "coarse", "--quiet"], 0);
+    assert_eq!(post("study", json!({ "folder": "out/coarse" }))["others"], json!(["time.points"]));
 
     for folder in ["../secret", "/etc", "out", "out/two-bar-truss/..", "points.toml", ""] {
         for route in ["stored-run", "study", "note"] {

@@ -252,6 +252,32 @@ fn edited_text_is_kept_until_it_is_saved() {
     assert_eq!(place.read(file), text);
 }
 
+/// Two servers of one file have the same unsaved text: what one of them has not seen, it does not replace.
+#[test]
+fn two_servers_of_one_file_keep_one_unsaved_text() {
+    let (place, first) = served("open-two-servers", "impact-absorber");
+    let file = "impact-absorber.toml";
+    let second = Server::start(&place.0, file);
+    let before = first.get("model");
+    let text = before["text"].as_str().unwrap().to_owned();
+    let post_edit = |server: &Server, text: &str, seen: &Value| {
+        server.post("edit", &json!({ "text": text, "edited": seen["edited"], "base": seen["base"] })).0
+    };
+    let of_first = text.replace("at_most = 1.0", "at_most = 0.9");
+    assert_eq!(post_edit(&first, &of_first, &before), 200);
+    assert_eq!(post_edit(&second, &text.replace("at_most = 1.0", "at_most = 0.8"), &before), 409);
+    wait(&second, "model", "the text of the other server", |value| value["text"] == *of_first);
+    // It has seen the text now, and its own edit reaches the first one, which saves it.
+    let of_second = of_first.replace("at_most = 0.9", "at_most = 0.7");
+    assert_eq!(post_edit(&second, &of_second, &second.get("model")), 200);
+    wait(&first, "model", "the text of the other server", |value| value["text"] == *of_second);
+    assert!(place.read("impact-absorber.toml.unsaved").starts_with(&of_second));
+    assert_eq!(first.post("save", &json!({ "over": null })).0, 200);
+    wait(&second, "model", "saved by the other server", |value| value["is_unsaved"] == false);
+    assert_eq!((place.read(file), &second.get("model")["text"]), (of_second.clone(), &json!(of_second)));
+    assert!(!place.0.join("impact-absorber.toml.unsaved").exists());
+}
+
 /// In the browser: a point of the mechanism is dragged, a limit is drawn and saved, the text is edited, a run is stepped and paused.
 #[test]
 fn the_page_steers_edits_and_draws() {

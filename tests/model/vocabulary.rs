@@ -160,3 +160,42 @@ fn loads_and_drives_have_arrows() {
         "{force:?}"
     );
 }
+
+#[test]
+#[cfg(feature = "report")]
+fn a_torque_in_space_is_an_arc_around_its_axis() {
+    let text = "version = 2\nspace = 3\n[[body]]\nname = \"top\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [1, 2, 3]\n\
+        [[force]]\nname = \"motor\"\nkind = \"torque\"\nat = \"top\"\ndirection = [0, 2, 0]\ntorque = 1\n\
+        [[force]]\nname = \"push\"\nkind = \"force\"\nat = \"top\"\ndirection = [0, 2, 0]\nforce = 0\n\
+        [time]\nto = 0.1\npoints = 3\n[[output]]\nname = \"x\"\nvalue = \"top.x\"\n";
+    let frames = parsed(text).drawings(&[&[]], &[0.0]).unwrap().unwrap().remove(0);
+    let [arc, push] = &frames[0].space.as_ref().unwrap().arrows[..] else { panic!("{:?}", frames[0].space) };
+    let levers: Vec<[f64; 2]> = arc.iter().map(|p| [p[2] - 3.0, p[0] - 1.0]).collect();
+    let radius = levers[0][0].hypot(levers[0][1]);
+    assert!(arc.iter().all(|p| (p[1] - 2.0).abs() < 1e-12) && radius > 0.0, "{arc:?}");
+    // About y, a positive rotation turns z to x.
+    for pair in levers.windows(2) {
+        assert!((pair[1][0].hypot(pair[1][1]) - radius).abs() < 1e-12, "{levers:?}");
+        assert!(pair[0][0] * pair[1][1] > pair[0][1] * pair[1][0], "{levers:?}");
+    }
+    assert!(push.len() == 2 && push[1] == [1.0, 2.0, 3.0] && push[0][1] < 2.0, "{push:?}");
+}
+
+#[test]
+#[cfg(feature = "report")]
+fn a_released_joint_is_drawn_until_it_comes_apart() {
+    let text = include_str!("../../examples/models/trebuchet.toml");
+    let model = parsed(text);
+    let start: Vec<f64> = model.variables().iter().map(|variable| variable.start).collect();
+    let frames = model.drawings(&[&start], &[0.0, 0.5, 3.0]).unwrap().unwrap().remove(0);
+    let bars: Vec<usize> = frames.iter().map(|frame| frame.bars.len()).collect();
+    assert!(bars[0] == bars[1] && bars[2] + 1 == bars[0], "{bars:?}");
+    // The same in space, where a ball hangs on a rod that is released.
+    let text = "version = 2\nspace = 3\ngravity = [0, 0, -9.81]\n[[body]]\nname = \"ball\"\nkind = \"point\"\nmass = 1\nposition = [0, 0, -1]\n\
+        [[joint]]\nname = \"rod\"\nkind = \"distance\"\na = \"ground\"\nb = \"ball\"\nlength = 1\n\
+        [[event]]\nname = \"cut\"\nwhen = \"time > 0.2\"\nrelease = \"rod\"\n\
+        [time]\nto = 1\npoints = 11\n[analysis]\nkind = \"dynamics\"\n[[output]]\nname = \"z\"\nvalue = \"ball.z\"\n";
+    let frames = parsed(text).drawings(&[&[]], &[0.0, 0.1, 0.2, 1.0]).unwrap().unwrap().remove(0);
+    let bars: Vec<usize> = frames.iter().map(|frame| frame.space.as_ref().unwrap().bars.len()).collect();
+    assert_eq!(bars, [1, 1, 1, 0]);
+}

@@ -80,9 +80,9 @@ fn assemble_nearest(
     settings: Assembly,
 ) -> Result<Projection> {
     let guess = state.clone();
-    let error = match close_joints(system, mechanism, state, settings) {
-        Err(error) if !system.allows_redundancy() && guess.q.iter().all(|q| q.is_finite()) => error,
-        done => return done,
+    let failure = match close_joints(system, mechanism, state, settings) {
+        Err(failure) if !system.allows_redundancy() && guess.q.iter().all(|q| q.is_finite()) => failure,
+        done => return done.map_err(AssemblyFailure::into_error),
     };
     state.copy_from(&guess);
     system.allow_redundancy(true);
@@ -91,7 +91,10 @@ fn assemble_nearest(
         _ => {
             system.allow_redundancy(false);
             state.copy_from(&guess);
-            Err(with_largest_gap(error, system, mechanism, &guess))
+            Err(match failure {
+                AssemblyFailure::OpenLoop(error) => error,
+                AssemblyFailure::Other(error) => with_largest_gap(error, system, mechanism, &guess),
+            })
         }
     }
 }
@@ -132,13 +135,35 @@ const NEARBY: f64 = 0.02;
 /// Largest error of a constraint in m or rad after the assembly with redundant constraints.
 const CLOSED: f64 = 1e-9;
 
+/// Why joints cannot be closed.
+enum AssemblyFailure {
+    /// Dependent constraints stay open; the error names their gap.
+    OpenLoop(Error),
+    /// Any other reason.
+    Other(Error),
+}
+
+impl AssemblyFailure {
+    fn into_error(self) -> Error {
+        match self {
+            Self::OpenLoop(error) | Self::Other(error) => error,
+        }
+    }
+}
+
+impl From<Error> for AssemblyFailure {
+    fn from(error: Error) -> Self {
+        Self::Other(error)
+    }
+}
+
 /// Closes the joints by Newton's method, see [`assemble`].
 fn close_joints(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     state: &mut State<f64>,
     settings: Assembly,
-) -> Result<Projection> {
+) -> Result<Projection, AssemblyFailure> {
     let mut rows = vec![[0.0]; system.size()];
     if mechanism.multipliers == 0 {
         return Ok(Projection::default());
@@ -156,7 +181,8 @@ fn close_joints(
         }
         if let Err(error) = system.factorize(mechanism, state.t) {
             let error = explained(system, mechanism, state, error);
-            return Err(open_loop(system, mechanism, state, &mut rows).unwrap_or(error));
+            let open = open_loop(system, mechanism, state, &mut rows);
+            return Err(open.map_or(AssemblyFailure::Other(error), AssemblyFailure::OpenLoop));
         }
         system.factor().solve(&mut rows);
         if rows.iter().any(|row| !row[0].is_finite()) {
@@ -175,7 +201,7 @@ fn close_joints(
         }
     }
     if let Some(error) = diagnostics::not_finite(mechanism, state) {
-        return Err(error);
+        return Err(error.into());
     }
     largest_gap(system, mechanism, state, &mut rows);
     let what = system.dominant_residual(mechanism, &rows);
@@ -187,11 +213,8 @@ fn close_joints(
             "check the lengths, the initial positions and the stroke of the drives: the loop may be too short to close"
         }
     };
-    Err(Error::analysis(what, why, remedy))
+    Err(Error::analysis(what, why, remedy).into())
 }
-
-/// The reason of a gap that an assembly cannot reduce.
-const STAYS_OPEN: &str = "the loop cannot be closed from these positions";
 
 /// The error of dependent constraints that stay open in a singular position, such as a rod that is in line with a crank and too short.
 /// `None` if all constraints are closed, independent, or not finite.
@@ -212,7 +235,7 @@ fn open_loop(
         false => format!(", and these constraints depend on others: {dependent}"),
     };
     let why = format!(
-        "{STAYS_OPEN}, or constraints are contradictory at t = {}: a gap of {gap:.3} m or rad remains{others}",
+        "the loop cannot be closed from these positions, or constraints are contradictory at t = {}: a gap of {gap:.3} m or rad remains{others}",
         Seconds(state.t)
     );
     let remedy = "check the lengths: the loop may be too short; if it can be closed, begin with positions that are not in line; if other joints \
@@ -234,9 +257,7 @@ fn with_largest_gap(error: Error, system: &mut System, mechanism: &Mechanism<f64
     let gap = largest_gap(system, mechanism, guess, &mut rows);
     let is_built = guess.q == State::built(mechanism, guess.t).q;
     match error {
-        Error::Analysis { what, why, remedy }
-            if is_built && gap > LARGE_GAP && gap.is_finite() && !why.starts_with(STAYS_OPEN) =>
-        {
+        Error::Analysis { what, why, remedy } if is_built && gap > LARGE_GAP && gap.is_finite() => {
             let worst = system.dominant_residual(mechanism, &rows);
             let why =
                 format!("{why}; in the positions of the model the largest error is {gap:.3} m or rad, of {worst}");

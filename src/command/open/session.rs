@@ -48,7 +48,7 @@ pub struct Session {
 struct Project {
     /// Text on disk, and the time and the length by which a change is noticed. While the file cannot be read, its last text.
     disk: String,
-    stamp: Option<(SystemTime, u64)>,
+    stamp: FileStamp,
     /// Hash of what was found on disk last.
     found: String,
     /// Reason why the file cannot be read. A file that is being replaced is missing for a moment, so the second failure counts.
@@ -56,6 +56,8 @@ struct Project {
     failures: u32,
     /// Text that was edited in a page and is not saved.
     draft: Option<Draft>,
+    /// Of the file that it is kept in.
+    draft_stamp: FileStamp,
     /// The edited text, or that on disk, with the files that it names.
     whole: Whole,
     /// Errors of the edited text, or of that on disk; `None` if it is the model in force.
@@ -77,6 +79,13 @@ struct Draft {
     text: String,
     /// Hash of the text on disk that was edited.
     base: String,
+}
+
+/// Time of change and length of a file, from which it is seen whether it has changed.
+type FileStamp = Option<(SystemTime, u64)>;
+
+fn stamp(path: &Path) -> FileStamp {
+    path.metadata().ok().and_then(|data| Some((data.modified().ok()?, data.len())))
 }
 
 /// The answer to a request to save.
@@ -123,6 +132,7 @@ impl Session {
             failure: None,
             failures: 0,
             draft: None,
+            draft_stamp: None,
             whole: Ok(String::new()),
             errors: None,
             text: String::new(),
@@ -144,7 +154,7 @@ impl Session {
         let text = session.read()?;
         reject_study(file, &text)?;
         session.project().take_disk(text);
-        session.take_draft()?;
+        session.take_draft(&mut session.project())?;
         session.update(&mut session.project());
         Ok(session)
     }
@@ -161,7 +171,7 @@ impl Session {
 
     /// Reads the file again if it has changed, and the files that it names.
     pub fn look_at_the_file(&self) {
-        let stamp = self.path.metadata().ok().and_then(|data| Some((data.modified().ok()?, data.len())));
+        let stamp = stamp(&self.path);
         let mut project = self.project();
         let (before, failure) = (project.disk.clone(), project.failure.clone());
         if stamp.is_none() || stamp != project.stamp || project.failures > 0 {
@@ -173,7 +183,16 @@ impl Session {
                 Err(error) => project.fail(&error),
             }
         }
-        if project.disk != before || project.failure != failure || self.whole(&project) != project.whole {
+        // Another server of the same file may have written it; an unreadable one is told at the next edit.
+        let has_taken = self.take_draft(&mut project).unwrap_or(false);
+        if project.draft.as_ref().is_some_and(|draft| draft.text == project.disk) {
+            // Saved by another server, or written by another editor. A copy that cannot be removed now is ignored at the next start.
+            drop(self.discard_of(&mut project));
+        } else if has_taken
+            || project.disk != before
+            || project.failure != failure
+            || self.whole(&project) != project.whole
+        {
             self.update(&mut project);
         }
     }
@@ -195,18 +214,24 @@ impl Session {
         format!("{}.unsaved", self.name)
     }
 
-    /// Takes up the edited text of an earlier session, unless it is that of the file.
-    fn take_draft(&self) -> anyhow::Result<()> {
-        let cannot = || format!("cannot read {}", self.directory.path().join(self.unsaved()).display());
-        let Some(bytes) = self.directory.read(&self.unsaved(), LIMIT).with_context(cannot)? else { return Ok(()) };
+    /// Takes up the edited text of an earlier session or of another server, unless it is that of the file. Returns whether there is a new one.
+    fn take_draft(&self, project: &mut Project) -> anyhow::Result<bool> {
+        let unsaved = self.directory.path().join(self.unsaved());
+        let cannot = || format!("cannot read {}", unsaved.display());
+        let stamp = stamp(&unsaved);
+        if stamp.is_some() && stamp == project.draft_stamp {
+            return Ok(false);
+        }
+        let Some(bytes) = self.directory.read(&self.unsaved(), LIMIT).with_context(cannot)? else { return Ok(false) };
+        project.draft_stamp = stamp;
         let text = String::from_utf8(bytes).with_context(cannot)?;
         // Without its last line it is not known which text was edited: saving asks before it replaces the file.
         let (text, base) = text.rsplit_once(BASE).unwrap_or((text.as_str(), ""));
-        let mut project = self.project();
-        if text != project.disk {
+        let is_new = text != project.disk && project.draft.as_ref().is_none_or(|draft| draft.text != text);
+        if is_new {
             project.draft = Some(Draft { text: text.to_owned(), base: base.trim_end().to_owned() });
         }
-        Ok(())
+        Ok(is_new)
     }
 
     /// Makes the edited text, or that on disk, the model in force, unless it has errors.
@@ -229,9 +254,13 @@ impl Session {
     }
 
     /// Keeps an edited text in `FILE.unsaved` until it is saved. `edited` is the hash of the text that was edited, `base` that of the text
-    /// on disk from which the edits began. Returns the hash of the text, or `None` if it would replace an edit of another page.
+    /// on disk from which the edits began. Returns the hash of the text, or `None` if it would replace an edit of another page, also one of
+    /// another server.
     pub fn edit(&self, text: String, edited: &str, base: String) -> anyhow::Result<Option<String>> {
         let mut project = self.project();
+        if self.take_draft(&mut project)? {
+            self.update(&mut project);
+        }
         if project.draft.as_ref().is_some_and(|draft| draft.text != text && hash(&draft.text) != edited) {
             return Ok(None);
         }

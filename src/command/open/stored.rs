@@ -75,7 +75,7 @@ pub fn write_note(name: &str, text: &str) -> anyhow::Result<()> {
 }
 
 /// The rows of a study by phases, with the columns that give the design of each row, by variable; a variable without a column has
-/// its start value.
+/// its start value. The study changes the `others`, which are no variables: a design alone does not have the results of its row.
 pub fn study(name: &str, variables: &[String]) -> anyhow::Result<Value> {
     let entry = known(name)?;
     ensure!(entry.kind == "study", "{name} has a run in it, and no study");
@@ -95,7 +95,10 @@ pub fn study(name: &str, variables: &[String]) -> anyhow::Result<Value> {
         })
     });
     let phases: Vec<Value> = phases.collect();
-    Ok(json!({ "folder": entry.folder, "title": study.title(), "start": start, "phases": phases }))
+    let others: Vec<&str> = study.changed().filter(|name| !variables.iter().any(|variable| variable == name)).collect();
+    Ok(json!({
+        "folder": entry.folder, "title": study.title(), "start": start, "phases": phases, "others": others,
+    }))
 }
 
 /// True if two texts have the same settings but for start values, bounds, title and method: their runs can be compared.

@@ -100,7 +100,7 @@ impl RunHistory {
         if is_cycle {
             let cycle = serde_json::from_slice(line);
             self.cycles.push(cycle.with_context(|| {
-                format!("{}: the line of cycle {} is not readable", place.display(), self.cycles.len())
+                format!("{}: the line of trial step {} is not readable", place.display(), self.cycles.len())
             })?);
             self.end_prefix(self.cycles.len());
         }

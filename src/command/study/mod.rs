@@ -7,21 +7,19 @@ pub use study_folder::{StudyProgress, StudyRecord};
 use super::budget::Budget;
 use super::interruption::{INTERRUPTED, at_interruption};
 use super::model::{ModelSettings, is_model, located, model_file, program_folder};
-use super::output::{ClosedOutput, Digits, argument, brief, complain, say};
+use super::output::{ClosedOutput, Digits, argument, complain, say};
 use super::output_folder::{create, name_of, numbered};
-use super::progress::Show;
+use super::progress::{RunCount, Show};
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Subcommand};
 use linkwright::report::table::{Table, one_line};
 use linkwright::storage::{Directory, read_file};
 use linkwright::study::{self as studies, Column, Conclusions, ModelSource, Part, Phase, Row, Rows, StudyFile};
 use serde_json::json;
-use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
 use study_folder::{PAGE, SUMMARY, StudyFolder, copies, read_rows};
 
 /// Largest size of a study file in bytes.
@@ -237,7 +235,9 @@ impl StudyOutput {
             if failure.is_some() {
                 return false;
             }
-            if let Err(error) = folder.append(row).and_then(|()| progress.row(study, row)) {
+            if let Err(error) =
+                folder.append(row).and_then(|()| self.say_row(study, row)).and_then(|()| progress.add(row.has_failed()))
+            {
                 *failure = Some(error);
                 return false;
             }
@@ -248,9 +248,8 @@ impl StudyOutput {
             Some(jobs) => rayon::ThreadPoolBuilder::new().num_threads(usize::from(jobs)).build()?.install(work),
             None => work(),
         };
-        let (mut folder, mut progress, failure) =
-            progress.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-        progress.end();
+        let (mut folder, progress, failure) = progress.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        drop(progress);
         folder.flush()?;
         if let Some(error) = failure {
             return Err(if error.is::<ClosedOutput>() {
@@ -272,6 +271,19 @@ impl StudyOutput {
         }
         folder.sort(&rows)?;
         self.finish(study, folder, &rows, part)
+    }
+
+    /// Prints a line of JSON for a finished run, if that is asked for.
+    fn say_row(&self, study: &studies::Study, row: &Row) -> anyhow::Result<()> {
+        if !self.json {
+            return Ok(());
+        }
+        let mut line = serde_json::to_value(row)?;
+        line["event"] = "row".into();
+        let phase = &study.phases()[row.phase];
+        line["phase"] = phase.name.into();
+        line["columns"] = phase.columns.iter().map(|column| column.name.as_str()).collect();
+        say(&line.to_string())
     }
 
     /// Writes tables, and the conclusions if no run is missing.
@@ -372,69 +384,4 @@ fn columns(phase: &Phase) -> (String, serde_json::Value) {
         false => json!({ "name": column.name, "unit": column.unit, "words": column.words }),
     };
     (phase.name.to_owned(), phase.columns.iter().map(column).collect())
-}
-
-/// The count of runs on the terminal.
-struct RunCount {
-    show: Show,
-    is_terminal: bool,
-    begun: Instant,
-    drawn: Option<Instant>,
-    done: usize,
-    failed: usize,
-    missing: usize,
-}
-
-impl RunCount {
-    fn new(show: Show, missing: usize) -> Self {
-        let is_terminal = show == Show::Table && std::io::stdout().is_terminal();
-        Self { show, is_terminal, begun: Instant::now(), drawn: None, done: 0, failed: 0, missing }
-    }
-
-    /// Counts a row. A terminal shows the count five times a second, other programs at each tenth of the runs.
-    fn row(&mut self, study: &studies::Study, row: &Row) -> anyhow::Result<()> {
-        let tenth = |done: usize| 10 * done / self.missing.max(1);
-        let is_tenth = tenth(self.done + 1) > tenth(self.done);
-        self.done += 1;
-        self.failed += usize::from(row.has_failed());
-        match self.show {
-            Show::Nothing => Ok(()),
-            Show::JsonLines => {
-                let mut line = serde_json::to_value(row)?;
-                line["event"] = "row".into();
-                let phase = &study.phases()[row.phase];
-                line["phase"] = phase.name.into();
-                line["columns"] = phase.columns.iter().map(|column| column.name.as_str()).collect();
-                say(&line.to_string())
-            }
-            Show::Table if self.is_terminal => {
-                if self.drawn.is_none_or(|drawn| drawn.elapsed() > Duration::from_millis(200)) {
-                    self.drawn = Some(Instant::now());
-                    let left =
-                        self.begun.elapsed().div_f64(self.done as f64).mul_f64((self.missing - self.done) as f64);
-                    drop(write!(std::io::stdout(), "\r\x1b[K{}, about {} left", self.text(), brief(left)));
-                    drop(std::io::stdout().flush());
-                }
-                Ok(())
-            }
-            Show::Table => {
-                if is_tenth {
-                    say(&self.text())
-                } else {
-                    Ok(())
-                }
-            }
-        }
-    }
-
-    fn text(&self) -> String {
-        format!("{} of {} runs, {} failed", self.done, self.missing, self.failed)
-    }
-
-    fn end(&mut self) {
-        if self.is_terminal && self.drawn.is_some() {
-            drop(write!(std::io::stdout(), "\r\x1b[K"));
-            drop(std::io::stdout().flush());
-        }
-    }
 }

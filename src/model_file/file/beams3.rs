@@ -23,7 +23,12 @@ const COMMON: &[Key] = &[
     ),
     optional("start", Accepts::Name, "body or node to which the first end is fixed"),
     optional("end", Accepts::Name, "body or node to which the last end is fixed"),
-    default("elements", Accepts::Count, "6", "number of equal elements"),
+    default(
+        "elements",
+        Accepts::Count,
+        "6",
+        "number of equal elements; errors, such as those of natural frequencies, fall with its square",
+    ),
     default(
         "shear",
         Accepts::Choice(&["flexible", "rigid", "plain", "cubic"]),
@@ -49,8 +54,18 @@ pub const TABLES: &[TableKeys] = &[
         about: "a flexible beam, straight without load, with its axis along x of its nodes",
         keys: COMMON,
     },
-    TableKeys { name: "beam3", kind: Some("circular"), about: "a solid round bar", keys: CIRCULAR },
-    TableKeys { name: "beam3", kind: Some("rectangular"), about: "a solid rectangular bar", keys: RECTANGULAR },
+    TableKeys {
+        name: "beam3",
+        kind: Some("circular"),
+        about: "a solid round bar: shear area 0.9 A, torsion constant π d⁴/32",
+        keys: CIRCULAR,
+    },
+    TableKeys {
+        name: "beam3",
+        kind: Some("rectangular"),
+        about: "a solid rectangular bar: shear area 5/6 A, torsion constant a b³ (1/3 − 0.21 (b/a) (1 − b⁴/(12 a⁴))) of its longer side a and its shorter one b",
+        keys: RECTANGULAR,
+    },
 ];
 
 /// A beam in space whose numbers are expressions of the design variables.

@@ -98,8 +98,10 @@ pub fn read(file: &Section<'_>, names: &Names, parts: &mut Parts) -> Read<Vec<Bo
         } else {
             NamedPart::Frame(FrameRef::Body(frames))
         };
+        // A body with mistakes has no name, since the next one has its number.
+        let body = body(kind, &section, names)?;
         parts.add(&section.need_word("name")?, named)?;
-        bodies.push(body(kind, &section, names)?);
+        bodies.push(body);
         if kind == BodyKind::Slider {
             sliders += 1
         } else {

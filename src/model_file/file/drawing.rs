@@ -24,6 +24,8 @@ const FEWEST: usize = 40;
 const MOST: usize = 240;
 /// Number of line segments of a profile.
 const CURVE: usize = 72;
+/// Change of the distance of the points of a released joint from which on it is not drawn: relative to the largest distance, and in m.
+const APART: [f64; 2] = [1e-3, 1e-8];
 /// Number of intervals between the arrows of a distributed load.
 const LOAD_ARROWS: usize = 6;
 
@@ -99,6 +101,13 @@ impl Model {
     }
 }
 
+/// For each of the `distances` of the two points of a joint along a motion, true if it has come apart there.
+pub fn came_apart(distances: &[f64]) -> impl Iterator<Item = bool> {
+    let first = distances.first().copied().unwrap_or(0.0);
+    let largest = distances.iter().copied().fold(0.0, f64::max);
+    distances.iter().map(move |distance| (distance - first).abs() > (APART[0] * largest).max(APART[1]))
+}
+
 /// A mechanism at one design.
 struct DrawnMechanism<'p> {
     spec: &'p MechanismSpec,
@@ -110,6 +119,8 @@ struct DrawnMechanism<'p> {
     sliders: usize,
     /// Bodies that move freely after a release.
     flying: Vec<FrameRef>,
+    /// Numbers of the joints that are released.
+    released: Vec<usize>,
 }
 
 /// Poses of all frames and positions of all sliders at one time.
@@ -119,6 +130,8 @@ struct DrawnState<'s> {
     sliders: Vec<f64>,
     /// Normal force and moment at the nodes of beams with a known cross-section.
     forces: Vec<[f64; 2]>,
+    /// Numbers of the released joints that have come apart.
+    apart: Vec<usize>,
 }
 
 impl<'p> DrawnMechanism<'p> {
@@ -127,8 +140,8 @@ impl<'p> DrawnMechanism<'p> {
         let nodes = |(beam, b): (usize, &BeamSpec)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k));
         let frames =
             (0..kinds.len()).map(FrameRef::Body).chain(spec.beams.iter().enumerate().flat_map(nodes)).collect();
-        let flying = spec.flying_bodies();
-        Self { spec, design, frames, sliders: spec.bodies.len() - kinds.len(), kinds, flying }
+        let (flying, released) = (spec.flying_bodies(), spec.released_joints());
+        Self { spec, design, frames, sliders: spec.bodies.len() - kinds.len(), kinds, flying, released }
     }
 
     /// x, y and rotation of every frame, then the positions of one-coordinate bodies.
@@ -156,8 +169,15 @@ impl<'p> DrawnMechanism<'p> {
             poses: (0..n).map(|k| [0, 1, 2].map(|i| values[3 * k + i][p])).collect(),
             sliders: values[3 * n..][..self.sliders].iter().map(|v| v[p]).collect(),
             forces: values[3 * n + self.sliders..].chunks_exact(2).map(|pair| [pair[0][p], pair[1][p]]).collect(),
+            apart: vec![],
         };
-        (0..count).map(state).collect()
+        let mut states: Vec<DrawnState<'_>> = (0..count).map(state).collect();
+        for &joint in &self.released {
+            let distances: Vec<f64> = states.iter().map(|state| state.distance_of_points(joint)).collect();
+            let is_apart = came_apart(&distances);
+            states.iter_mut().zip(is_apart).filter(|(_, is_apart)| *is_apart).for_each(|(s, _)| s.apart.push(joint));
+        }
+        states
     }
 
     fn local(&self, point: &PointRef) -> [f64; 2] {
@@ -256,6 +276,13 @@ impl DrawnState<'_> {
         [x0 + c * x - s * y, y0 + s * x + c * y]
     }
 
+    /// Distance of the two points of element number `k`; zero if it has fewer.
+    fn distance_of_points(&self, k: usize) -> f64 {
+        let mut points = self.mechanism.spec.elements[k].points().map(|point| self.point(point));
+        let (Some(a), Some(b)) = (points.next(), points.next()) else { return 0.0 };
+        (b[0] - a[0]).hypot(b[1] - a[1])
+    }
+
     fn point(&self, point: &PointRef) -> [f64; 2] {
         self.position(point.frame, self.mechanism.local(point))
     }
@@ -274,7 +301,8 @@ impl DrawnState<'_> {
         let mut linkage = Linkage::default();
         (0..self.mechanism.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
         self.draw_beams(ranges, &mut linkage);
-        self.mechanism.spec.elements.iter().for_each(|part| self.draw_element(part, ranges, &mut linkage));
+        let elements = self.mechanism.spec.elements.iter().enumerate().filter(|(k, _)| !self.apart.contains(k));
+        elements.for_each(|(_, part)| self.draw_element(part, ranges, &mut linkage));
         for ((a, b, line), [from, to]) in self.mechanism.sliding().zip(&ranges.guides) {
             let ([x, y], angle) = (self.point(a), self.pose(a.frame)[2] + line);
             let (s, c) = angle.sin_cos();

@@ -1,6 +1,7 @@
 //! The mechanism of a file in space in motion, as drawings.
 
 use super::bodies3::BodyKind3;
+use super::drawing::came_apart;
 use super::elements::{ElementSpec, InputSpec};
 use super::measures::MeasureRef;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
@@ -37,6 +38,8 @@ pub struct DrawnMechanism3<'p> {
     directions: Vec<Option<[f64; 3]>>,
     /// Bodies that move freely after a release, whose paths are drawn.
     flying: Vec<FrameRef>,
+    /// Numbers of the joints that are released.
+    released: Vec<usize>,
 }
 
 impl<'p> DrawnMechanism3<'p> {
@@ -58,8 +61,8 @@ impl<'p> DrawnMechanism3<'p> {
             numbers.collect::<Vec<f64>>().try_into().ok()
         };
         let directions = spec.elements.iter().map(direction).collect();
-        let flying = spec.flying_bodies();
-        Ok(Self { spec, frames, ends, named, directions, flying })
+        let (flying, released) = (spec.flying_bodies(), spec.released_joints());
+        Ok(Self { spec, frames, ends, named, directions, flying, released })
     }
 
     /// Position of every frame, and of points along its axes x and y.
@@ -75,7 +78,13 @@ impl<'p> DrawnMechanism3<'p> {
 
     /// The drawings at all times.
     pub fn draw(&self, values: &[Vec<f64>], count: usize) -> Vec<Linkage> {
-        let motion: Vec<DrawnState3<'_>> = (0..count).map(|p| self.state(values, p)).collect();
+        let mut motion: Vec<DrawnState3<'_>> = (0..count).map(|p| self.state(values, p)).collect();
+        for &joint in &self.released {
+            let [a, b, ..] = self.ends[joint][..] else { continue };
+            let distances: Vec<f64> = motion.iter().map(|state| distance(state.point(&a), state.point(&b))).collect();
+            let is_apart = came_apart(&distances);
+            motion.iter_mut().zip(is_apart).filter(|(_, is_apart)| *is_apart).for_each(|(s, _)| s.apart.push(joint));
+        }
         let ranges = self.ranges(&motion);
         motion.iter().map(|state| state.draw(&ranges).seen(&ViewDirection::default())).collect()
     }
@@ -89,7 +98,7 @@ impl<'p> DrawnMechanism3<'p> {
             Pose3::new(origin, Rotation::from_z_x(z, x))
         };
         let poses = self.frames.iter().enumerate().map(|(k, frame)| (*frame, pose(k))).collect();
-        DrawnState3 { mechanism: self, poses }
+        DrawnState3 { mechanism: self, poses, apart: vec![] }
     }
 
     /// Lengths that all drawings share.
@@ -124,6 +133,8 @@ struct Ranges {
 struct DrawnState3<'s> {
     mechanism: &'s DrawnMechanism3<'s>,
     poses: HashMap<FrameRef, Pose3<f64>>,
+    /// Numbers of the released joints that have come apart.
+    apart: Vec<usize>,
 }
 
 impl DrawnState3<'_> {
@@ -151,7 +162,7 @@ impl DrawnState3<'_> {
             let node = |node: usize| self.pose(FrameRef::Node(k, node)).position;
             drawn.bars.push((0..=beam.elements).map(node).collect());
         }
-        for (k, part) in self.mechanism.spec.elements.iter().enumerate() {
+        for (k, part) in self.mechanism.spec.elements.iter().enumerate().filter(|(k, _)| !self.apart.contains(k)) {
             self.draw_element((k, part), &self.mechanism.ends[k], (ranges.guides[k], ranges.size), &mut drawn);
         }
         let moving = self.mechanism.named.iter().filter(|at| !self.rests(at.frame));
@@ -289,17 +300,33 @@ impl DrawnState3<'_> {
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner).to_vec()
     }
 
-    /// The arrow of a load in its positive direction; it does not show the size.
+    /// The arrow of a load in its positive direction, that of a torque around its axis; it does not show the size.
     fn draw_load(&self, (k, part): (usize, &ElementSpec), at: &Attachment, size: f64, drawn: &mut SpatialLinkage) {
         let Some([x, y, z]) = self.mechanism.directions[k] else { return };
         let direction = match part.kind.descriptor.kind {
             "follower" | "follower-torque" => self.pose(at.frame).orientation.then(at.axes).rotate([x, y, z]),
             _ => [x, y, z],
         };
-        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let tip = self.point(at);
-        drawn.arrows.push([[0, 1, 2].map(|k| tip[k] - 0.14 * size * direction[k] / length), tip]);
+        let point = self.point(at);
+        drawn.arrows.push(match part.kind.descriptor.kind {
+            "torque" | "follower-torque" => turn(point, direction, 0.07 * size),
+            _ => {
+                let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+                vec![[0, 1, 2].map(|k| point[k] - 0.14 * size * direction[k] / length), point]
+            }
+        });
     }
+}
+
+/// An arc about the `axis` through `centre`, in the direction of a positive rotation.
+fn turn(centre: [f64; 3], axis: [f64; 3], radius: f64) -> Vec<[f64; 3]> {
+    let axes = Rotation::z_along(axis);
+    let at = |k: u32| {
+        let (sin, cos) = (-0.5 + 0.25 * f64::from(k)).sin_cos();
+        let lever = axes.rotate([radius * cos, radius * sin, 0.0]);
+        [0, 1, 2].map(|k| centre[k] + lever[k])
+    };
+    (0..=16).map(at).collect()
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {

@@ -21,6 +21,10 @@ use mechanics::elements::Family;
 use mechanics::mechanism::{Mechanism, ParametricMechanism, SimulationClock};
 use std::sync::Arc;
 
+/// Kinds of joints between two points whose distance does not change.
+#[cfg(feature = "report")]
+const KEEP_DISTANCE: [&str; 6] = ["revolute", "distance", "fixed", "spherical", "universal", "constant-velocity"];
+
 /// A mechanism with its outputs, as a function of the design.
 #[derive(Clone, Debug)]
 pub struct MechanismTemplate {
@@ -71,6 +75,12 @@ impl MechanismSpec {
         };
         let bodies = (0..self.bodies.len().max(self.bodies3.len())).map(FrameRef::Body);
         bodies.filter(is_flying).collect()
+    }
+
+    /// Numbers of the joints that an event releases and that keep the distance of their two points until then.
+    pub fn released_joints(&self) -> Vec<usize> {
+        let keeps_distance = |k: &usize| KEEP_DISTANCE.contains(&self.elements[*k].kind.descriptor.kind);
+        self.events.iter().flat_map(EventSpec::released).filter(keeps_distance).collect()
     }
 }
 

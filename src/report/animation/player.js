@@ -77,10 +77,13 @@
     }
     return flat;
   }
-  function headed([x, y, u, v]) {
-    const [length, angle] = [Math.hypot(u - x, v - y), Math.atan2(v - y, u - x)];
+  function headed(line) {
+    const [x, y, u, v] = line.slice(-4);
+    let length = 0;
+    for (let k = 2; k < line.length; k += 2) length += Math.hypot(line[k] - line[k - 2], line[k + 1] - line[k - 1]);
+    const angle = Math.atan2(v - y, u - x);
     const side = (turn) => [u - (length / 6) * Math.cos(angle + turn), v - (length / 6) * Math.sin(angle + turn)].map(tenths);
-    return [x, y, u, v, ...side(0.45), u, v, ...side(-0.45)];
+    return [...line, ...side(0.45), u, v, ...side(-0.45)];
   }
   function flat(name, at) {
     if (!space) return at;

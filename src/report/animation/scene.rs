@@ -93,7 +93,7 @@ impl Viewport {
             linkage.sliders.iter().map(slider).collect(),
             points(&linkage.ground_joints),
             points(&linkage.joints),
-            pairs(&linkage.arrows),
+            lines(&linkage.arrows),
             vec![],
             points(&linkage.traced),
         ]

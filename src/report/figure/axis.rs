@@ -21,6 +21,14 @@ impl Scale {
         }
     }
 
+    /// The value at a `part` of the length from one value to another, both of which are shown.
+    pub(crate) fn between(self, [from, to]: [f64; 2], part: f64) -> f64 {
+        match self {
+            Self::Linear => from + (to - from) * part,
+            Self::Logarithmic => from * (to / from).powf(part),
+        }
+    }
+
     pub(crate) fn shows(self, value: f64) -> bool {
         value.is_finite() && (self == Self::Linear || value > 0.0)
     }

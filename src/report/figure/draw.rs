@@ -115,7 +115,9 @@ fn field(svg: &mut Svg, grid: &Grid, map: ColourMap, range: [f64; 2], view: &Vie
     let rows = ((bottom - top) / 1.4).ceil().clamp(1.0, 400.0) as usize;
     let shade = |i: usize, j: usize| {
         let part = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
-        let value = grid.interpolate(x0 + (x1 - x0) * part(i, columns), y0 + (y1 - y0) * part(j, rows));
+        let x = view.scales[0].between([x0, x1], part(i, columns));
+        let y = view.scales[1].between([y0, y1], part(j, rows));
+        let value = grid.interpolate(x, y);
         let fraction = (value - range[0]) / (range[1] - range[0]);
         value.is_finite().then(|| (fraction.clamp(0.0, 1.0) * SHADES).round() as u32)
     };

@@ -13,7 +13,7 @@ pub(crate) struct View {
     pub y: [f64; 2],
     pub x_ticks: Ticks,
     pub y_ticks: Ticks,
-    scales: [Scale; 2],
+    pub scales: [Scale; 2],
 }
 
 impl View {

@@ -19,8 +19,8 @@ pub struct SpatialLinkage {
     pub springs: Vec<[[f64; 3]; 2]>,
     /// Point masses.
     pub masses: Vec<[f64; 3]>,
-    /// Arrows of loads: from the beginning to the tip.
-    pub arrows: Vec<[[f64; 3]; 2]>,
+    /// Arrows of loads: polylines from the beginning to the tip.
+    pub arrows: Vec<Vec<[f64; 3]>>,
     /// Points whose paths are drawn.
     pub traced: Vec<[f64; 3]>,
 }
@@ -51,8 +51,8 @@ impl ViewDirection {
 impl SpatialLinkage {
     /// All points.
     pub fn points(&self) -> impl Iterator<Item = &[f64; 3]> {
-        let lines = self.bars.iter().chain(&self.plates).flatten();
-        let pairs = self.guides.iter().chain(&self.springs).chain(&self.arrows).flatten();
+        let lines = self.bars.iter().chain(&self.plates).chain(&self.arrows).flatten();
+        let pairs = self.guides.iter().chain(&self.springs).flatten();
         let points = self.joints.iter().chain(&self.ground_joints).chain(&self.masses).chain(&self.traced);
         lines.chain(pairs).chain(points).chain(self.sliders.iter().map(|[place, _]| place))
     }

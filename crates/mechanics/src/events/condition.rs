@@ -163,6 +163,17 @@ impl EventCondition<f64> {
     }
 }
 
+impl EventCondition<f64> {
+    /// The largest value of the function g of a condition that counts as zero in `state`.
+    pub fn border(&self, state: &State<f64>) -> f64 {
+        let size = self.terms_of(state).iter().fold(0.0, |size: f64, term| size.max(term.abs()));
+        (POSITION_ROUNDING * size).max(ZERO)
+    }
+}
+
+/// Value of a condition that may be a rounding error of a motion at rest.
+pub(crate) const ZERO: f64 = 1e-12;
+
 /// Value of a condition at its border, and one that it passes almost at once, as fractions of the value shortly after.
 const AT_BORDER: f64 = 1e-6;
 const PASSED: f64 = 1e-9;

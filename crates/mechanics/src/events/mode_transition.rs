@@ -10,6 +10,7 @@
 //! no impulse is tensile.
 
 use crate::constraint_rank::ConstraintRank;
+use crate::events::condition::ZERO;
 use crate::events::consistent_modes::{
     ModeSearch, RestingParts, find, largest, returns, slide_where_driven, without_forces,
 };
@@ -64,7 +65,8 @@ pub(crate) fn find_transition(
     let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
     let mut after = end.modes.clone();
     after.apply(mechanism, at_event);
-    let mut jump = if is_impact { after.clone() } else { end.modes.clone() };
+    // Joints that an event of the same time releases transmit the impulse of an impact: it may be the cause of the event.
+    let mut jump = end.modes.clone();
     if mechanism.events.iter().all(|event| event.unilateral.is_none()) {
         return Ok(ModeTransition { stays: false, jump, after });
     }
@@ -120,13 +122,14 @@ pub(crate) fn state_after(
     Ok(state)
 }
 
-/// Events whose conditions become true because the motion jumps at the event `contact` and the `simultaneous` ones, in the state `end` at
-/// the end of a step: velocities jump at an impact, forces and accelerations at a switch. Events that these cause in turn are included.
+/// All events at the time of the event `contact` and the `simultaneous` ones, which ends a step in the state `end`, in the order in which they change the
+/// mechanism: these in the order of their numbers, and then those whose conditions become true because the motion jumps. Velocities jump at an
+/// impact, forces and accelerations at a switch. Events that these cause in turn are included.
 ///
 /// # Errors
 ///
 /// As [`find_transition`].
-pub(crate) fn triggered_events(
+pub(crate) fn events_at_once(
     system: &System,
     mechanism: &Mechanism<f64>,
     (contact, simultaneous): (usize, &[usize]),
@@ -134,12 +137,12 @@ pub(crate) fn triggered_events(
     step: f64,
 ) -> Result<Vec<usize>> {
     let mut at_event = [simultaneous, &[contact]].concat();
+    at_event.sort_unstable();
     let is_pending =
         |k: &usize| mechanism.events[*k].when.is_some() && !end.modes.has_happened(*k) && !at_event.contains(k);
     let pending: Vec<usize> = (0..mechanism.events.len()).filter(is_pending).collect();
-    let mut triggered = Vec::new();
     if pending.is_empty() {
-        return Ok(triggered);
+        return Ok(at_event);
     }
     let mut system = system.clone();
     let before = consistent_ends::at_event(&mut system, mechanism, end);
@@ -148,14 +151,13 @@ pub(crate) fn triggered_events(
         let after = state_after(&mut system, mechanism, (contact, &at_event), transition, end, 0.0)?;
         let happens = |k: &usize| {
             let event = &mechanism.events[*k];
-            !triggered.contains(k) && event.gap(&before) > 0.0 && event.gap(&after) < 0.0
+            !at_event.contains(k) && event.gap(&before) >= 0.0 && event.gap(&after) < -ZERO
         };
         let new: Vec<usize> = pending.iter().copied().filter(happens).collect();
         if new.is_empty() {
-            return Ok(triggered);
+            return Ok(at_event);
         }
         at_event.extend(&new);
-        triggered.extend(new);
     }
 }
 

@@ -5,7 +5,7 @@ use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{
     POSITION_ROUNDING, TIME_ROUNDING, are_coupled, gap_rounding, locked_with, simultaneous_switches,
 };
-use crate::events::mode_transition::{SHORTEST_FLIGHT, find_transition, state_after, triggered_events};
+use crate::events::mode_transition::{SHORTEST_FLIGHT, events_at_once, find_transition, state_after};
 use crate::events::unilateral::{AT_REST, TOUCHING};
 use crate::integrators::consistent_ends;
 use crate::integrators::generalized_alpha::{Integrator, Step};
@@ -24,6 +24,9 @@ const MAX_HALVINGS: usize = 20;
 
 /// Fraction of the estimated remaining distance to a switch that a trial step covers.
 const MOST: f64 = 0.99;
+
+/// Change of the opening between two steps of nearly the same length, as a fraction of that over the whole step, which is a jump.
+const JUMPS: f64 = 1e-3;
 
 /// Shortest time between two events of a part, in nominal steps: less than the shortest flight, whose length is an estimate.
 const SHORTEST_TIME: f64 = 0.1 * SHORTEST_FLIGHT;
@@ -220,9 +223,8 @@ impl EventLocator {
         if self.recent.0 > MOST_EVENTS {
             return Err(immediate(mechanism, end, contact));
         }
-        self.simultaneous = self.at_event(system, mechanism, contact, (end, h))?;
-        let mut at_event = self.simultaneous.clone();
-        at_event.push(contact);
+        let at_event = self.at_event(system, mechanism, contact, (end, h))?;
+        self.simultaneous = at_event.iter().copied().filter(|k| *k != contact).collect();
         if let Some(held) = &mut self.held {
             held.hold(mechanism, &at_event, &consistent_ends::at_event(system, mechanism, end));
         }
@@ -231,7 +233,7 @@ impl EventLocator {
         self.is_bounce = is_impact && !transition.stays;
         let longest = self.step.switch_offset();
         let state = state_after(system, mechanism, (contact, &at_event), transition, end, longest)?;
-        for &k in [contact].iter().chain(&self.simultaneous) {
+        for &k in &at_event {
             let event = Event { contact: mechanism.events[k].gap.name.clone(), t: state.t };
             let is_same =
                 |other: &&Event| other.contact == event.contact && event.t - other.t <= SAME_TIME * (event.t.abs() + h);
@@ -242,7 +244,7 @@ impl EventLocator {
         Ok(Some(state))
     }
 
-    /// The events at the time of event number `event`, in the state at the `end` of a step, with its length in s.
+    /// The events at the time of event number `event` in their order, in the state at the `end` of a step, with its length in s.
     fn at_event(
         &self,
         system: &System,
@@ -250,9 +252,8 @@ impl EventLocator {
         event: usize,
         (end, h): (&State<f64>, f64),
     ) -> Result<Vec<usize>> {
-        let mut all = simultaneous_switches(mechanism, event, end, h);
-        all.extend(triggered_events(system, mechanism, (event, &all), end, self.step.nominal())?);
-        Ok(all)
+        let simultaneous = simultaneous_switches(mechanism, event, end, h);
+        events_at_once(system, mechanism, (event, &simultaneous), end, self.step.nominal())
     }
 
     /// The steps, whose nominal length bounds the times between events.
@@ -264,8 +265,8 @@ impl EventLocator {
     pub fn has_ended(&self, system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, h: f64) -> bool {
         let is_terminal = |k: usize| mechanism.events[k].when.as_ref().is_some_and(|when| when.is_terminal);
         let Some(contact) = self.closed.filter(|_| (0..mechanism.events.len()).any(is_terminal)) else { return false };
-        let others = || self.at_event(system, mechanism, contact, (state, h)).unwrap_or_default();
-        is_terminal(contact) || others().into_iter().any(is_terminal)
+        let all = || self.at_event(system, mechanism, contact, (state, h)).unwrap_or_default();
+        is_terminal(contact) || all().into_iter().any(is_terminal)
     }
 
     /// Repeats the step `h` so that it ends when the first contact closes. Returns the length of the step in s.
@@ -488,19 +489,28 @@ impl EventLocator {
             longest = 2.0 * root - h;
             before = StepBeforeSwitch { h, opening: end, state: step.ends()[1].clone() };
         }
-        let before = match self.approach(step, switch, before, [root, longest]) {
+        let (before, after) = match self.approach(step, switch, before, [root, longest]) {
             RootSearch::Reached(h) => return Ok(Some(h)),
-            RootSearch::Stopped(before) => before,
+            RootSearch::Stopped { before, after } => (before, after),
         };
+        // Where a load jumps, the value of a condition or a force jumps over its limit: the event happens after the jump.
+        let jumps = |(after, opening): &(f64, f64)| {
+            after - before.h <= CLOSED_GAP * h && before.opening - opening > JUMPS * (begin - end.min(0.0))
+        };
+        if let Some((after, _)) = after.filter(|after| after.0 <= h && jumps(after)) {
+            step.solve_after(&before, after)?;
+            return Ok(Some(after));
+        }
         if before.h == 0.0 {
             return Err(immediate(step.mechanism(), step.ends()[0], switch));
         }
         step.solve_after(&before, before.h)?;
         let is_spent = step.mechanism().events[switch].unilateral.is_some() && before.opening <= CLOSED_GAP * begin;
         if before.h >= h * (1.0 - CLOSED_GAP) && !is_spent {
-            // The switch opens again, or the step ends before it.
+            // The switch opens again, the step ends before it, or at it.
             step.solve_after(&before, h)?;
-            return Ok(None);
+            let is_closed = self.openings(step, switch, h)[1] < 0.0;
+            return Ok(is_closed.then_some(h));
         }
         Ok(Some(before.h))
     }
@@ -515,6 +525,7 @@ impl EventLocator {
         [mut root, longest]: [f64; 2],
     ) -> RootSearch {
         let mut part = MOST;
+        let mut after: Option<(f64, f64)> = None;
         for _ in 0..MAX_TRIALS {
             let trial = before.h + part * (root.min(longest) - before.h);
             if !(trial > before.h) {
@@ -527,6 +538,9 @@ impl EventLocator {
             if !(opening > 0.0) {
                 if opening < 0.0 && opening >= -stopping_error(step, switch, trial) {
                     return RootSearch::Reached(trial);
+                }
+                if opening < 0.0 && after.is_none_or(|(shortest, _)| trial < shortest) {
+                    after = Some((trial, opening));
                 }
                 part *= 0.5;
                 continue;
@@ -541,7 +555,7 @@ impl EventLocator {
                 return RootSearch::Reached(trial);
             }
         }
-        RootSearch::Stopped(before)
+        RootSearch::Stopped { before, after }
     }
 }
 
@@ -549,8 +563,8 @@ impl EventLocator {
 enum RootSearch {
     /// The step has this length in s and ends at the switch.
     Reached(f64),
-    /// The last trial step before the switch.
-    Stopped(StepBeforeSwitch),
+    /// The last trial step before the switch, and the shortest one after it: its length in s and the opening.
+    Stopped { before: StepBeforeSwitch, after: Option<(f64, f64)> },
 }
 
 /// Gap of a contact, or value of a switch, in two states of a step.
@@ -605,6 +619,11 @@ impl GapChange<'_> {
         match self.before {
             before if before > 0.0 => [before, self.after],
             0.0 if rate > 0.0 => [rate, self.after / self.h],
+            // At its border, from which it may move away later in the step.
+            before if -before <= condition.border(self.old) => {
+                let border = condition.border(self.old);
+                [border, self.after - before + border]
+            }
             _ => [1.0, 1.0], // it holds, and has to become false first
         }
     }

@@ -1,6 +1,7 @@
 //! Motions with events: orders of convergence, and derivatives by every method.
 
 mod balls;
+mod conditions;
 mod coupled_friction;
 mod derivative_methods;
 mod explicit;

@@ -1,13 +1,16 @@
 //! The search subregion of an approximate problem.
 
 use crate::problem::Problem;
+use serde::{Deserialize, Deserializer};
 
 /// The box sˡ ≤ b ≤ sᵘ (12) in which an approximate problem is solved.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, Deserialize)]
 pub struct Region {
-    /// sˡ.
+    /// sˡ. JSON has no infinite numbers: −∞ is stored as `null`.
+    #[serde(deserialize_with = "lower_sides")]
     pub lower: Vec<f64>,
-    /// sᵘ.
+    /// sᵘ, with `null` for ∞.
+    #[serde(deserialize_with = "upper_sides")]
     pub upper: Vec<f64>,
     /// For the lower and the upper side of each variable: true if it is a move limit, false if it is a bound.
     pub is_limit: Vec<[bool; 2]>,
@@ -34,4 +37,17 @@ impl Region {
         };
         (0..b.len()).map(one).collect()
     }
+}
+
+fn lower_sides<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+    sides(deserializer, f64::NEG_INFINITY)
+}
+
+fn upper_sides<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+    sides(deserializer, f64::INFINITY)
+}
+
+fn sides<'de, D: Deserializer<'de>>(deserializer: D, infinite: f64) -> Result<Vec<f64>, D::Error> {
+    let sides = Vec::<Option<f64>>::deserialize(deserializer)?;
+    Ok(sides.into_iter().map(|side| side.unwrap_or(infinite)).collect())
 }

@@ -48,7 +48,7 @@ export class StudyPicture {
     // The first result over what was varied. Columns of an optimum begin with the objective and its violation, and what was varied is before
     // them; its design is a result.
     const varies = (k) => new Set(this.now.rows.slice(0, 200).map((row) => row.values[k])).size > 1;
-    const optimum = columns.findIndex(({ name }) => name === "violation_pct") - 1;
+    const optimum = columns.findIndex(({ name }, k) => name === "violation_pct" && columns[k + 1]?.name === "cycles") - 1;
     const is_input = (k) => (optimum >= 0 ? k < optimum : design.includes(k));
     const all = columns.map((_, k) => k).filter(varies);
     const first = all.find(is_input) ?? all[0] ?? 0;
@@ -111,17 +111,21 @@ export class StudyPicture {
     return best && far(best) <= REACH ? best : null;
   }
 
-  // Shows the design of a row. Variables without a column have their start values.
+  // Shows the design of a row. Variables without a column have their start values, and all other numbers those of the model.
   select(point) {
     if (!point) return;
     this.at = point.row;
     this.points.forEach(({ dot, row }) => dot.setAttribute("class", row === this.at ? "chosen" : ""));
     const { columns, design } = this.now;
     const values = design.map((column, k) => (column === null ? this.study.start[k] : point.row.values[column]));
-    const numbers = [this.x, this.y].map((select) => Number(select.value)).map((k) => `${columns[k].name} ${withUnit(point.row.values[k], columns[k].unit)}`);
+    const shown = (k) => columns[k].words[point.row.values[k]] ?? withUnit(point.row.values[k], columns[k].unit);
+    const numbers = [this.x, this.y].map((select) => Number(select.value)).map((k) => `${columns[k].name} ${shown(k)}`);
     this.place.dataset.row = point.row.run;
     this.note.textContent = `run ${point.row.run}, ${point.row.status}: ${numbers.join(", ")}`;
-    if (values.every((v) => Number.isFinite(v ?? NaN))) this.show(values);
-    else this.note.textContent += "; it has no design of this model";
+    if (values.every((v) => Number.isFinite(v ?? NaN))) {
+      const { others } = this.study;
+      if (others.length) this.note.textContent += `. Motion and margins have the model's own ${others.join(", ")}, not those of this run`;
+      this.show(values);
+    } else this.note.textContent += "; it has no design of this model";
   }
 }

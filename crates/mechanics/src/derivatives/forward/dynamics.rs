@@ -14,7 +14,7 @@ use crate::diagnostics::check_finite;
 use crate::elements::element::ElementWorkspace;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::simultaneous_switches;
-use crate::events::mode_transition::triggered_events;
+use crate::events::mode_transition::events_at_once;
 use crate::integrators::generalized_alpha::Step;
 use crate::integrators::velocity_violation::consistent_velocities;
 use crate::linalg::factor::{Factor, SolveWorkspace};
@@ -315,14 +315,14 @@ where
             let derivatives = self.event_value(step, h, contact)?.derivatives();
             h -= T::with(0.0, derivatives.map(|gap| gap / speed));
         }
-        let mut simultaneous = simultaneous_switches(self.plain, contact, &step.end, step.h);
+        let simultaneous = simultaneous_switches(self.plain, contact, &step.end, step.h);
         for &switch in &simultaneous {
             self.check_simultaneous(step, h, contact, switch)?;
         }
         let nominal = self.settings.step.nominal();
-        simultaneous.extend(triggered_events(&self.system, self.plain, (contact, &simultaneous), &step.end, nominal)?);
+        let at_event = events_at_once(&self.system, self.plain, (contact, &simultaneous), &step.end, nominal)?;
         self.differentiate_step_of(step, h);
-        self.closed = Some(ClosedContact { contact, simultaneous, values: step.end.clone() });
+        self.closed = Some(ClosedContact { contact, at_event, values: step.end.clone() });
         Ok(())
     }
 

@@ -68,8 +68,7 @@ pub(crate) fn apply_event<T: DerivativeScalar<L>, const L: usize>(
 where
     Jet2<T>: ElementScalar,
 {
-    let ClosedContact { contact, simultaneous, mut values } = closed;
-    let at_event = [&simultaneous[..], &[contact]].concat();
+    let ClosedContact { contact, at_event, mut values } = closed;
     if let Some(held) = held {
         let before = consistent_at_event(plain, mechanism, system, &values, state)?;
         held.hold(mechanism, &at_event, &before);
@@ -136,8 +135,8 @@ where
 /// The event at the end of a step.
 pub(crate) struct ClosedContact {
     pub contact: usize,
-    /// Switches that cross zero at the same time.
-    pub simultaneous: Vec<usize>,
+    /// All events of this time, in their order.
+    pub at_event: Vec<usize>,
     /// The state at the end of the step.
     pub values: State<f64>,
 }
@@ -146,7 +145,7 @@ impl ClosedContact {
     /// Returns whether the event ends the motion.
     pub fn is_terminal(&self, mechanism: &Mechanism<f64>) -> bool {
         let is_terminal = |k: &usize| mechanism.events[*k].when.as_ref().is_some_and(|when| when.is_terminal);
-        self.simultaneous.iter().chain([&self.contact]).any(is_terminal)
+        self.at_event.iter().any(is_terminal)
     }
 }
 

@@ -14,7 +14,7 @@ use crate::derivatives::semi_analytical::central_difference::{CentralDifference,
 use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
 use crate::elements::element::ElementWorkspace;
 use crate::events::impact::{apply_impact, apply_switch, make_consistent, simultaneous_switches, switch_offset};
-use crate::events::mode_transition::{find_transition, triggered_events};
+use crate::events::mode_transition::{events_at_once, find_transition};
 use crate::integrators::consistent_ends::at_event;
 use crate::integrators::generalized_alpha::Step;
 use crate::integrators::velocity_violation::consistent_velocities;
@@ -267,7 +267,7 @@ impl<'m> DifferenceSensitivity<'m> {
 
     /// Differentiates a step that ends when `contact` closes, at a time that depends on the design.
     fn close_contact(&mut self, step: &ConvergedStep, contact: usize) -> Result<()> {
-        let mut simultaneous = simultaneous_switches(self.plain, contact, &step.end, step.h);
+        let simultaneous = simultaneous_switches(self.plain, contact, &step.end, step.h);
         self.differentiate_step(step, 0.0)?;
         let fixed = self.gap_rate(step, contact);
         let others: Vec<f64> = simultaneous.iter().map(|&event| self.gap_rate(step, event)).collect();
@@ -301,8 +301,8 @@ impl<'m> DifferenceSensitivity<'m> {
             }
         }
         let system = System::at(self.plain, self.settings.start)?;
-        simultaneous.extend(triggered_events(&system, self.plain, (contact, &simultaneous), &step.end, nominal)?);
-        self.closed = Some(ClosedContact { contact, simultaneous, values: step.end.clone() });
+        let at_event = events_at_once(&system, self.plain, (contact, &simultaneous), &step.end, nominal)?;
+        self.closed = Some(ClosedContact { contact, at_event, values: step.end.clone() });
         Ok(())
     }
 
@@ -318,8 +318,7 @@ impl<'m> DifferenceSensitivity<'m> {
 
     /// Applies the event at the end of the last step, if any, to the state and to the states on both sides of it.
     fn apply_event(&mut self) -> Result<()> {
-        let Some(ClosedContact { contact, simultaneous, values }) = self.closed.take() else { return Ok(()) };
-        let at_event = [&simultaneous[..], &[contact]].concat();
+        let Some(ClosedContact { contact, at_event, values }) = self.closed.take() else { return Ok(()) };
         self.hold_outputs(&at_event, &values);
         let Self { difference, sensitivity, plain, settings, time_rates, .. } = self;
         let is_impact = plain.events[contact].is_open_contact(&values.modes);

@@ -21,9 +21,12 @@ const WITHOUT_STEP: [f64; 2] = [1e-6, 1e-12];
 /// Largest residual where the step is zero and the subproblem predicts no better design, relative to the larger one of the ranges of the
 /// objective over the last designs. Random curve fits end at up to 2e-11 of it by rounding. Forward differences have errors far above that.
 const AT_ZERO_STEP: f64 = 1e-10;
+/// Decrease of the objective, relative to itself, that a residual R may allow there: about R² / (4 Δ) with the range Δ of the objective. The slopes of
+/// fits by adaptive steps are not those of their values in all digits.
+const HIDDEN_DECREASE: f64 = 1e-9;
 /// Largest predicted decrease, residual and complementarity where no other step can be made, relative to the smaller one of the objective and its
-/// change by its slopes: a run that starts at an optimum has seen no range of the objective.
-const BY_SLOPES: f64 = 1e-7;
+/// change by its slopes, in general and if noise prevents other steps: a run that starts at an optimum has seen no range of the objective.
+const BY_SLOPES: [f64; 2] = [1e-7, 1e-6];
 /// Rounding error of the objective, relative to itself, to which its values can be compared.
 const COMPARABLE: f64 = 1e-13;
 /// Number of accepted designs over which the objective has changed by rounding only, for a run that has settled: in general, and at a
@@ -128,6 +131,8 @@ pub(super) struct StopTest<'a> {
     pub optimality: Optimality,
     /// True if no other step can be made, or the last ones have changed nothing.
     pub is_last: bool,
+    /// True if noise is the reason that no other step can be made.
+    pub is_noisy: bool,
     /// True if the last steps have changed the objective by rounding only.
     pub has_settled: bool,
     /// Largest change of the objective by a row, |λᵢ| Σ |∂cᵢ/∂bⱼ| ℓⱼ, with its slopes at the last designs.
@@ -194,7 +199,9 @@ impl StopTest<'_> {
         let by_range = (WITHOUT_STEP[0] * range).max(WITHOUT_STEP[1] * self.longer_range().min(self.settled_range));
         let is_exact = !self.at_limit && self.predicted.abs() <= PREDICTED[0] * objective;
         let seen = self.longer_range().max(self.range(RECENT)).min(self.settled_range);
-        let by_prediction = if is_exact && !self.has_forward_differences { AT_ZERO_STEP * seen } else { 0.0 };
+        let hidden = 2.0 * (HIDDEN_DECREASE * objective.min(seen) * seen).sqrt();
+        let is_exact = is_exact && !self.has_forward_differences;
+        let by_prediction = if is_exact { hidden.max(AT_ZERO_STEP * seen) } else { 0.0 };
         if self.is_last { by_range.max(by_values).max(by_prediction) } else { 0.0 }
     }
 
@@ -256,7 +263,8 @@ impl StopTest<'_> {
         let Optimality { residual, complementarity, largest_change, .. } = self.optimality;
         let unit = self.objective_unit();
         let is_exact_end = self.is_last && !self.has_forward_differences;
-        let by_slopes = if is_exact_end { BY_SLOPES * largest_change.min(objective) } else { 0.0 };
+        let by_slopes = BY_SLOPES[usize::from(self.is_noisy)] * largest_change.min(objective);
+        let by_slopes = if is_exact_end { by_slopes } else { 0.0 };
         let tolerance = (OF_TOLERANCE * self.tolerance).max(by_slopes);
         let allowed = |fraction: f64, rounding: f64| (fraction * unit).max(rounding * objective);
         let prediction = if self.has_settled {

@@ -286,7 +286,7 @@ impl CycleContext<'_> {
         let stalled = noise.map(noise::in_words).or_else(|| self.stalled(&proposal));
         let is_without_progress = || self.has_settled(&proposal, &objectives, true);
         let stalled = stalled.or_else(|| is_without_progress().then(|| NO_PROGRESS.to_owned()));
-        let test = self.stop_test(&proposal, &objectives, stalled.is_some());
+        let test = self.stop_test(&proposal, &objectives, [stalled.is_some(), noise.is_some()]);
         if self.is_flat_start() && !self.increases_quadratically() {
             return Ok(Next::Analyse(Box::new(self.displacement(DISPLACEMENTS[0], |_| true))));
         }
@@ -319,8 +319,13 @@ impl CycleContext<'_> {
         proposal.restoration.is_none() && has_settled(objectives, predicted, at_limit, is_without_progress)
     }
 
-    /// The stop test with a proposal.
-    fn stop_test<'o>(&self, proposal: &Proposal, objectives: &'o [f64], is_stalled: bool) -> StopTest<'o> {
+    /// The stop test with a proposal, of a run that is stalled, by noise, or not.
+    fn stop_test<'o>(
+        &self,
+        proposal: &Proposal,
+        objectives: &'o [f64],
+        [is_stalled, is_noisy]: [bool; 2],
+    ) -> StopTest<'o> {
         let λ = &proposal.solution.multipliers;
         let optimality = Optimality::new(self.problem, &self.state.design, &self.linearized, λ, &self.units.lengths);
         let has_settled = self.has_settled(proposal, objectives, false);
@@ -330,6 +335,7 @@ impl CycleContext<'_> {
             predicted: self.state.evaluation.objective - proposal.predicted.objective,
             at_limit: proposal.at_limit.contains(&true),
             is_last: is_stalled || has_settled,
+            is_noisy,
             has_settled,
             largest_multiplier: self.largest_multiplier(&optimality.multipliers),
             optimality,

@@ -19,7 +19,7 @@ use crate::diagnostics::check_finite;
 use crate::elements::element::{ElementState, ElementWorkspace, SwitchSides};
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::simultaneous_switches;
-use crate::events::mode_transition::triggered_events;
+use crate::events::mode_transition::events_at_once;
 use crate::initial_conditions::acceleration_rows;
 use crate::integrators::explicit::grading::Grading;
 use crate::integrators::explicit::mechanism::{
@@ -318,7 +318,7 @@ where
             self.repeat_step(record, h);
             return Ok(());
         };
-        let mut simultaneous = simultaneous_switches(self.plain, contact, values, length);
+        let simultaneous = simultaneous_switches(self.plain, contact, values, length);
         for &event in &simultaneous {
             let rates = [given, h].map(|h| {
                 self.repeat_step(record, h);
@@ -329,8 +329,8 @@ where
         }
         self.repeat_step(record, h);
         let nominal = self.event_step.nominal();
-        simultaneous.extend(triggered_events(&self.system, self.plain, (contact, &simultaneous), values, nominal)?);
-        self.closed = Some(ClosedContact { contact, simultaneous, values: values.clone() });
+        let at_event = events_at_once(&self.system, self.plain, (contact, &simultaneous), values, nominal)?;
+        self.closed = Some(ClosedContact { contact, at_event, values: values.clone() });
         Ok(())
     }
 

@@ -1,0 +1,216 @@
+//! Conditions of events that become true at the borders of steps, at rest, by jumps of loads, and several at one time.
+
+use crate::models::{Above, Linear};
+use autodiff::Scalar;
+use linkwright_mechanics::analyses::dynamics::{History, simulate, simulate_explicitly};
+use linkwright_mechanics::events::Action;
+use linkwright_mechanics::integrators::explicit::{Explicit, StepControl};
+use linkwright_mechanics::mechanism::Formula;
+use linkwright_mechanics::motion::{ConstantSpeed, Fixed, Motion};
+use linkwright_mechanics::{Dynamics, Mechanism};
+
+/// The time less a given one.
+struct After(f64);
+
+impl Formula for After {
+    fn value<T: Scalar>(&self, t: T, _x: &[T]) -> T {
+        t - self.0
+    }
+}
+
+/// The load p₀ from the time p₁ on.
+struct Jump;
+
+impl Motion for Jump {
+    fn position<T: Scalar>(&self, p: &[T], t: T) -> T {
+        if t.re() < p[1].re() { T::from(0.0) } else { p[0] }
+    }
+}
+
+fn times() -> Vec<f64> {
+    (0..=20).map(|k| 0.05 * f64::from(k)).collect()
+}
+
+/// The motion by all schemes, with their names.
+fn motions(m: &Mechanism<f64>, steps: &[f64]) -> Vec<(String, History)> {
+    let times = times();
+    let mut all = Vec::new();
+    for &h in steps {
+        all.push((format!("implicit, {h} s"), simulate(m, &Dynamics::fixed(h), &times)));
+        let fixed = Explicit::eighth_order(1e-9).with_step_control(StepControl::Fixed(h));
+        all.push((format!("rk8, {h} s"), simulate_explicitly(m, &fixed, &times)));
+    }
+    for tolerance in [1e-5, 1e-8] {
+        all.push((format!("adaptive, {tolerance:e}"), simulate(m, &Dynamics::adaptive(tolerance), &times)));
+        all.push((format!("rk8, {tolerance:e}"), simulate_explicitly(m, &Explicit::eighth_order(tolerance), &times)));
+        all.push((format!("rk5, {tolerance:e}"), simulate_explicitly(m, &Explicit::adaptive(tolerance), &times)));
+    }
+    all.into_iter().map(|(name, history)| (name.clone(), history.unwrap_or_else(|e| panic!("{name}: {e}")))).collect()
+}
+
+/// A mass of 1 kg on a joint that breaks above `limit`, under a load that grows with the `rate` (N/s).
+fn fuse(limit: f64, rate: f64) -> Mechanism<f64> {
+    let mut m = Mechanism::new();
+    let part = m.point_mass("part", 1.0, 0.0, 0.0);
+    let joint = m.revolute("fuse", m.ground().origin(), part.origin());
+    let ground = m.ground();
+    m.load("pull", ground.x, part.x, ConstantSpeed, &[0.0, rate]);
+    let force = m.measure(joint, "force").unwrap();
+    m.when("break", Above(limit), &[force], &[Action::Deactivate(joint)]).unwrap();
+    let sensor = m.sensor("motion", part.origin());
+    let x = m.measure(sensor, "x").unwrap();
+    m.output("x", &[x]);
+    m
+}
+
+#[test]
+fn a_joint_breaks_where_its_growing_force_reaches_the_limit() {
+    for limit in [50.0, 31.7, 50.0 + 1e-9, 7.3, 12.5, 61.8034] {
+        let m = fuse(limit, 100.0);
+        let begin = limit / 100.0;
+        let left = 1.0 - begin;
+        let exact = limit * left * left / 2.0 + 100.0 * left * left * left / 6.0;
+        for (name, history) in motions(&m, &[0.01, 0.003, 0.05]) {
+            let [event] = &history.impacts[..] else { panic!("{limit}, {name}: {:?}", history.impacts) };
+            assert!((event.t - begin).abs() < 1e-9, "{limit}, {name}: {} for {begin}", event.t);
+            let x = *history.values[0].last().unwrap();
+            assert!((x - exact).abs() < 1e-2 * exact, "{limit}, {name}: {x} for {exact}");
+        }
+    }
+}
+
+/// A free mass of 1 kg under a load that jumps to `load` (N) at the time `begin` (s); the motion ends where `term` exceeds `limit`.
+fn pushed(load: f64, begin: f64, term: &str, limit: f64) -> Mechanism<f64> {
+    let mut m = Mechanism::new();
+    let part = m.point_mass("part", 1.0, 0.0, 0.0);
+    let ground = m.ground();
+    m.load("push", ground.x, part.x, Jump, &[load, begin]);
+    let sensor = m.sensor("motion", part.origin());
+    let measured = m.measure(sensor, term).unwrap();
+    m.when("event", Above(limit), &[measured], &[Action::Terminate]).unwrap();
+    m.output("value", &[measured]);
+    m
+}
+
+#[test]
+fn a_condition_becomes_true_in_the_step_in_which_a_load_jumps() {
+    for (begin, limit) in [(0.5, 0.04), (0.5, 0.2), (0.4987, 1e-3), (0.4987, 0.02), (0.5, 1e-6)] {
+        let m = pushed(10.0, begin, "vx", limit);
+        for (name, history) in motions(&m, &[0.01, 0.003]) {
+            let [event] = &history.impacts[..] else { panic!("{begin} {limit}, {name}: {:?}", history.impacts) };
+            let exact = begin + limit / 10.0;
+            // A step of the implicit schemes and of fixed ones has the error of the load inside it.
+            assert!((event.t - exact).abs() < 0.011, "{begin} {limit}, {name}: {} for {exact}", event.t);
+        }
+    }
+}
+
+#[test]
+fn a_body_at_rest_moves_above_a_limit_of_zero_when_it_is_pushed() {
+    for begin in [0.5, 0.25, 0.4987] {
+        let m = pushed(10.0, begin, "vx", 0.0);
+        for (name, history) in motions(&m, &[0.01, 0.003]) {
+            let [event] = &history.impacts[..] else { panic!("{begin}, {name}: {:?}", history.impacts) };
+            assert!((event.t - begin).abs() < 0.011, "{begin}, {name}: {}", event.t);
+        }
+    }
+}
+
+#[test]
+fn several_events_of_one_time_change_a_force_in_their_order() {
+    // On and off at the same time: nothing moves. Off first, then on: it moves.
+    for (order, moves) in [([true, false], false), ([false, true], true)] {
+        let mut m = Mechanism::new();
+        let part = m.point_mass("part", 1.0, 0.0, 0.0);
+        let ground = m.ground();
+        let kick = m.load("kick", ground.x, part.x, Fixed, &[30.0]);
+        for (k, on) in order.into_iter().enumerate() {
+            let action = if on { Action::Activate(kick) } else { Action::Deactivate(kick) };
+            m.when(format!("event {k}"), After(0.5), &[], &[action]).unwrap();
+        }
+        let sensor = m.sensor("motion", part.origin());
+        let x = m.measure(sensor, "x").unwrap();
+        m.output("x", &[x]);
+        for (name, history) in motions(&m, &[0.01, 0.003]) {
+            assert_eq!(history.impacts.len(), 2, "{name}");
+            let x = *history.values[0].last().unwrap();
+            // A force that is switched off first acts before.
+            let exact = if moves { 15.0 } else { 0.0 };
+            assert!((x - exact).abs() < 1e-3, "{order:?} {name}: {x} for {exact}");
+        }
+    }
+}
+
+#[test]
+fn an_event_that_another_one_causes_changes_the_same_force() {
+    // Switched on at 0.5 s, and off when the mass is accelerated: at once.
+    let mut m = Mechanism::new();
+    let part = m.point_mass("part", 1.0, 0.0, 0.0);
+    let ground = m.ground();
+    let kick = m.load("kick", ground.x, part.x, Fixed, &[30.0]);
+    let sensor = m.sensor("motion", part.origin());
+    let [x, a] = ["x", "ax"].map(|name| m.measure(sensor, name).unwrap());
+    m.when("on", After(0.5), &[], &[Action::Activate(kick)]).unwrap();
+    m.when("off", Above(10.0), &[a], &[Action::Deactivate(kick)]).unwrap();
+    m.output("x", &[x]);
+    for (name, history) in motions(&m, &[0.01, 0.003]) {
+        assert_eq!(history.impacts.len(), 2, "{name}");
+        let x = *history.values[0].last().unwrap();
+        assert!(x.abs() < 1e-9, "{name}: {x}");
+    }
+}
+
+/// Two coupled masses of 1 kg move to the left; the front one hits a stop with restitution 1, and the coupling opens when the rear one moves to the
+/// right.
+#[test]
+fn an_event_that_an_impact_causes_comes_after_its_impulse() {
+    let mut m = Mechanism::new();
+    let masses = [0.5, 1.5].map(|x| (m.point_mass(&format!("mass at {x}"), 1.0, x, 0.0), x));
+    let ground = m.ground();
+    masses.iter().for_each(|(mass, _)| m.fix(mass.y));
+    masses.iter().for_each(|(mass, _)| m.set_velocity(mass.x, -1.0));
+    let [front, rear] = masses.map(|(mass, _)| mass);
+    let rod = m.distance_constraint("coupling", front.origin(), rear.origin(), 1.0);
+    m.rigid_stop("stop", ground.x, front.x, 0.0, 1.0);
+    let sensor = m.sensor("motion", rear.origin());
+    let [x, v] = ["x", "vx"].map(|name| m.measure(sensor, name).unwrap());
+    m.when("open", Linear(vec![1.0], 0.0), &[v], &[Action::Deactivate(rod)]).unwrap();
+    m.output("x", &[x]);
+    m.output("v", &[v]);
+    for (name, history) in motions(&m, &[0.01, 0.003]) {
+        let [x, v] = [0, 1].map(|k| *history.values[k].last().unwrap());
+        assert!((v - 1.0).abs() < 1e-9 && (x - 1.5).abs() < 1e-9, "{name}: {x} {v}");
+    }
+}
+
+/// A mass of 1 kg that friction holds with 4 N, or that a stop holds from the left, under a load that jumps.
+fn held(is_friction: bool, before: f64, after: f64, begin: f64) -> Mechanism<f64> {
+    let mut m = Mechanism::new();
+    let mass = m.point_mass("mass", 1.0, 0.0, 0.0);
+    m.fix(mass.y);
+    let ground = m.ground();
+    m.load("steady", ground.x, mass.x, Fixed, &[before]);
+    m.load("jump", ground.x, mass.x, Jump, &[after - before, begin]);
+    match is_friction {
+        true => drop(m.dry_friction("friction", ground.x, mass.x, [4.0, 1.0, 0.0])),
+        false => drop(m.rigid_stop("stop", ground.x, mass.x, 0.0, 0.0)),
+    }
+    let sensor = m.sensor("motion", mass.origin());
+    let x = m.measure(sensor, "x").unwrap();
+    m.output("x", &[x]);
+    m
+}
+
+#[test]
+fn a_load_that_jumps_moves_what_friction_or_a_contact_holds() {
+    for begin in [0.5, 0.4987, 0.25] {
+        for (is_friction, before, after, acceleration) in [(true, 0.0, 10.0, 6.0), (false, -6.0, 6.0, 6.0)] {
+            let m = held(is_friction, before, after, begin);
+            let exact = 0.5 * acceleration * (1.0 - begin) * (1.0 - begin);
+            for (name, history) in motions(&m, &[0.01, 0.001, 0.0037]) {
+                let x = *history.values[0].last().unwrap();
+                assert!((x - exact).abs() < 0.03, "{is_friction} {begin}, {name}: {x} for {exact}");
+            }
+        }
+    }
+}
