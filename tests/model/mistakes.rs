@@ -274,3 +274,24 @@ fn what_stands_at_a_wrong_place_is_told_where_it_belongs() {
     let point = report("b = \"arm.theta\"", "b = \"tip.x\"");
     assert!(point.contains("there is no coordinate `tip.x`") && point.contains("`tip` is a point"), "{point}");
 }
+
+/// A body with a mistake has no number of its own, so that no other body was taken for it.
+#[test]
+fn a_mistake_in_one_body_is_no_mistake_in_its_joints() {
+    for space in ["", "space = 3\n"] {
+        let body = |name: &str, x: &str| {
+            let (place, inertia) = match space {
+                "" => (format!("[\"{x}\", 0]"), "0.1"),
+                _ => (format!("[\"{x}\", 0, 0]"), "[0.1, 0.1, 0.1]"),
+            };
+            format!("[[body]]\nname = \"{name}\"\nmass = 1\ninertia = {inertia}\nposition = {place}\n")
+        };
+        let text = format!(
+            "version = 2\n{space}[constants]\nlength = 1\n{}{}[[joint]]\nname = \"pin\"\na = \"crank\"\nb = \"coupler\"\n",
+            body("crank", "lenght/2"),
+            body("coupler", "length")
+        );
+        let report = linkwright::model_file::read("m.toml", &text).unwrap_err().to_string();
+        assert!(report.contains("there is no name `lenght`") && !report.contains("same part"), "{report}");
+    }
+}

@@ -276,3 +276,88 @@ name = "long"
 value = "len"
 at_least = "75 cm"
 "#;
+
+/// An equality that always holds has values and derivatives of rounding errors, which are no constraint. Scaled up, they were one: runs converged
+/// at other designs, or stalled.
+#[test]
+fn an_identity_is_no_constraint() {
+    let place = TempFolder::new("identity");
+    let identities = [
+        "sin(x+y)-sin(x)*cos(y)-cos(x)*sin(y)",
+        "x*y-3*x*y+2*y*x",
+        "(x+y)^2-x^2-2*x*y-y^2",
+        "cos(x)^2+sin(x)^2-1",
+        "1e6*(exp(x)*exp(y)-exp(x+y))/exp(x+y)*1e-6",
+    ];
+    for (k, identity) in identities.iter().enumerate() {
+        for start in ["x = 0, y = -1.5", "x = 1, y = -1.9", "x = 0.3, y = -1.7"] {
+            let design: String = start
+                .split(", ")
+                .map(|one| one.split_once(" = ").unwrap())
+                .map(|(name, value)| format!("design.{name} = {{ start = {value}, lower = -2, upper = 2 }}\n"))
+                .collect();
+            let outputs = format!(
+                "version = 2\n{design}[[output]]\nname = \"f\"\nvalue = \"x^2+y^2\"\n[[output]]\nname = \"g\"\nvalue = \"x+2*y^2\"\n\
+                 [[output]]\nname = \"h\"\nvalue = \"{identity}\"\n[objective]\nminimize = \"f\"\n\
+                 [[constraint]]\nname = \"limit\"\nvalue = \"g\"\nat_least = 6\n[[constraint]]\nname = \"identity\"\nvalue = \"h\"\nequals = 0\n"
+            );
+            std::fs::write(place.0.join("m.toml"), outputs).unwrap();
+            let end: serde_json::Value = serde_json::from_str(
+                place.run(&["optimize", "m", "--json", "--force", "--out", "run"], 0).lines().last().unwrap(),
+            )
+            .unwrap();
+            let found = end["objective"]["value"].as_f64().unwrap();
+            assert!((found - 2.9375).abs() < 1e-5, "{k}, {start}: {found}, {}", end["reason"]);
+        }
+    }
+}
+
+/// A start at an optimum, up to rounding: the slopes there vanish and tell nothing about the size of variables without bounds.
+#[test]
+fn a_run_that_starts_at_an_optimum_says_so() {
+    let place = TempFolder::new("restart");
+    let problems = [
+        ("(x-3)^2 + y^2 + x*y", ["x=4.00000000001,y=-2.00000000001", "x=4,y=-2", "x=3.9999999999,y=-2"]),
+        ("x^2 - log(x + y) + exp(y) - y", ["x=0.5,y=0.2", "x=1,y=1", "x=2,y=0"]),
+        ("100*(y-x^2)^2 + (1-x)^2", ["x=1.00000000001,y=1.00000000002", "x=-1.2,y=1", "x=1,y=1.0000001"]),
+    ];
+    for (objective, starts) in problems {
+        let text = format!(
+            "version = 2\n[design]\nx = {{ start = 1 }}\ny = {{ start = 1 }}\n[[output]]\nname = \"f\"\nvalue = \"{objective}\"\n[objective]\nminimize = \"f\"\n"
+        );
+        std::fs::write(place.0.join("m.toml"), text).unwrap();
+        let run = |start: &str, code: i32| -> serde_json::Value {
+            let shown = place.run(&["optimize", "m", "--json", "--force", "--out", "run", "--start", start], code);
+            serde_json::from_str(shown.lines().last().unwrap()).unwrap()
+        };
+        for start in starts {
+            let end = run(start, 0);
+            // And again from its own end.
+            let design: Vec<String> = end["design"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|one| format!("{}={:?}", one["name"].as_str().unwrap(), one["value"].as_f64().unwrap()))
+                .collect();
+            let again = run(&design.join(","), 0);
+            let [first, second] = [&end, &again].map(|end| end["objective"]["value"].as_f64().unwrap());
+            assert!((first - second).abs() <= 1e-9 * first.abs().max(1e-9), "{objective} {start}: {first} {second}");
+        }
+    }
+}
+
+/// A search subregion without limits, as of a return to an earlier design, is stored and read again.
+#[test]
+fn runs_with_unbounded_variables_can_be_read_again() {
+    let place = TempFolder::new("unbounded-region");
+    let text = "version = 2\n[design]\nx = { start = 3 }\ny = { start = 1 }\n[[output]]\nname = \"f\"\nvalue = \"x^2 + y^2\"\n\
+        [[output]]\nname = \"g\"\nvalue = \"cos(3*x) + 0.1*x^2 + y^2\"\n[objective]\nminimize = \"f\"\n\
+        [[constraint]]\nname = \"limit\"\nvalue = \"g\"\nat_most = -1\n";
+    std::fs::write(place.0.join("m.toml"), text).unwrap();
+    place.run(&["optimize", "m", "--quiet", "--out", "run"], 3);
+    let history = place.read("run/history.jsonl");
+    assert!(history.contains("\"upper\":[null"), "no subregion is without limit: {history}");
+    place.run(&["report", "run"], 0);
+    let resumed = place.run(&["resume", "run", "--quiet"], 3);
+    assert!(!resumed.contains("not readable"), "{resumed}");
+}

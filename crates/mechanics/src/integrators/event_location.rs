@@ -522,7 +522,7 @@ impl EventLocator {
         step: &mut impl TrialStep,
         switch: usize,
         mut before: StepBeforeSwitch,
-        [mut root, longest]: [f64; 2],
+        [mut root, mut longest]: [f64; 2],
     ) -> RootSearch {
         let mut part = MOST;
         let mut after: Option<(f64, f64)> = None;
@@ -539,8 +539,8 @@ impl EventLocator {
                 if opening < 0.0 && opening >= -stopping_error(step, switch, trial) {
                     return RootSearch::Reached(trial);
                 }
-                if opening < 0.0 && after.is_none_or(|(shortest, _)| trial < shortest) {
-                    after = Some((trial, opening));
+                if opening < 0.0 {
+                    (longest, after) = (trial, Some((trial, opening)));
                 }
                 part *= 0.5;
                 continue;

@@ -8,7 +8,7 @@ use super::convergence::{
 };
 use super::cycle_context::CycleContext;
 use super::displacement::DISPLACEMENTS;
-use super::lengths::{StartLengths, spread, start_lengths, start_sizes};
+use super::lengths::{StartLengths, is_identity, spread, start_lengths, start_sizes};
 use super::linearized::Linearized;
 use super::proposal::{Next, Proposal};
 use super::restoration::{is_incompatible, least_violation};
@@ -228,7 +228,17 @@ impl Automatic {
         if let Some(known) = known.as_ref().filter(|_| start != design) {
             return known.clone();
         }
-        let here = Linearized::new(problem, (design, responses, evaluation), data);
+        // Variables that start at zero have no size yet.
+        let size = |j: usize| {
+            let variable = &problem.variables[j];
+            let range = (variable.upper - variable.lower).min(1.0);
+            if start[j] == 0.0 { range } else { start[j].abs() }
+        };
+        let here = Linearized::new(problem, (design, responses, evaluation), data).without(|here, i| {
+            let slopes = here.jacobian.row(i);
+            let change = slopes.iter().enumerate().map(|(j, g)| (g * size(j)).abs()).sum();
+            is_identity([change, here.c[i].abs()])
+        });
         let sizes = if start == design {
             start_sizes(start, evaluation.objective, &here)
         } else {

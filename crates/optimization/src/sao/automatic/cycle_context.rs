@@ -48,7 +48,8 @@ impl<'a> CycleContext<'a> {
     ) -> Self {
         let units = Units::new(memory, &state.trace(), &state.evaluation);
         let violation = units.violation(&state.evaluation.violations());
-        let linearized = Linearized::new(problem, (&state.design, &state.responses, &state.evaluation), data);
+        let linearized = Linearized::new(problem, (&state.design, &state.responses, &state.evaluation), data)
+            .without(|here, i| units.is_identity[here.rows[i].constraint]);
         Self { settings, problem, state, data, memory, linearized, units, violation }
     }
 
@@ -134,6 +135,7 @@ impl<'a> CycleContext<'a> {
         let models = (0..numbers.len()).map(model).collect();
         let at = (&self.state.design[..], &self.state.responses);
         let mut surrogate = Surrogate::new(self.problem, at, self.data, numbers, models);
+        surrogate.ignore(|row| self.units.is_identity[row.constraint]);
         if kind == SurrogateKind::Lagrangian {
             surrogate.hessian = Some(self.lagrangian_matrix()?);
         }

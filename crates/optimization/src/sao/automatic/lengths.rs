@@ -118,6 +118,12 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     }
 }
 
+/// Largest half width of the box at the start, as a fraction of a guessed length, that shows the guess to be far too long.
+const FAR_TOO_LONG: f64 = 1e-3;
+
+/// Change and value of a row, relative to its scale, up to which they are rounding errors: limits hold to a millionth of the scale.
+const IDENTITY: f64 = 1e-12;
+
 /// Lengths and units of a cycle.
 #[derive(Clone, Debug)]
 pub(super) struct Units {
@@ -126,6 +132,8 @@ pub(super) struct Units {
     /// σ of each constraint: the largest Σ |∂ĝ/∂bⱼ| ℓⱼ over the stored designs; the largest one of the violated constraints for all of
     /// them where they have a common unit.
     pub rows: Vec<f64>,
+    /// For each constraint, true if it holds and nothing has changed it by more than rounding, such as an identity: it is no constraint.
+    pub is_identity: Vec<bool>,
     /// Largest minus smallest objective of all accepted designs without excursions.
     pub objective_range: f64,
 }
@@ -135,22 +143,27 @@ impl Units {
     ///
     /// Once a step was rejected, all guessed lengths shrink by the same factor, to the largest extent that one of their variables
     /// has, or the half width of its box if that is larger: a guess depends on a constant in the objective, on which the run must not
-    /// depend.
+    /// depend. At a start that no step has left, they shrink where the box has become far smaller: near an optimum, where slopes vanish, they are
+    /// too long by many orders of magnitude.
     pub fn new(memory: &AutomaticState, trace: &Trace, evaluation: &Evaluation) -> Self {
         let AutomaticState { start_lengths, guessed, points, widths, .. } = memory;
         let extents: Vec<f64> = (0..start_lengths.len()).map(|j| spread(trace.designs.extent(j).into_iter())).collect();
         let guesses = || (0..guessed.len()).filter(|&j| guessed[j]);
-        let is_too_long = trace.has_rejected && guesses().any(|j| extents[j] > 0.0);
         let reached = || guesses().map(|j| extents[j].max(widths[j]) / start_lengths[j]).fold(0.0, f64::max);
+        let is_at_start = extents.iter().all(|extent| *extent == 0.0);
+        let has_moved = guesses().any(|j| extents[j] > 0.0);
+        let is_too_long = trace.has_rejected && (has_moved || (is_at_start && reached() < FAR_TOO_LONG));
         let shrinkage = if is_too_long { reached().min(1.0) } else { 1.0 };
         let start = |j: usize| start_lengths[j] * if guessed.get(j) == Some(&true) { shrinkage } else { 1.0 };
         let lengths: Vec<f64> = extents.iter().enumerate().map(|(j, extent)| extent.max(start(j))).collect();
-        let unit = |i: usize| {
+        let change_and_value = |i: usize| {
             let change = |p: &AcceptedPoint| p.slopes[i].iter().zip(&lengths).map(|(g, l)| g * l).sum::<f64>();
             let largest = points.iter().map(change).fold(0.0, f64::max);
-            let value = evaluation.worst_of(i).map_or(0.0, |(_, c)| c.abs());
-            [largest, value].into_iter().find(|v| *v > 0.0).unwrap_or(1.0)
+            [largest, evaluation.worst_of(i).map_or(0.0, |(_, c)| c.abs())]
         };
+        let is_identity: Vec<bool> =
+            (0..evaluation.residuals.len()).map(|i| is_identity(change_and_value(i))).collect();
+        let unit = |i: usize| change_and_value(i).into_iter().find(|v| *v > 0.0 && !is_identity[i]).unwrap_or(1.0);
         let mut rows: Vec<f64> = (0..evaluation.residuals.len()).map(unit).collect();
         if memory.has_common_unit {
             let violations = evaluation.violations();
@@ -158,7 +171,7 @@ impl Units {
             let common = violated.map(|(unit, _)| *unit).fold(0.0, f64::max);
             rows.iter_mut().filter(|_| common > 0.0).for_each(|unit| *unit = common);
         }
-        Self { rows, objective_range: trace.objective.width(), lengths }
+        Self { rows, is_identity, objective_range: trace.objective.width(), lengths }
     }
 
     /// h: the largest violation in units of the rows; `violations` has one entry for each constraint.
@@ -176,11 +189,11 @@ impl Units {
             if size > 0.0 { size.min(self.lengths[j]) } else { self.lengths[j] }
         };
         let sizes: Vec<f64> = (0..self.lengths.len()).map(size).collect();
-        let of = |(v, slopes): (&f64, &Vec<f64>)| {
+        let of = |((v, slopes), is_identity): ((&f64, &Vec<f64>), &bool)| {
             let terms: f64 = slopes.iter().zip(&sizes).map(|(g, l)| g * l).sum();
-            if *v <= 0.0 || terms <= 0.0 { 0.0 } else { v / terms }
+            if *v <= 0.0 || terms <= 0.0 || *is_identity { 0.0 } else { v / terms }
         };
-        violations.iter().zip(&here.slopes).map(of).fold(0.0, f64::max)
+        violations.iter().zip(&here.slopes).zip(&self.is_identity).map(of).fold(0.0, f64::max)
     }
 
     /// σ_f, the objective per unit of h, from pairs (λᵢ, constraint of row i).
@@ -188,6 +201,11 @@ impl Units {
         let sum: f64 = multipliers.map(|(λ, constraint)| λ.abs() * self.rows[constraint]).sum();
         sum.max(LEAST_OF_OBJECTIVE * self.objective_range)
     }
+}
+
+/// True for a row whose largest change over the lengths and whose value are rounding errors, relative to its scale.
+pub(super) fn is_identity(change_and_value: [f64; 2]) -> bool {
+    change_and_value.iter().all(|x| *x <= IDENTITY)
 }
 
 /// Largest minus smallest of the values.

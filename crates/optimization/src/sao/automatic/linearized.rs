@@ -48,6 +48,15 @@ impl Linearized {
         }
     }
 
+    /// Removes what is left of the rows for which `is_identity` is true: their values and slopes are rounding errors.
+    pub fn without(mut self, is_identity: impl Fn(&Self, usize) -> bool) -> Self {
+        for i in (0..self.rows.len()).filter(|&i| is_identity(&self, i)).collect::<Vec<_>>() {
+            self.c[i] = 0.0;
+            self.jacobian.row_mut(i).fill(0.0);
+        }
+        self
+    }
+
     /// The largest |∂ĝ/∂b| of each constraint over its rows, for each variable.
     pub fn largest_derivatives(&self, constraints: usize) -> Vec<Vec<f64>> {
         let n = self.gradient.len();
@@ -77,7 +86,8 @@ impl Linearized {
         };
         let at_bounds: Vec<(usize, f64)> = (0..b.len()).flat_map(bounds).collect();
         let free: Vec<usize> = (0..b.len()).filter(|j| at_bounds.iter().all(|(k, _)| k != j)).collect();
-        let active: Vec<usize> = (0..self.c.len()).filter(|&i| self.is_active(i, lengths)).collect();
+        let has_slopes = |i: usize| self.jacobian.row(i).iter().any(|g| *g != 0.0);
+        let active: Vec<usize> = (0..self.c.len()).filter(|&i| has_slopes(i) && self.is_active(i, lengths)).collect();
         let equality: Vec<bool> = active.iter().map(|&i| self.equality[i]).collect();
         let solve = |variables: &[usize], held: &[(usize, f64)]| {
             let gradient = |k: usize, a: usize| {

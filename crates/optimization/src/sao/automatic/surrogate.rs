@@ -15,6 +15,8 @@ enum RowForm {
     Affine { number: usize, weight: f64, constant: f64, bound: Option<(usize, f64)> },
     /// The explicit function of responses, design and time.
     Explicit,
+    /// An identity, whose rounding errors are ignored.
+    Zero,
 }
 
 /// Objective and retained rows as functions of the models of their numbers, with an optional quadratic in the objective.
@@ -71,6 +73,12 @@ impl<'a> Surrogate<'a> {
         Self { problem, ids, models, responses, rows: &data.retained, forms, objective, design, hessian: None }
     }
 
+    /// Makes the rows zero that are `ignored`.
+    pub fn ignore(&mut self, ignored: impl Fn(&RowId) -> bool) {
+        let rows = self.forms.iter_mut().zip(self.rows);
+        rows.filter(|(_, row)| ignored(row)).for_each(|(form, _)| *form = RowForm::Zero);
+    }
+
     /// Adds the quadratics along the step to a rejected design that give all numbers their values there.
     pub fn correct(&mut self, design: &[f64], values: &[f64], lengths: &[f64]) {
         for (model, value) in self.models.iter_mut().zip(values) {
@@ -102,6 +110,7 @@ impl<'a> Surrogate<'a> {
         let is_affine = |form: &RowForm| match form {
             RowForm::Affine { number, .. } => self.models[*number].is_linear(),
             RowForm::Explicit => false,
+            RowForm::Zero => true,
         };
         if !self.forms.iter().all(is_affine) {
             return Structure::Nonlinear;
@@ -180,6 +189,7 @@ impl<'a> Surrogate<'a> {
                 let read = |h, p| responses.at(self.problem.response_at(h, p));
                 (signed.value(p, &self.problem.grids, b, read) - limit) / scale
             }
+            RowForm::Zero => 0.0,
         };
         let s = self.step(b);
         let quadratic = self.hessian.as_ref().map_or(0.0, |h| 0.5 * s.dot(&(h * &s)));
@@ -207,6 +217,7 @@ impl<'a> Surrogate<'a> {
                     let slope = self.problem.total_derivative(signed, p, b, responses, sensitivities);
                     slope.into_iter().map(|g| g / scale).collect()
                 }
+                RowForm::Zero => vec![0.0; n],
             }
         };
         let mut objective = slope(None);
@@ -232,6 +243,7 @@ impl<'a> Surrogate<'a> {
             match self.form(i) {
                 RowForm::Affine { number, weight, .. } => weights[*number] += factor(i) * weight,
                 RowForm::Explicit => explicit.push(i),
+                RowForm::Zero => {}
             }
         }
         for (model, weight) in self.models.iter().zip(&weights).filter(|(_, w)| **w != 0.0) {
@@ -281,6 +293,7 @@ impl<'a> Surrogate<'a> {
                         gradient(|z| signed.value(p, &self.problem.grids, &fixed, |h, p| z[place(h, p)]), &here).1;
                     index.iter().zip(slopes).for_each(|(&k, s)| weights[k] += factor(i) * s / scale);
                 }
+                RowForm::Zero => {}
             }
         }
         weights
