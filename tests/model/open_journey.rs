@@ -201,6 +201,7 @@ fn a_design_that_does_not_assemble_keeps_the_last_picture() {
     assert!(!page.text("document.getElementById('design-fault').textContent").is_empty());
     assert!(page.value("document.querySelectorAll('#stage .linkage .joints circle').length").as_u64().unwrap() > 0);
     assert!(page.text("document.getElementById('note').textContent").contains("last good design"));
+    page.wait("document.documentElement.dataset.failed === ''");
     // It cannot be pinned, and the last good design is not pinned in its place. The message can be closed.
     page.click("#pin");
     page.wait("document.getElementById('design-fault').textContent.includes('is not pinned')");

@@ -3,11 +3,13 @@
 use crate::models::{Above, Linear};
 use autodiff::Scalar;
 use linkwright_mechanics::analyses::dynamics::{History, simulate, simulate_explicitly};
+use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright_mechanics::derivatives::semi_analytical::{STEP, differentiate_semi_analytically};
 use linkwright_mechanics::events::Action;
 use linkwright_mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright_mechanics::mechanism::Formula;
 use linkwright_mechanics::motion::{ConstantSpeed, Fixed, Motion};
-use linkwright_mechanics::{Dynamics, Mechanism};
+use linkwright_mechanics::{Dynamics, Mechanism, ParametricMechanism, Result};
 
 /// The time less a given one.
 struct After(f64);
@@ -213,4 +215,30 @@ fn a_load_that_jumps_moves_what_friction_or_a_contact_holds() {
             }
         }
     }
+}
+
+/// A free mass of b₀ under a load that jumps to 10 N inside a step; the motion ends above a velocity that it has at the end of this step.
+struct EndsAtJump;
+
+impl ParametricMechanism for EndsAtJump {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let part = m.point_mass("part", b[0], zero, zero);
+        let ground = m.ground();
+        m.load("push", ground.x, part.x, Jump, &[S::from(10.0), S::from(0.4987)]);
+        let sensor = m.sensor("motion", part.origin());
+        let velocity = m.measure(sensor, "vx")?;
+        m.when("event", Above(0.02), &[velocity], &[Action::Terminate])?;
+        m.output("velocity", &[velocity]);
+        Ok(m)
+    }
+}
+
+#[test]
+fn an_event_at_the_jump_of_a_load_has_no_derivatives() {
+    let settings = Dynamics::fixed(0.01);
+    let direct = differentiate(&EndsAtJump, &[1.0], &settings, &times()).unwrap_err().to_string();
+    let semi = differentiate_semi_analytically(&EndsAtJump, &[1.0], &settings, &times(), STEP).unwrap_err().to_string();
+    assert!(direct.contains("a load jumps at t = 0.4987") && semi.contains("a load jumps"), "{direct}\n{semi}");
 }

@@ -191,6 +191,7 @@ async function send(derivatives) {
     if (record.error) {
       fault("design", record.error);
       status("no analysis here", "bad", shown ? "the picture is that of the last good design" : "there is no picture yet");
+      showFailure();
       root.dataset.answered = mine.number;
       return;
     }
@@ -223,6 +224,7 @@ function take(record) {
   shown = record;
   if (record.derivatives) base = record;
   root.dataset.answered = record.number;
+  delete root.dataset.failed;
   status("analysed", "good", record.seconds > 0 ? `in ${short(record.seconds * 1000)} ms` : "");
   if (record.warnings.length) by("note").textContent += `; ${record.warnings.join("; ")}`;
   mechanism.set("analysed", record.motion?.parts, record.motion ? (frame) => record.motion.frames[frame] : null, "linkage");
@@ -264,6 +266,14 @@ function showPrediction() {
 }
 
 // ---- Objective and margins
+
+// Numbers of the last good design are pale while the present one has none; those of another model are removed.
+function showFailure() {
+  root.dataset.failed = "";
+  if (shown) return;
+  by("objective").replaceChildren();
+  by("margins").replaceChildren(make("p", { text: "This design has not been analysed." }));
+}
 
 function showNumbers() {
   if (!shown) return;

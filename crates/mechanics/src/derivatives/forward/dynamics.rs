@@ -305,6 +305,9 @@ where
         let mut rate = |h| Ok(self.event_value(step, h, contact)?.derivatives()[0]);
         let fixed: f64 = rate(given)?;
         let speed = rate(given + unit)? - fixed;
+        let (event, end) = (&self.plain.events[contact], &step.end);
+        let gap = event.value_after_step(self.plain, end, self.settings.start);
+        event.check_crossing(gap, speed, end.t, self.settings.step.nominal())?;
         if speed == 0.0 || !speed.is_finite() {
             let name = &self.plain.events[contact].gap.name;
             let why = format!("it is touched with zero speed at t = {}: there is no derivative", Seconds(step.end.t));

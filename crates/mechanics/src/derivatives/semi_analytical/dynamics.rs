@@ -276,7 +276,10 @@ impl<'m> DifferenceSensitivity<'m> {
         let mut rate = length / self.difference.size();
         self.differentiate_step(step, rate)?;
         let speed = (self.gap_rate(step, contact) - fixed) / rate;
-        let name = &self.plain.events[contact].gap.name;
+        let event = &self.plain.events[contact];
+        let gap = event.value_after_step(self.plain, &step.end, self.settings.start);
+        event.check_crossing(gap, speed, step.end.t, nominal)?;
+        let name = &event.gap.name;
         if speed == 0.0 || !speed.is_finite() {
             let why = format!(
                 "it is touched with zero speed at t = {}, where differences of the residual have no derivative",

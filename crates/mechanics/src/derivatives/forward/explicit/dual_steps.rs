@@ -305,6 +305,10 @@ where
             self.end_function(at).derivatives()[0]
         });
         let speed = moved - fixed;
+        if let StepEnd::Event(contact) = at {
+            let event = &self.plain.events[contact];
+            event.check_crossing(event.gap(values), speed, values.t, self.event_step.nominal())?;
+        }
         if speed == 0.0 || !speed.is_finite() {
             let why = format!("it is touched with zero speed at t = {}: there is no derivative", Seconds(values.t));
             return Err(Error::analysis(self.name_of(at), why, "change the design a little"));
