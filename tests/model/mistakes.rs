@@ -291,7 +291,7 @@ fn a_mistake_in_one_body_is_no_mistake_in_its_joints() {
             body("crank", "lenght/2"),
             body("coupler", "length")
         );
-        let report = linkwright::model_file::read("m.toml", &text).unwrap_err().to_string();
+        let report = linkwright::model_file::read("m.toml", &text).err().unwrap().to_string();
         assert!(report.contains("there is no name `lenght`") && !report.contains("same part"), "{report}");
     }
 }

@@ -167,7 +167,7 @@ fn a_torque_in_space_is_an_arc_around_its_axis() {
     let text = "version = 2\nspace = 3\n[[body]]\nname = \"top\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [1, 2, 3]\n\
         [[force]]\nname = \"motor\"\nkind = \"torque\"\nat = \"top\"\ndirection = [0, 2, 0]\ntorque = 1\n\
         [[force]]\nname = \"push\"\nkind = \"force\"\nat = \"top\"\ndirection = [0, 2, 0]\nforce = 0\n\
-        [time]\nto = 0.1\npoints = 3\n[[output]]\nname = \"x\"\nvalue = \"top.x\"\n";
+        [time]\nto = 0.1\npoints = 3\n[analysis]\nkind = \"dynamics\"\n[[output]]\nname = \"x\"\nvalue = \"top.x\"\n";
     let frames = parsed(text).drawings(&[&[]], &[0.0]).unwrap().unwrap().remove(0);
     let [arc, push] = &frames[0].space.as_ref().unwrap().arrows[..] else { panic!("{:?}", frames[0].space) };
     let levers: Vec<[f64; 2]> = arc.iter().map(|p| [p[2] - 3.0, p[0] - 1.0]).collect();

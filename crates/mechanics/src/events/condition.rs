@@ -156,7 +156,7 @@ impl EventCondition<f64> {
         if value < 0.0 {
             return None;
         }
-        let size = self.terms_of(state).iter().fold(0.0, |size: f64, term| size.max(term.abs()));
+        let size = self.size(state);
         let (rounding, later) = (POSITION_ROUNDING * size, self.value(&moved(state, &state.v, ahead)));
         let passed = PASSED.max(TIME_ROUNDING * state.t.abs() / ahead) * later;
         (value <= rounding.max(AT_BORDER * later) && rounding < later).then(|| (value + passed).max(2.0 * rounding))
@@ -166,8 +166,12 @@ impl EventCondition<f64> {
 impl EventCondition<f64> {
     /// The largest value of the function g of a condition that counts as zero in `state`.
     pub fn border(&self, state: &State<f64>) -> f64 {
-        let size = self.terms_of(state).iter().fold(0.0, |size: f64, term| size.max(term.abs()));
-        (POSITION_ROUNDING * size).max(ZERO)
+        (POSITION_ROUNDING * self.size(state)).max(ZERO)
+    }
+
+    /// The largest absolute value of its quantities in `state`.
+    pub fn size(&self, state: &State<f64>) -> f64 {
+        self.terms_of(state).iter().fold(0.0, |size: f64, term| size.max(term.abs()))
     }
 }
 

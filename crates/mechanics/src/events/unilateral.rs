@@ -18,7 +18,7 @@
 use crate::events::impact::make_consistent;
 use crate::initial_conditions::AccelerationSolver;
 use crate::mechanism::scalars::StateScalar;
-use crate::mechanism::{ElementIndex, EventElement, Mechanism, Unilateral};
+use crate::mechanism::{ElementIndex, EventCondition, EventElement, Mechanism, Unilateral};
 use crate::system::System;
 use crate::system::modes::Modes;
 use crate::system::state::State;
@@ -223,27 +223,26 @@ impl EventElement<f64> {
         solved.map_or(f64::NAN, |()| self.gap(&state))
     }
 
-    /// Checks that the time of an event follows from its function: `gap` is its value there and `speed` its rate in 1/s, at the time `t` (s), and `nominal` is
-    /// the nominal length of the steps in s.
+    /// Checks that the time of an event follows from its condition, which has the value `gap` in `state` at this time.
     ///
     /// # Errors
     ///
-    /// [`Error::Analysis`] if the function jumps over zero, as where a load jumps.
-    pub(crate) fn check_crossing(&self, gap: f64, speed: f64, t: f64, nominal: f64) -> Result<()> {
-        let is_jump = gap.abs() > (AT_JUMP[0] * nominal * speed.abs()).max(AT_JUMP[1]);
-        if !is_jump {
+    /// [`Error::Analysis`] if the condition jumps over its limit, as where a load jumps.
+    pub(crate) fn check_crossing(&self, gap: f64, state: &State<f64>) -> Result<()> {
+        let jumps = |when: &EventCondition<f64>| gap.abs() > (AT_JUMP[0] * when.size(state)).max(AT_JUMP[1]);
+        if !self.when.as_ref().is_some_and(jumps) {
             return Ok(());
         }
         let why = format!(
             "a load jumps at t = {}, and its value with it: the time of the event does not follow from its condition, and there is no derivative",
-            Seconds(t)
+            Seconds(state.t)
         );
         Err(Error::analysis(&self.gap.name, why, "smooth the load (smooth_step), or switch it by an event"))
     }
 }
 
-/// Value of the function of an event above which it jumps there: that which it reaches in a part of a nominal step, and a rounding error.
-const AT_JUMP: [f64; 2] = [1e-3, 1e-9];
+/// Value of a condition at its event, relative to its largest term and absolute, above which it jumps there.
+const AT_JUMP: [f64; 2] = [1e-4, 1e-9];
 
 impl<S> Mechanism<S> {
     /// Returns whether the velocities at events of implicit steps are made consistent with the constraints, which those

@@ -307,7 +307,7 @@ where
         let speed = rate(given + unit)? - fixed;
         let (event, end) = (&self.plain.events[contact], &step.end);
         let gap = event.value_after_step(self.plain, end, self.settings.start);
-        event.check_crossing(gap, speed, end.t, self.settings.step.nominal())?;
+        event.check_crossing(gap, end)?;
         if speed == 0.0 || !speed.is_finite() {
             let name = &self.plain.events[contact].gap.name;
             let why = format!("it is touched with zero speed at t = {}: there is no derivative", Seconds(step.end.t));

@@ -278,7 +278,7 @@ impl<'m> DifferenceSensitivity<'m> {
         let speed = (self.gap_rate(step, contact) - fixed) / rate;
         let event = &self.plain.events[contact];
         let gap = event.value_after_step(self.plain, &step.end, self.settings.start);
-        event.check_crossing(gap, speed, step.end.t, nominal)?;
+        event.check_crossing(gap, &step.end)?;
         let name = &event.gap.name;
         if speed == 0.0 || !speed.is_finite() {
             let why = format!(

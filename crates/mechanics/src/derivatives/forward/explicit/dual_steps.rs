@@ -307,7 +307,7 @@ where
         let speed = moved - fixed;
         if let StepEnd::Event(contact) = at {
             let event = &self.plain.events[contact];
-            event.check_crossing(event.gap(values), speed, values.t, self.event_step.nominal())?;
+            event.check_crossing(event.gap(values), values)?;
         }
         if speed == 0.0 || !speed.is_finite() {
             let why = format!("it is touched with zero speed at t = {}: there is no derivative", Seconds(values.t));
