@@ -491,7 +491,7 @@ impl EventLocator {
         }
         let (before, after) = match self.approach(step, switch, before, [root, longest]) {
             RootSearch::Reached(h) => return Ok(Some(h)),
-            RootSearch::Stopped { before, after } => (before, after),
+            RootSearch::Stopped { before, after } => (*before, after),
         };
         // Where a load jumps, the value of a condition or a force jumps over its limit: the event happens after the jump.
         let jumps = |(after, opening): &(f64, f64)| {
@@ -555,7 +555,7 @@ impl EventLocator {
                 return RootSearch::Reached(trial);
             }
         }
-        RootSearch::Stopped { before, after }
+        RootSearch::Stopped { before: Box::new(before), after }
     }
 }
 
@@ -564,7 +564,7 @@ enum RootSearch {
     /// The step has this length in s and ends at the switch.
     Reached(f64),
     /// The last trial step before the switch, and the shortest one after it: its length in s and the opening.
-    Stopped { before: StepBeforeSwitch, after: Option<(f64, f64)> },
+    Stopped { before: Box<StepBeforeSwitch>, after: Option<(f64, f64)> },
 }
 
 /// Gap of a contact, or value of a switch, in two states of a step.
