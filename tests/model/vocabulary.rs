@@ -165,8 +165,8 @@ fn loads_and_drives_have_arrows() {
 #[cfg(feature = "report")]
 fn a_torque_in_space_is_an_arc_around_its_axis() {
     let text = "version = 2\nspace = 3\n[[body]]\nname = \"top\"\nmass = 1\ninertia = [1, 1, 1]\nposition = [1, 2, 3]\n\
-        [[force]]\nname = \"motor\"\nkind = \"torque\"\nat = \"top\"\ndirection = [0, 2, 0]\ntorque = 1\n\
-        [[force]]\nname = \"push\"\nkind = \"force\"\nat = \"top\"\ndirection = [0, 2, 0]\nforce = 0\n\
+        [[force]]\nname = \"motor\"\nkind = \"torque\"\nat = \"top\"\ndirection = [0, 2, 0]\nmagnitude = 1\n\
+        [[force]]\nname = \"push\"\nkind = \"force\"\nat = \"top\"\ndirection = [0, 2, 0]\nmagnitude = 0\n\
         [time]\nto = 0.1\npoints = 3\n[analysis]\nkind = \"dynamics\"\n[[output]]\nname = \"x\"\nvalue = \"top.x\"\n";
     let frames = parsed(text).drawings(&[&[]], &[0.0]).unwrap().unwrap().remove(0);
     let [arc, push] = &frames[0].space.as_ref().unwrap().arrows[..] else { panic!("{:?}", frames[0].space) };

@@ -17,6 +17,8 @@ use std::sync::Arc;
 
 /// Number of sides of the polygon that stands for a circle.
 const SIDES: usize = 24;
+/// Extent in m that may be a rounding error of a mechanism that is one point at rest.
+const NOTHING: f64 = 1e-9;
 
 /// A point of a frame with the axes of a joint, in the axes of the frame.
 #[derive(Clone, Copy, Debug)]
@@ -119,7 +121,7 @@ impl<'p> DrawnMechanism3<'p> {
             }
         }
         let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
-        Ranges { size: if size > 0.0 { size } else { 1.0 }, guides }
+        Ranges { size: if size > NOTHING { size } else { 1.0 }, guides }
     }
 }
 
