@@ -56,7 +56,7 @@ struct Project {
     failures: u32,
     /// Text that was edited in a page and is not saved.
     draft: Option<Draft>,
-    /// Of the file that it is kept in.
+    /// Stamp of the file in which it is kept.
     draft_stamp: FileStamp,
     /// The edited text, or that on disk, with the files that it names.
     whole: Whole,

@@ -123,8 +123,8 @@ pub(crate) fn state_after(
 }
 
 /// All events at the time of the event `contact` and the `simultaneous` ones, which ends a step in the state `end`, in the order in which they
-/// change the mechanism: these in the order of their numbers, and then those whose conditions become true because the motion jumps. Velocities jump at an
-/// impact, forces and accelerations at a switch. Events that these cause in turn are included.
+/// change the mechanism: these in the order of their numbers, and then those whose conditions become true because the motion jumps. Velocities jump
+/// at an impact, forces and accelerations at a switch. Events that these cause in turn are included.
 ///
 /// # Errors
 ///

@@ -15,7 +15,7 @@
 //! Pfeiffer & Glocker, *Multibody Dynamics with Unilateral Contacts* (1996), Chapters 5 and 8; Leine & Nijmeijer, *Dynamics and
 //! Bifurcations of Non-Smooth Mechanical Systems* (2004), Chapter 5.
 
-use crate::events::impact::make_consistent;
+use crate::events::impact::{TIME_ROUNDING, make_consistent};
 use crate::initial_conditions::AccelerationSolver;
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{ElementIndex, EventCondition, EventElement, Mechanism, Unilateral};
@@ -229,7 +229,8 @@ impl EventElement<f64> {
     ///
     /// [`Error::Analysis`] if the condition jumps over its limit, as where a load jumps.
     pub(crate) fn check_crossing(&self, gap: f64, state: &State<f64>) -> Result<()> {
-        let jumps = |when: &EventCondition<f64>| gap.abs() > (AT_JUMP[0] * when.size(state)).max(AT_JUMP[1]);
+        let rounding = AT_JUMP[1].max(TIME_ROUNDING * state.t.abs());
+        let jumps = |when: &EventCondition<f64>| gap.abs() > (AT_JUMP[0] * when.size(state)).max(rounding);
         if !self.when.as_ref().is_some_and(jumps) {
             return Ok(());
         }
