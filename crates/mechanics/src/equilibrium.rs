@@ -325,7 +325,7 @@ impl<'s, 'm> LoadPath<'s, 'm> {
 }
 
 /// The largest sum of the magnitudes of the forces of all elements on a coordinate.
-fn largest_force(mechanism: &Mechanism<f64>, state: &State<f64>) -> f64 {
+pub(crate) fn largest_force(mechanism: &Mechanism<f64>, state: &State<f64>) -> f64 {
     let mut sums = vec![0.0; state.q.len()];
     let mut workspace = ElementWorkspace::default();
     for instance in mechanism.elements.iter().filter(|instance| !instance.element.is_sensor()) {

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::analyses::conservation::EnergyDrift;
+use crate::analyses::equilibrium_stability::warn_of_unstable_equilibrium;
 use crate::analyses::motion_watch::MotionWatch;
 use crate::analyses::sampling::OutputRecorder;
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
@@ -276,6 +277,11 @@ trait Simulation: Checkpointable {
     /// The state at the start, before the first step.
     fn start(&self) -> State<f64>;
 
+    /// The static equilibrium at the start with its reactions, if the motion starts in one.
+    fn equilibrium(&self) -> Option<State<f64>> {
+        None
+    }
+
     /// The absolute tolerance of the local error of positions in m or rad; `None` for steps without error control.
     fn tolerance(&self) -> Option<f64>;
 
@@ -297,6 +303,10 @@ impl Simulation for TimeStepper<'_> {
 
     fn start(&self) -> State<f64> {
         self.integrator.step.old.clone()
+    }
+
+    fn equilibrium(&self) -> Option<State<f64>> {
+        self.equilibrium_at_start()
     }
 
     fn tolerance(&self) -> Option<f64> {
@@ -344,6 +354,7 @@ fn record_outputs<S: Simulation>(
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     let (mut y, mut at) = (Vec::new(), simulation.start());
     let mut watch = MotionWatch::new(mechanism, &at);
+    let unstable = simulation.equilibrium().and_then(|state| warn_of_unstable_equilibrium(mechanism, &state));
     for &t in times {
         while simulation.is_before(t) {
             simulation.step()?;
@@ -354,7 +365,8 @@ fn record_outputs<S: Simulation>(
         recorder.record_held(mechanism, &at, simulation.held())?;
         watch.add(mechanism, &at);
     }
-    let (energy_drift, warnings) = watch.finish(mechanism, simulation.tolerance());
+    let (energy_drift, mut warnings) = watch.finish(mechanism, simulation.tolerance());
+    warnings.extend(unstable);
     let history = History {
         names: mechanism.output_names(),
         times: times.to_vec(),

@@ -14,10 +14,10 @@ use crate::system::state::{State, gather};
 /// Relative change of an output by a self-stress, above which the output is indeterminate.
 const CHANGED: f64 = 1e-8;
 
-/// Names of the outputs that change with self-stresses (multipliers n with Φ_qᵀ n = 0), in an assembled state.
+/// Numbers of the outputs that change with self-stresses (multipliers n with Φ_qᵀ n = 0), in an assembled state.
 ///
 /// Their values are one of many possible ones, in absolute coordinates those of the reactions of least norm; they have no derivatives.
-pub fn indeterminate_outputs(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<String> {
+pub fn indeterminate_outputs(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> Vec<usize> {
     if !system.allows_redundancy() {
         return Vec::new();
     }
@@ -33,8 +33,7 @@ pub fn indeterminate_outputs(system: &System, mechanism: &Mechanism<f64>, state:
             *change |= (a - b).abs() > CHANGED * (1.0 + a.abs());
         }
     }
-    let changed = mechanism.outputs.iter().zip(&changes).filter(|(_, change)| **change);
-    changed.map(|(output, _)| output.name.clone()).collect()
+    (0..changes.len()).filter(|&k| changes[k]).collect()
 }
 
 /// Velocities (m/s and rad/s) at which friction is compared: at rest it may have no force.
@@ -93,6 +92,7 @@ pub fn warn_of_indeterminate_outputs(mechanism: &Mechanism<f64>, assembly: Assem
              many: that of reactions of least norm; leave out the constraints that follow from others, or replace a joint by a bushing"
         )
     };
-    let outputs = indeterminate_outputs(&system, mechanism, &state).into_iter().map(warning);
+    let name = |output: usize| mechanism.outputs[output].name.clone();
+    let outputs = indeterminate_outputs(&system, mechanism, &state).into_iter().map(name).map(warning);
     Ok(outputs.chain(indeterminate_friction(&system, mechanism, &state).into_iter().map(friction)).collect())
 }

@@ -5,6 +5,7 @@ pub mod conservation;
 pub mod dynamics;
 pub(crate) mod element_warnings;
 pub mod equilibrium_jumps;
+pub(crate) mod equilibrium_stability;
 pub mod indeterminate_outputs;
 pub mod kinematics;
 pub mod modal;

@@ -1,6 +1,7 @@
 //! Static equilibria over time.
 
 use crate::analyses::element_warnings::StateWatch;
+use crate::analyses::equilibrium_stability::StabilityWatch;
 use crate::analyses::sampling::OutputRecorder;
 use crate::analyses::tensioned_beams::TensionWatch;
 use crate::assembly_failures::{conflicting_drives, has_drives};
@@ -44,17 +45,22 @@ pub fn equilibrium_states(mechanism: &Mechanism<f64>, settings: &Statics, times:
     Ok(states)
 }
 
-/// Warnings about the equilibria at `times` (s): beam elements under a normal force above which they are unstable, and elements with a doubtful
-/// law, such as Euler angles without derivatives. Empty if the analysis fails, which the analysis says.
+/// Warnings about the equilibria at `times` (s): unstable ones, beam elements under a normal force above which they are unstable, and elements
+/// with a doubtful law, such as Euler angles without derivatives. Empty if the analysis fails, which the analysis says.
 pub fn warn_of_equilibria(mechanism: &Mechanism<f64>, settings: &Statics, times: &[f64]) -> Vec<String> {
     let (mut tension, mut states) = (TensionWatch::new(mechanism), StateWatch::default());
+    let mut stability = StabilityWatch::new(mechanism, times.len());
     let add = |state: &State<f64>| {
+        stability.add(mechanism, state);
         tension.add(mechanism, state);
         states.add(mechanism, state);
         Ok(())
     };
     match follow_equilibria(mechanism, settings, times, add) {
-        Ok(()) => tension.warning(mechanism).into_iter().chain(states.warnings()).collect(),
+        Ok(()) => {
+            let of_parts = tension.warning(mechanism).into_iter().chain(states.warnings());
+            stability.warning(mechanism).into_iter().chain(of_parts).collect()
+        }
         Err(_) => vec![],
     }
 }

@@ -4,7 +4,7 @@ use crate::analyses::sampling::interpolate;
 use crate::elements::spatial::bodies::normalization::normalized_frame;
 use crate::events::impact::simultaneous_switches;
 use crate::events::mode_transition::{assemble_closed, set_initial_modes};
-use crate::events::unilateral::refuse_friction;
+use crate::events::unilateral::{TOUCHING, refuse_friction};
 use crate::initial_conditions::{
     AccelerationSolver, Projection, assemble, equilibrium_reactions, make_velocities_consistent,
 };
@@ -85,7 +85,9 @@ impl<'m> TimeStepper<'m> {
         let mut projection = assemble(&mut system, mechanism, &mut state, settings.assembly)?;
         if let InitialConfiguration::Equilibrium(statics) = &settings.initial_configuration {
             refuse_friction(mechanism, "a motion that starts in static equilibrium")?;
-            projection.position = equilibrium_reactions(&mut system, mechanism, &mut state, statics)?;
+            let reactions = equilibrium_reactions(&mut system, mechanism, &mut state, statics);
+            projection.position = reactions.map_err(|error| without_contacts(mechanism, error))?;
+            check_overlaps(mechanism, &state)?;
         }
         projection.velocity = make_velocities_consistent(&mut system, mechanism, &mut state)?;
         if set_initial_modes(&mut system, mechanism, &mut state)? {
@@ -125,6 +127,17 @@ impl<'m> TimeStepper<'m> {
             grid_steps: 0,
             failed_steps: 0,
         })
+    }
+
+    /// The static equilibrium in which the motion starts, at rest and with its reactions; `None` if it starts as built. To be called before the
+    /// first step.
+    pub(crate) fn equilibrium_at_start(&self) -> Option<State<f64>> {
+        let InitialConfiguration::Equilibrium(_) = self.settings.initial_configuration else { return None };
+        let mut state = self.integrator.step.old.clone();
+        state.l.copy_from_slice(&self.projection.position);
+        state.v.fill(0.0);
+        state.a.fill(0.0);
+        Some(state)
     }
 
     /// Takes the given `steps` first, instead of those of the settings.
@@ -366,11 +379,43 @@ impl<'m> TimeStepper<'m> {
     }
 }
 
+/// Remedy for rigid contacts that matter in the equilibrium at the start.
+const OPEN: &str =
+    "start from the built positions, or model the contacts with stiffness and damping (a bump stop, a wall)";
+
+/// The `error` of a missing equilibrium, which says that rigid contacts are left out, if there are any.
+fn without_contacts(mechanism: &Mechanism<f64>, error: Error) -> Error {
+    let contact = mechanism.events.iter().find(|event| event.restitution.is_some());
+    match (error, contact) {
+        (Error::Analysis { what, why, .. }, Some(contact)) => {
+            let contact = &contact.gap.name;
+            Error::analysis(what, format!("{why}; this equilibrium is without rigid contacts, such as {contact}"), OPEN)
+        }
+        (error, _) => error,
+    }
+}
+
+/// Checks that no rigid contact overlaps in the equilibrium at the start.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] naming the contact.
+fn check_overlaps(mechanism: &Mechanism<f64>, state: &State<f64>) -> Result<()> {
+    let contacts = mechanism.events.iter().filter(|event| event.restitution.is_some());
+    let mut gaps = contacts.map(|contact| (contact, contact.gap(state)));
+    gaps.find(|(_, gap)| *gap < -TOUCHING).map_or(Ok(()), |(contact, gap)| {
+        let why = format!(
+            "the static equilibrium at the start is without rigid contacts, and this one overlaps in it by {:.3e} m or rad",
+            -gap
+        );
+        Err(Error::unsupported(&contact.gap.name, why, OPEN))
+    })
+}
+
 /// The error of a motion from an equilibrium in which rigid contacts are closed.
 fn closed_in_equilibrium(mechanism: &Mechanism<f64>, state: &State<f64>) -> Error {
     let is_closed = |event: &&EventElement<f64>| event.restitution.is_some() && event.is_held(&state.modes);
     let contact = mechanism.events.iter().find(is_closed).map_or("initial = \"equilibrium\"", |event| &event.gap.name);
     let why = "a motion that starts in static equilibrium begins with its rigid contacts open";
-    let remedy = "start from the built positions, or model the contacts with stiffness and damping";
-    Error::unsupported(contact, why, remedy)
+    Error::unsupported(contact, why, OPEN)
 }

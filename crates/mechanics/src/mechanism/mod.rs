@@ -371,18 +371,23 @@ impl<S: Scalar> Mechanism<S> {
 
     /// Adds a named output: a weighted sum of quantities.
     pub fn output(&mut self, name: impl Into<String>, terms: &[WeightedQuantity<S>]) {
-        self.outputs.push(OutputData { name: name.into(), terms: terms.to_vec(), formula: None, held_from: None });
+        self.add_output(name.into(), None, terms);
     }
 
     /// Adds a named output: a formula of time and of weighted quantities.
     pub fn output_formula(&mut self, name: impl Into<String>, formula: impl Formula, terms: &[WeightedQuantity<S>]) {
-        let formula: Arc<dyn AnyFormula> = Arc::new(formula);
-        self.outputs.push(OutputData {
-            name: name.into(),
-            terms: terms.to_vec(),
-            formula: Some(formula),
-            held_from: None,
-        });
+        self.add_output(name.into(), Some(Arc::new(formula)), terms);
+    }
+
+    fn add_output(&mut self, name: String, formula: Option<Arc<dyn AnyFormula>>, terms: &[WeightedQuantity<S>]) {
+        let terms = terms.to_vec();
+        self.outputs.push(OutputData { name, terms, formula, held_from: None, is_differentiated: true });
+    }
+
+    /// Excludes the outputs for whose number `is_wanted` is false from derivatives: theirs may be undefined, as those of reactions that
+    /// redundant constraints leave indeterminate. Their values stay.
+    pub fn differentiate_only(&mut self, is_wanted: impl Fn(usize) -> bool) {
+        self.outputs.iter_mut().enumerate().for_each(|(k, output)| output.is_differentiated = is_wanted(k));
     }
 
     /// Returns whether `other` has the same coordinates, elements and outputs, connected in the same way.

@@ -10,6 +10,8 @@ pub(crate) struct OutputData<S> {
     pub formula: Option<Arc<dyn AnyFormula>>,
     /// Event from which on the output keeps its value.
     pub held_from: Option<usize>,
+    /// False if its derivatives are not needed, so that they may be undefined.
+    pub is_differentiated: bool,
 }
 
 /// An output as a function of time and measured quantities, written once over the scalar type.

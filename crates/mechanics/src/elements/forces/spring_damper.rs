@@ -72,12 +72,31 @@ impl Element for SpringDamper {
         (out[0], out[1], out[2]) = (Self::tension(x, &line), line.length, line.rate);
     }
 
+    fn warn_of_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
+        let p = SpringDamperInputs(x.p);
+        warn_of_turning(Line::of(x).length, p.length(), [p.stiffness(), p.cubic()])
+    }
+
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
         let p = SpringDamperInputs(x.p);
         let elongation = Line::of(x).length - p.length();
         let potential = p.stiffness() * elongation.powi(2) * 0.5 + p.cubic() * elongation.powi(4) * 0.25;
         Energy { kinetic: T::zero(), potential }
     }
+}
+
+/// Distance of the points of a spring, as a fraction of its unloaded length, below which the direction of its force is doubtful.
+const CLOSE: f64 = 1e-3;
+
+/// The warning about a spring whose points nearly coincide, at the distance `length`, although it is not `unloaded` there (m).
+pub(crate) fn warn_of_turning(length: f64, unloaded: f64, stiffnesses: [f64; 2]) -> Option<String> {
+    let is_loaded = stiffnesses.iter().any(|stiffness| *stiffness != 0.0);
+    (is_loaded && length <= CLOSE * unloaded.abs() && unloaded != 0.0).then(|| {
+        format!(
+            "its points are {length:.1e} m apart, where its force of an unloaded length of {unloaded} m has no definite direction and turns \
+             with the smallest motion; move a point, or give it the length 0"
+        )
+    })
 }
 
 impl<S: Scalar> Mechanism<S> {

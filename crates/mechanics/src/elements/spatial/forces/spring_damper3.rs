@@ -1,5 +1,6 @@
 //! A spring and damper between two points in space.
 
+use crate::elements::forces::spring_damper::warn_of_turning;
 use crate::elements::spatial::line3::{Line3, check_ends, ends3};
 use crate::mechanism::element::{Element, ElementDescriptor, ElementState, Energy, Family, Measure, Symbol};
 use crate::mechanism::{ElementIndex, Marker3, Mechanism};
@@ -65,6 +66,11 @@ impl Element for SpringDamper3 {
     fn measure<T: Scalar>(&self, x: &ElementState<'_, T>, out: &mut [T]) {
         let line = Line3::of(x);
         (out[0], out[1], out[2]) = (tension(x, &line), line.length, line.rate);
+    }
+
+    fn warn_of_state(&self, x: &ElementState<'_, f64>) -> Option<String> {
+        let p = SpringDamper3Inputs(x.p);
+        warn_of_turning(Line3::of(x).length, p.length(), [p.stiffness(), p.cubic()])
     }
 
     fn energy<T: Scalar>(&self, x: &ElementState<'_, T>) -> Energy<T> {
