@@ -11,7 +11,7 @@ use linkwright::cases::find;
 use linkwright::gradient_check::{GradientCheck, GradientStatus};
 use linkwright::model_file::Model;
 use linkwright::problem::{DesignVariable, Evaluation, Problem, ScalingAdvice};
-use linkwright::report::gradient_check::{table, text};
+use linkwright::report::gradient_check::{NO_DERIVATIVE, table, text};
 use linkwright::report::number::{counted, readable, with_unit};
 use linkwright::report::outcome;
 use linkwright::report::table::one_line;
@@ -43,6 +43,7 @@ disagreement. Verdicts:
   kink            the response has a kink here or very close to it: a derivative is that of one side
   not repeatable  two analyses of one design differ
   unclear         the finite differences are too noisy, or contradict each other
+  no derivative   the response has none, such as a reaction that redundant constraints leave indeterminate
 A wrong derivative is an error, and so is a method that fails where another does not. Scales of variables and constraints that are far off are told before the table; the
 default method depends on them less than the others.")]
 pub struct Check {
@@ -156,9 +157,7 @@ impl Check {
         self.budget.check_simulation(model)?;
         located(model, model.simulate(&design))?;
         match (self.json, self.quiet) {
-            (true, _) => {
-                say(&counts(&GradientCheck { derivatives: vec![], methods: vec![], failed: vec![] }, &[]).to_string())
-            }
+            (true, _) => say(&counts(&GradientCheck::default(), &[]).to_string()),
             (_, true) => Ok(()),
             _ => say(&format!("{}: there is no design variable, so there are no derivatives", one_line(model.title()))),
         }
@@ -237,7 +236,9 @@ const STATUSES: [GradientStatus; 6] = [
 
 fn summary(checked: &GradientCheck) -> String {
     let counts = STATUSES.map(|f| (checked.count(f), f.text()));
-    let words = counts.iter().filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}"));
+    let without = (checked.without_derivatives.len(), "without derivatives");
+    let words =
+        counts.iter().chain([&without]).filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}"));
     format!("{}, by {}", words.collect::<Vec<_>>().join(", "), checked.methods.join(", "))
 }
 
@@ -246,5 +247,6 @@ fn counts(checked: &GradientCheck, scales: &[String]) -> serde_json::Value {
     let counts = STATUSES.iter().map(|f| (f.text().to_lowercase(), serde_json::Value::from(checked.count(*f))));
     let failed: serde_json::Value =
         checked.failed.iter().map(|(method, why)| (method.clone(), serde_json::Value::from(why.as_str()))).collect();
-    counts.chain([("failed".to_owned(), failed), ("scales".to_owned(), scales.into())]).collect()
+    let without = (NO_DERIVATIVE.to_owned(), checked.without_derivatives.len().into());
+    counts.chain([without, ("failed".to_owned(), failed), ("scales".to_owned(), scales.into())]).collect()
 }

@@ -7,7 +7,7 @@ use error::Result;
 use std::fmt::Write;
 
 /// Table with a row for each derivative: value by each method, finite differences with their error estimate, largest
-/// disagreement, status (`finding`), disagreeing methods (`suspect`), explanation.
+/// disagreement, status (`finding`), disagreeing methods (`suspect`), explanation; and with one for each response that has no derivatives.
 ///
 /// # Errors
 /// If the number of methods and that of the derivatives differ.
@@ -16,12 +16,23 @@ pub fn table(problem: &Problem, checked: &GradientCheck) -> Result<Table> {
     let fixed = ["response", axis, "variable"].map(String::from);
     let found = ["differences", "error", "disagreement", "finding", "suspect", "explanation"].map(String::from);
     let columns = fixed.into_iter().chain(checked.methods.iter().cloned()).chain(found);
+    let columns: Vec<String> = columns.collect();
+    let count = columns.len();
     let mut table = Table::new(format!("{}: derivatives", problem.name), columns);
     for derivative in &checked.derivatives {
         table.push(row(problem, checked, derivative))?;
     }
+    for (response, why) in &checked.without_derivatives {
+        let mut cells = vec![Cell::Empty; count];
+        cells[0] = problem.responses[*response].name.as_str().into();
+        cells[count - 3..].clone_from_slice(&[NO_DERIVATIVE.into(), "".into(), why.as_str().into()]);
+        table.push(cells)?;
+    }
     Ok(table)
 }
+
+/// The verdict on a response that has no derivatives.
+pub const NO_DERIVATIVE: &str = "no derivative";
 
 fn row(problem: &Problem, checked: &GradientCheck, d: &CheckedDerivative) -> Vec<Cell> {
     let response = &problem.responses[d.at.response];
@@ -49,7 +60,12 @@ pub fn text(problem: &Problem, checked: &GradientCheck, all: bool, digits: usize
     let found = ["differences", "±", "apart", "verdict"].map(String::from);
     let methods = checked.methods.iter().map(|name| name.replace('-', " "));
     let headings: Vec<String> = std::iter::once("variable".to_owned()).chain(methods).chain(found).collect();
-    let rows: Vec<Vec<String>> = shown.iter().map(|d| cells(problem, d, digits)).collect();
+    let mut rows: Vec<Vec<String>> = shown.iter().map(|d| cells(problem, d, digits)).collect();
+    rows.extend(checked.without_derivatives.iter().map(|_| {
+        let mut cells = vec![String::new(); headings.len()];
+        cells[headings.len() - 1] = NO_DERIVATIVE.to_owned();
+        cells
+    }));
     let aligned = aligned(&headings, &rows);
     let mut lines = aligned.lines();
     let mut text = String::new();
@@ -60,11 +76,14 @@ pub fn text(problem: &Problem, checked: &GradientCheck, all: bool, digits: usize
         }
     }
     let mut before = None;
-    for (line, d) in lines.zip(&shown) {
+    for (line, d) in lines.by_ref().take(shown.len()).zip(&shown) {
         if before.replace(d.at) != Some(d.at) {
             let _ = writeln!(text, "{}", response_at(problem, d));
         }
         let _ = writeln!(text, "{line}");
+    }
+    for (line, (response, _)) in lines.zip(&checked.without_derivatives) {
+        let _ = writeln!(text, "{}\n{line}", problem.responses[*response].name);
     }
     let hidden = checked.derivatives.len() - shown.len();
     if hidden > 0 {
@@ -76,7 +95,7 @@ pub fn text(problem: &Problem, checked: &GradientCheck, all: bool, digits: usize
 /// Largest number of explanations under the table.
 const EXPLAINED: usize = 12;
 
-/// A sentence for each derivative that is neither right nor constant, and for each method that failed.
+/// A sentence for each derivative that is neither right nor constant, for each response without derivatives and for each method that failed.
 fn explanations(problem: &Problem, checked: &GradientCheck) -> String {
     let bad: Vec<&CheckedDerivative> = checked.derivatives.iter().filter(|d| !d.is_fine()).collect();
     let line = |d: &&CheckedDerivative| {
@@ -86,7 +105,9 @@ fn explanations(problem: &Problem, checked: &GradientCheck) -> String {
     let more = bad.len().saturating_sub(EXPLAINED);
     let rest = if more > 0 { format!("… and {more} more\n") } else { String::new() };
     let failed = checked.failed.iter().map(|(method, why)| format!("the {method} method failed: {why}\n"));
-    bad.iter().take(EXPLAINED).map(line).chain([rest]).chain(failed).collect()
+    let without = checked.without_derivatives.iter();
+    let without = without.map(|(response, why)| format!("{}: {why}\n", problem.responses[*response].name));
+    bad.iter().take(EXPLAINED).map(line).chain([rest]).chain(without).chain(failed).collect()
 }
 
 /// Returns `true` if a derivative is neither right nor constant, or is the least accurate of its response.

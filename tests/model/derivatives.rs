@@ -285,3 +285,70 @@ fn the_first_adaptive_step_fits_the_length_of_the_motion() {
         assert!(found.iter().zip(&exact).all(|(a, b)| (a - b).abs() < 1e-5), "{unit:e}: {found:?} {exact:?}");
     }
 }
+
+/// An arm that is hinged twice at one place: its angle has derivatives, and the share of one hinge in the reaction has none.
+fn hinged_twice(part: &str, analysis: &str) -> String {
+    format!(
+        "version = 2\ngravity = [0, -10]\n[design.k]\nstart = 40\nlower = 10\nupper = 90\n[objective]\nminimize = \"k\"\n\
+         [time]\nto = 0.2\npoints = 3\n[[body]]\nname = \"arm\"\nmass = 2\ninertia = 0.1\nposition = [0.5, 0]\n\
+         [[joint]]\neach = [{{ n = \"pin\" }}, {{ n = \"again\" }}]\nname = \"{{n}}\"\na = \"ground\"\nb = {{ body = \"arm\", at = [-0.5, 0] }}\n\
+         {part}\n[[output]]\nname = \"share\"\nvalue = \"pin.force_y\"\n[[output]]\nname = \"height\"\nvalue = \"arm.y\"\n[analysis]\n{analysis}"
+    )
+}
+
+const HINGED_SPRING: &str =
+    "[[force]]\nname = \"s\"\nkind = \"coordinate-spring\"\nb = \"arm.theta\"\nstiffness = \"k\"\n";
+
+#[test]
+fn one_indeterminate_output_does_not_stop_the_check_of_the_others() {
+    let drive = "[[driver]]\nname = \"d\"\ncoordinate = \"arm.theta\"\nmotion = \"k*time/100\"\n";
+    for (part, analysis) in [
+        (HINGED_SPRING, DYNAMICS),
+        (HINGED_SPRING, EXPLICIT),
+        (HINGED_SPRING, "kind = \"statics\"\n"),
+        (drive, "kind = \"kinematics\"\n"),
+    ] {
+        let problem =
+            read("m.toml", &hinged_twice(part, analysis)).unwrap_or_else(|e| panic!("{e}")).problem().unwrap();
+        let start = problem.start();
+        let checked = problem.check_sensitivities(&start, 3).unwrap();
+        let (response, why) = &checked.without_derivatives[0];
+        assert_eq!((*response, checked.without_derivatives.len()), (0, 1), "{analysis}");
+        assert!(why.contains("share") && why.contains("indeterminate"), "{analysis}: {why}");
+        assert!(
+            checked.methods.len() > 1 && checked.failed.is_empty() && !checked.is_right(),
+            "{analysis}: {checked:?}"
+        );
+        assert!(checked.derivatives.len() == 3, "{analysis}: {checked:?}");
+        assert!(checked.derivatives.iter().all(|d| d.at.response == 1 && d.is_fine()), "{analysis}: {checked:?}");
+        // A quantity that is not wanted does not stop the derivatives of another one, and one that is wanted does.
+        let responses = problem.analyze(&start).unwrap();
+        let at = |response| [ResponseAt { response, point: 2 }];
+        assert!(problem.sensitivities(&start, &responses, &at(1)).is_ok(), "{analysis}");
+        let error = problem.sensitivities(&start, &responses, &at(0)).unwrap_err().to_string();
+        assert!(error.contains("share") && error.contains("no derivative"), "{analysis}: {error}");
+    }
+}
+
+#[test]
+#[cfg(feature = "cli")]
+fn an_indeterminate_output_has_a_verdict_of_its_own() {
+    let place = crate::shell::TempFolder::new("no-derivative");
+    std::fs::write(place.0.join("m.toml"), hinged_twice(HINGED_SPRING, DYNAMICS)).unwrap();
+    let shown = place.run(&["check", "m", "--out", "out"], 0);
+    assert!(shown.contains("right") && shown.contains("1 without derivatives, by direct"), "{shown}");
+    assert!(shown.lines().any(|line| line.trim() == "no derivative"), "{shown}");
+    assert!(shown.contains("share: ") && shown.contains("it has one of many values"), "{shown}");
+    let csv = place.read("out/derivatives.csv");
+    assert!(csv.lines().any(|line| line.starts_with("share,,,") && line.contains("no derivative")), "{csv}");
+    let json = crate::shell::linkwright(&["check", "m", "--json"], &place.0);
+    let lines: Vec<serde_json::Value> =
+        String::from_utf8(json.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let share = lines.iter().find(|line| line["response"] == "share").unwrap();
+    assert!(share["finding"] == "no derivative" && share["variable"].is_null(), "{share}");
+    assert!(share["explanation"].as_str().unwrap().contains("indeterminate"), "{share}");
+    assert!(lines.last().unwrap()["no derivative"] == 1 && lines.last().unwrap()["wrong"] == 0, "{lines:?}");
+    // Nothing else to check: the reason is the error.
+    let shown = place.run(&["check", "m", "--response", "share"], 1);
+    assert!(shown.contains("indeterminate"), "{shown}");
+}

@@ -483,3 +483,31 @@ value = "floor.contact_force"
         assert_eq!(rests, expected, "{amplitude}, {restitution}");
     }
 }
+
+/// A weight on a spring, which would hang 0.4 m lower without the floor: the equilibrium at the start has no rigid contacts, and says so.
+#[test]
+fn an_equilibrium_at_the_start_says_that_it_has_no_rigid_contacts() {
+    let text = |floor: f64, spring: &str| {
+        format!(
+            "version = 2\n[[body]]\nname = \"weight\"\nkind = \"slider\"\nmass = 2\n{spring}\
+             [[force]]\nname = \"floor\"\nkind = \"rigid-stop\"\nb = \"weight\"\nclearance = {floor}\nrestitution = 0.5\n\
+             [time]\nto = 1\npoints = 3\n[analysis]\nkind = \"dynamics\"\nstep = 0.01\ninitial_configuration = \"equilibrium\"\n\
+             [[output]]\nname = \"y\"\nvalue = \"weight.position\"\n"
+        )
+    };
+    let spring = "[[force]]\nname = \"s\"\nkind = \"coordinate-spring\"\nb = \"weight\"\nstiffness = 50\n";
+    let weight = "[[force]]\nname = \"g\"\nkind = \"load\"\nb = \"weight\"\ngeneralized_force = -20\n";
+    let run =
+        |floor: f64, spring: &str| read("m.toml", &text(floor, &format!("{spring}{weight}"))).unwrap().simulate(&[]);
+    let values = run(-0.5, spring).unwrap().values;
+    assert!(values[0].iter().all(|y| (y + 0.4).abs() < 1e-9), "{values:?}");
+    let error = run(-0.1, spring).err().unwrap().to_string();
+    assert!(
+        error.contains("floor") && error.contains("without rigid contacts") && error.contains("3.000e-1"),
+        "{error}"
+    );
+    assert!(error.contains("stiffness and damping"), "{error}");
+    // Nothing but the floor carries the weight.
+    let error = run(0.0, "").err().unwrap().to_string();
+    assert!(error.contains("such as floor") && error.contains("stiffness and damping"), "{error}");
+}

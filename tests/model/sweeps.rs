@@ -142,6 +142,7 @@ const MISTAKES: &[[&str; 3]] = &[
     ["from = \"-80 mm\"", "from = \"-80 deg\"", "`from` takes a value in m"],
     ["from = \"-80 mm\"", "from = \"-80 mm\"\nunit = \"deg\"", "`unit` is an angle, and the points are a length"],
     ["from = \"-80 mm\"", "from = \"90 mm\"", "must be after the first one"],
+    ["from = \"-80 mm\"", "from = \"90 mm\"", "write `first - way` in place of `lift`"],
     ["to = \"80 mm\"\npoints", "to = \"80 mm\"\nat = [1]\npoints", "exclude each other"],
     ["to = \"6 cm\"", "to = \"6 s\"", "`to` takes a value in m"],
     ["kind = \"kinematics\"", "kind = \"dynamics\"", "a motion over time needs [time]"],

@@ -202,3 +202,45 @@ fn sensitivities_without_an_objective_say_what_is_missing() {
     assert!(page.contains("The mechanism in equilibrium over the time."), "the page of statics shows no motion");
     assert!(!page.contains("in motion"));
 }
+
+/// A pendulum on its hinge: an equilibrium at the top is told with the point of the sweep, by the name of the part.
+#[test]
+fn unstable_equilibria_are_told() {
+    let text = |height: f64| {
+        format!(
+            "version = 2\ngravity = [0, -10]\n[[body]]\nname = 'arm'\nmass = 1\ninertia = 0.01\nposition = [0, {height}]\n\
+             [[joint]]\nname = 'hinge'\na = 'ground'\nb = {{ body = 'arm', at = [0, {}] }}\n\
+             [[force]]\nname = 'motor'\nkind = 'load'\nb = 'arm.theta'\ngeneralized_force = 'p'\n\
+             [sweep]\nvariable = 'p'\nto = 2\npoints = 3\n[analysis]\nkind = 'statics'\n\
+             [[output]]\nname = 'angle'\nvalue = 'arm.theta'\n",
+            -height
+        )
+    };
+    let found = read("m.toml", &text(1.0)).unwrap().simulate(&[]).unwrap().warnings;
+    let told = |warning: &String| warning.starts_with("arm") && warning.contains("at p 0 (and 2 more) is unstable");
+    assert!(found.iter().any(told), "{found:?}");
+    assert_eq!(read("m.toml", &text(-1.0)).unwrap().simulate(&[]).unwrap().warnings, [""; 0]);
+}
+
+/// Two points at one place have no direction: a spring whose unloaded length is not zero pushes either way.
+#[test]
+fn a_spring_between_points_that_coincide_is_told() {
+    let text = |space: &str, place: &str, length: f64, kind: &str| {
+        format!(
+            "version = 2\n{space}[[body]]\nname = 'b'\nkind = 'point'\nmass = 1\nposition = {place}\n[[force]]\nname = 's'\nkind = 'spring'\n\
+             a = 'ground'\nb = 'b'\nstiffness = 100\nlength = {length}\n[time]\nto = 0.1\npoints = 3\n\
+             [analysis]\nkind = '{kind}'\n[[output]]\nname = 'x'\nvalue = 'b.x'\n"
+        )
+    };
+    let found = |text: String| {
+        let model = read("m.toml", &text).unwrap_or_else(|report| panic!("{report}"));
+        model.simulate(&[]).map(|responses| responses.warnings).unwrap_or_else(|error| panic!("{error}"))
+    };
+    for (space, at, apart) in [("", "[0, 0]", "[0.3, 0]"), ("space = 3\n", "[0, 0, 0]", "[0.3, 0, 0]")] {
+        let told = found(text(space, at, 0.2, "dynamics"));
+        let is_told = |warning: &String| warning.starts_with("s: at t = 0") && warning.contains("length 0");
+        assert!(told.iter().any(is_told), "{space}: {told:?}");
+        assert_eq!(found(text(space, at, 0.0, "dynamics")), [""; 0], "{space}");
+        assert_eq!(found(text(space, apart, 0.2, "dynamics")), [""; 0], "{space}");
+    }
+}

@@ -86,7 +86,7 @@ const DYNAMICS: &[Key] = &[
         "initial_configuration",
         Accepts::Choice(&["built", "equilibrium"]),
         "built",
-        "positions at the start: as given, or in static equilibrium; implicit schemes only",
+        "positions at the start: as given, or in static equilibrium without rigid contacts; implicit schemes only",
     ),
     default(
         "initial_acceleration",

@@ -5,9 +5,9 @@ use super::label::{self, Labels};
 use super::section::{Read, Section};
 use super::value::tree;
 use crate::Readable;
-use crate::model_file::expression::{Axis, ExpressionTree, KnownDimension, Names, Scope};
+use crate::model_file::expression::{Axis, ExpressionTree, Names, Scope};
 use crate::model_file::limits;
-use crate::model_file::unit::Unit;
+use crate::model_file::unit::{KnownDimension, Unit};
 use crate::problem::TimeGrid;
 
 const TIME: &[Key] = &[
@@ -125,9 +125,19 @@ fn grid(section: &Section<'_>, names: &Names, what: &str) -> Read<TimeGrid> {
     };
     if let Some(p) = (1..points.len()).find(|&p| points[p] <= points[p - 1]) {
         let message = format!("{what}points must increase, but {} follows {}", points[p], points[p - 1]);
-        return Err(section.error_at("at", message).help(format!("give strictly increasing {what}points")));
+        let help = decreasing(names).unwrap_or_else(|| format!("give strictly increasing {what}points"));
+        return Err(section.error_at("at", message).help(help));
     }
     TimeGrid::new("", "", points).map_err(|e| section.error_at("at", e.to_string()))
+}
+
+/// What to write for a sweep whose points are to decrease.
+fn decreasing(names: &Names) -> Option<String> {
+    let sweep = names.axis().sweep()?;
+    Some(format!(
+        "for a path towards smaller values, sweep the distance from its first point: variable = \"way\", from = 0, and write `first - way` in \
+         place of `{sweep}`; if the order does not matter, exchange `from` and `to`"
+    ))
 }
 
 fn uniform(section: &Section<'_>, names: &Names, what: &str) -> Read<Vec<f64>> {
@@ -140,8 +150,10 @@ fn uniform(section: &Section<'_>, names: &Names, what: &str) -> Read<Vec<f64>> {
             .help("for instance to = 12.0 and points = 101"));
     };
     if !(from < to) {
-        let [from, to] = [from, to].map(Readable);
-        return Err(section.error_at("to", format!("the last {what}point {to} must be after the first one, {from}")));
+        let [first, last] = [from, to].map(Readable);
+        let error = section.error_at("to", format!("the last {what}point {last} must be after the first one, {first}"));
+        let help = decreasing(names).filter(|_| to < from);
+        return Err(help.into_iter().fold(error, |error, help| error.help(help)));
     }
     if count < 2 {
         return Err(section.error_at("points", format!("at least two {what}points are needed")));

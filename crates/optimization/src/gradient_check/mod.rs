@@ -93,7 +93,8 @@ const ACCUMULATED: f64 = 100.0;
 /// derivatives within the error of the steps count as zero ([`Analysis::step_tolerance`]).
 ///
 /// A method that returns [`Error::Unsupported`] is omitted, such as the semi-analytical method where there are switches. One that fails
-/// otherwise is listed in [`GradientCheck::failed`].
+/// otherwise is listed in [`GradientCheck::failed`]. If no method differentiates all responses, those that have no derivatives are listed in
+/// [`GradientCheck::without_derivatives`], and the others are checked.
 ///
 /// # Errors
 ///
@@ -107,9 +108,20 @@ pub fn check(
 ) -> Result<GradientCheck> {
     Error::check_length("sizes of the design variables", b.len(), scales.len())?;
     let (here, again) = (analysis.analyze(b)?, analysis.analyze(b)?);
-    let mut failed = Vec::new();
-    let (names, derivatives): (Vec<_>, Vec<_>) =
-        by_methods(methods, b, &here, wanted, &mut failed)?.into_iter().unzip();
+    let (mut failed, mut without_derivatives, mut wanted) = (Vec::new(), Vec::new(), wanted.to_vec());
+    let all = match by_methods(methods, b, &here, &wanted, &mut failed) {
+        Err(error @ Error::Unsupported { .. }) => {
+            without_derivatives = responses_without_derivatives(&methods[0], b, &here, &wanted);
+            wanted.retain(|at| without_derivatives.iter().all(|(response, _)| *response != at.response));
+            if without_derivatives.is_empty() || wanted.is_empty() {
+                return Err(error);
+            }
+            failed.clear();
+            by_methods(methods, b, &here, &wanted, &mut failed)
+        }
+        all => all,
+    };
+    let (names, derivatives): (Vec<_>, Vec<_>) = all?.into_iter().unzip();
     let first: Vec<FirstStep> = scales.iter().map(|size| FirstStep::of_size(*size)).collect();
     let samples = DifferenceSamples::along_all(|designs| analysis.analyze_around(b, designs), b, &first);
     // Given steps have other rounding errors than chosen ones.
@@ -148,7 +160,21 @@ pub fn check(
     }
     decide_all(&mut checked, scales);
     contradictions::examine(analysis, (methods, &names), (b, centre), (scales, &samples), &mut checked);
-    Ok(GradientCheck { methods: names, derivatives: checked, failed })
+    Ok(GradientCheck { methods: names, derivatives: checked, without_derivatives, failed })
+}
+
+/// The responses that `method` does not differentiate, each by itself, and the reasons.
+fn responses_without_derivatives(
+    method: &GradientMethod<'_>,
+    b: &[f64],
+    here: &Responses,
+    wanted: &[ResponseAt],
+) -> Vec<(usize, String)> {
+    let reason = |points: &[ResponseAt]| match method.sensitivities(b, here, points) {
+        Err(error @ Error::Unsupported { .. }) => Some((points[0].response, error.to_string())),
+        _ => None,
+    };
+    wanted.chunk_by(|a, b| a.response == b.response).filter_map(reason).collect()
 }
 
 /// Names of the methods, and derivatives with their estimated errors; methods that do not offer these are omitted, and those that

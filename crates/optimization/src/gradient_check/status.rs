@@ -215,20 +215,24 @@ impl CheckedDerivative {
 }
 
 /// Results of a check of derivatives.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct GradientCheck {
     /// Names of the methods.
     pub methods: Vec<String>,
     /// Ordered by response and time point, then by variable.
     pub derivatives: Vec<CheckedDerivative>,
+    /// Numbers of the responses that have no derivatives, and the reasons: reactions that redundant constraints leave indeterminate.
+    pub without_derivatives: Vec<(usize, String)>,
     /// Methods that failed, and the reasons.
     pub failed: Vec<(String, String)>,
 }
 
 impl GradientCheck {
-    /// True if every derivative is right or constant, and no method failed.
+    /// True if every derivative is right or constant, every response has derivatives, and no method failed.
     pub fn is_right(&self) -> bool {
-        self.failed.is_empty() && self.derivatives.iter().all(CheckedDerivative::is_fine)
+        self.failed.is_empty()
+            && self.without_derivatives.is_empty()
+            && self.derivatives.iter().all(CheckedDerivative::is_fine)
     }
 
     /// Number of derivatives with this status.
@@ -256,7 +260,8 @@ impl GradientCheck {
             )
         };
         let failed = self.failed.iter().map(|(method, why)| format!("\n{method} failed: {why}"));
-        let lines: String = bad.map(line).chain(failed).collect();
+        let without = self.without_derivatives.iter().map(|(response, why)| format!("\nresponse {response}: {why}"));
+        let lines: String = bad.map(line).chain(without).chain(failed).collect();
         assert!(lines.is_empty(), "{lines}");
     }
 }

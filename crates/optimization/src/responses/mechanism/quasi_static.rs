@@ -1,5 +1,6 @@
 //! The outputs of a mechanism at time points that are solved one by one, without integration, as responses of a problem.
 
+use super::WithWantedOutputs;
 use crate::Result;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, Responses, TimeGrid};
 use error::replace_times;
@@ -242,7 +243,8 @@ impl<M: ParametricMechanism, P: InstantAnalysis> Analysis for QuasiStaticRespons
     }
 
     fn curvatures(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<Option<Vec<DMatrix<f64>>>> {
-        let history = self.on_axis(self.settings.hessians(&self.model, b, self.times_of(wanted)))?;
+        let model = WithWantedOutputs::new(&self.model, wanted.iter().map(|at| at.response));
+        let history = self.on_axis(self.settings.hessians(&model, b, self.times_of(wanted)))?;
         Ok(wanted.iter().map(|at| history.hessian(at.response, at.point)).collect())
     }
 }
@@ -261,13 +263,14 @@ impl<M: ParametricMechanism, P: InstantAnalysis> QuasiStaticResponses<M, P> {
         wanted: &[ResponseAt],
     ) -> Result<DMatrix<f64>> {
         let times = self.times_of(wanted);
+        let model = WithWantedOutputs::new(&self.model, wanted.iter().map(|at| at.response));
         let history = match method {
             Differentiation::Adjoint => {
-                let rows = by_points(wanted, |responses| self.settings.adjoint(&self.model, b, times, responses));
+                let rows = by_points(wanted, |responses| self.settings.adjoint(&model, b, times, responses));
                 return self.on_axis(rows);
             }
-            Differentiation::SemiAnalytical => self.settings.semi_analytical(&self.model, b, times, step),
-            Differentiation::Direct | Differentiation::Automatic => self.settings.direct(&self.model, b, times),
+            Differentiation::SemiAnalytical => self.settings.semi_analytical(&model, b, times, step),
+            Differentiation::Direct | Differentiation::Automatic => self.settings.direct(&model, b, times),
         };
         let history = self.on_axis(history)?;
         Ok(super::gradient_rows(&history, b.len(), wanted, &wanted.iter().map(|at| at.point).collect::<Vec<_>>()))

@@ -1,5 +1,6 @@
 //! The outputs of a moving mechanism as responses of an optimization problem.
 
+use super::WithWantedOutputs;
 use crate::problem::{Analysis, GradientMethod, ResponseAt, ResponseSum, Responses};
 use crate::{Error, Result};
 use mechanics::analyses::dynamics::{
@@ -249,7 +250,7 @@ impl<M: ParametricMechanism> Transient<M> {
         wanted: &[ResponseAt],
         places: &[usize],
     ) -> Result<DMatrix<f64>> {
-        let model = &self.model;
+        let model = &WithWantedOutputs::new(&self.model, wanted.iter().map(|at| at.response));
         let history = match (&self.settings, steps(stored, b)) {
             (Integration::Implicit(settings), Some(Steps::Implicit(recording))) if recording.is_complete() => {
                 let gradients = differentiate_recorded(model, b, settings, times, recording)?;
@@ -269,9 +270,8 @@ impl<M: ParametricMechanism> Transient<M> {
         wanted: &[ResponseAt],
         places: &[usize],
     ) -> Result<DMatrix<f64>> {
-        let (model, Integration::Implicit(settings)) = (&self.model, &self.settings) else {
-            return Err(no_semi_analytical_derivatives());
-        };
+        let Integration::Implicit(settings) = &self.settings else { return Err(no_semi_analytical_derivatives()) };
+        let model = &WithWantedOutputs::new(&self.model, wanted.iter().map(|at| at.response));
         let Some(Steps::Implicit(recording)) = steps(stored, b).filter(|steps| steps.are_complete()) else {
             let history = differentiate_semi_analytically(model, b, settings, times, step)?;
             return Ok(super::gradient_rows(&history, b.len(), wanted, places));
@@ -302,7 +302,8 @@ impl<M: ParametricMechanism> Transient<M> {
         stored: &Responses,
         wanted: &[AdjointFunctional],
     ) -> Result<DMatrix<f64>> {
-        let model = &self.model;
+        let outputs = wanted.iter().flat_map(|functional| &functional.terms).map(|term| term.output);
+        let model = &WithWantedOutputs::new(&self.model, outputs);
         let (rows, _) = match (&self.settings, steps(stored, b)) {
             (Integration::Implicit(settings), Some(Steps::Implicit(steps))) => {
                 differentiate_recording_backwards(model, b, settings, times, wanted, steps)?
@@ -457,7 +458,8 @@ impl<M: ParametricMechanism> Analysis for Transient<M> {
         let wanted: &[ResponseAt] = &wanted.iter().map(|at| self.in_history(at)).collect::<Vec<_>>();
         let (points, at) = points_of(wanted);
         let times: Vec<f64> = points.iter().map(|&p| self.times[p]).collect();
-        let (model, part) = (&self.model, HessianPart::Full);
+        let model = &WithWantedOutputs::new(&self.model, wanted.iter().map(|at| at.response));
+        let part = HessianPart::Full;
         let history = match (&self.settings, steps(responses, b)) {
             (Integration::Implicit(settings), Some(Steps::Implicit(steps))) if steps.is_complete() => {
                 differentiate_recorded_twice(model, b, settings, &times, part, steps)?
