@@ -31,6 +31,8 @@ mod open;
 #[cfg(feature = "app")]
 mod open_disk;
 #[cfg(feature = "app")]
+mod open_drawing;
+#[cfg(feature = "app")]
 mod open_journey;
 #[cfg(feature = "app")]
 mod open_page;

@@ -65,6 +65,38 @@ fn text_typed_without_a_connection_is_sent_later() {
     assert_eq!(page.text("document.documentElement.dataset.state"), "ready");
 }
 
+/// A page whose server has ended says so and how to go on; it keeps the text that was not sent, and a new server has the one that was.
+#[test]
+fn a_page_whose_server_has_ended_says_how_to_go_on() {
+    let Some((place, server, mut page)) = edited("open-ended") else { return };
+    let lost = "document.getElementById('lost')";
+    assert_eq!(page.value(&format!("{lost}.hidden")), true);
+    let sent = format!("{}# sent\n", place.read("impact-absorber.toml"));
+    put(&mut page, &sent);
+    page.wait(&format!("{STATE}.includes('kept in')"));
+    drop(server);
+    page.wait(&format!("!{lost}.hidden"));
+    let words = page.text(&format!("{lost}.innerText"));
+    assert!(words.contains("linkwright open impact-absorber.toml") && words.contains("another address"), "{words}");
+    assert!(words.contains("impact-absorber.toml.unsaved"), "{words}");
+    // No button of the run seems to work.
+    assert_eq!(page.value("document.getElementById('run').inert"), true);
+    put(&mut page, &format!("{sent}# not sent\n"));
+    page.wait(&format!("{lost}.querySelector('button') && {lost}.innerText.includes('only in this page')"));
+    page.views("ended", "body");
+    page.click("#lost button");
+    page.wait(&format!("/^Copied|by hand/.test({lost}.querySelector('button').textContent)"));
+    assert!(page.text("document.getElementById('text').value").ends_with("# not sent\n"));
+
+    let server = Server::start(&place.0, "impact-absorber.toml");
+    let program = crate::browser::browser().unwrap();
+    // The page before would ask whether its text is to be dropped.
+    let mut page = Page::open(&program, &place.0, [1300, 1200]);
+    page.show(&server.address());
+    page.wait("document.getElementById('text').value.endsWith('# sent\\n')");
+    assert_eq!(page.value(&format!("{lost}.hidden")), true);
+}
+
 /// A file that is gone, or no text any more, is named as such, and Save writes it again.
 #[test]
 fn a_file_that_is_gone_or_unreadable_is_written_again() {

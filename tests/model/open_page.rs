@@ -8,13 +8,13 @@ use serde_json::json;
 const STOP: &str = "(() => { const b = document.querySelector('#stage .controls button'); if (b.textContent === 'Pause') b.click(); return 0; })()";
 
 /// The page of an example, at rest.
-fn opened(name: &str, example: &str, size: [u32; 2]) -> Option<(TempFolder, Server, Page)> {
+pub fn opened(name: &str, example: &str, size: [u32; 2]) -> Option<(TempFolder, Server, Page)> {
     let (place, server, mut page) = shown(name, example, size)?;
     page.value(STOP);
     Some((place, server, page))
 }
 
-fn numbers<const N: usize>(page: &mut Page, expression: &str) -> [f64; N] {
+pub fn numbers<const N: usize>(page: &mut Page, expression: &str) -> [f64; N] {
     let found: Vec<f64> = serde_json::from_value(page.value(expression)).unwrap();
     found.try_into().unwrap()
 }
@@ -247,4 +247,101 @@ fn the_focus_is_in_sight_on_a_phone() {
     }
     page.value("document.getElementById('source').scrollIntoView({ behavior: 'instant' })");
     page.wait("document.getElementById('picture').getBoundingClientRect().bottom < 0");
+}
+
+/// The reason why a design cannot be analysed hides no control, beside the editor, too.
+#[test]
+fn messages_hide_no_control() {
+    for (size, is_beside) in [([1280, 800], false), ([1280, 800], true), ([390, 844], false)] {
+        let Some((_place, _server, mut page)) = opened("open-messages", "slider-crank-assembled", size) else { return };
+        if is_beside {
+            page.click("#beside");
+        }
+        page.value("(() => { const e = document.getElementById('value-0'); e.value = '29'; e.dispatchEvent(new Event('change')); return 0; })()");
+        page.wait("!document.getElementById('design-fault').hidden");
+        page.value("scrollTo({ top: 0, behavior: 'instant' })");
+        let hidden = "(() => { const m = document.getElementById('design-fault').getBoundingClientRect(); \
+            return [...document.querySelectorAll('input, textarea, select, button')].filter((e) => !e.closest('#messages')).filter((e) => { \
+            const b = e.getBoundingClientRect(); return b.width && b.left < m.right && m.left < b.right && b.top < m.bottom && m.top < b.bottom; }) \
+            .map((e) => e.id || e.textContent || e.ariaLabel); })()";
+        assert_eq!(page.value(hidden), json!([]), "{size:?} {is_beside}");
+        assert_eq!(page.value("document.getElementById('design-state').hidden"), false);
+        if is_beside {
+            page.views("message", "body");
+        }
+        page.click("#design-fault button");
+        assert_eq!(page.value("document.getElementById('design-fault').hidden"), true);
+    }
+}
+
+/// A file without an objective is simulated only, and the page says what it lacks for that.
+#[test]
+fn a_simulation_says_that_it_has_no_objective() {
+    let Some(program) = crate::browser::browser() else { return };
+    let place = TempFolder::new("open-simulation");
+    place.example("trebuchet");
+    let text = place.read("trebuchet.toml");
+    let simulation = &text[..text.find("[objective]").unwrap()];
+    std::fs::write(place.0.join("throw.toml"), simulation).unwrap();
+    let server = Server::start(&place.0, "throw.toml");
+    let mut page = Page::open(&program, &place.0, [1400, 1000]);
+    page.show(&server.address());
+    page.wait("document.documentElement.dataset.settled");
+    let seen = "[...document.querySelectorAll('#simulation, #moves, #margins, #run')].filter((e) => e.offsetParent).map((e) => e.id)";
+    assert_eq!(page.value(seen), json!(["simulation"]));
+    let words = page.text("document.getElementById('simulation').textContent");
+    assert!(words.contains("no objective") && words.contains("≤") && words.contains("[objective]"), "{words}");
+    page.views("simulation", "body");
+    drop(server);
+
+    // Times of events and values at them are those of the command.
+    let server = Server::start(&place.0, "trebuchet.toml");
+    page.show(&server.address());
+    page.wait(SETTLED);
+    assert_eq!(page.value("document.getElementById('simulation').hidden"), true);
+    let printed = crate::open::analyzed(&place, &["trebuchet"]);
+    for name in ["throw_time", "flight_time", "speed", "range"] {
+        let shown =
+            page.text(&format!("document.querySelector('#value-table [data-output={name}]').children[2].textContent"));
+        let outputs = printed["outputs"].as_array().unwrap_or_else(|| panic!("{printed}"));
+        let exact = outputs.iter().find(|one| one["name"] == name).unwrap_or_else(|| panic!("{printed}"));
+        let exact = exact["end"]["value"].as_f64().unwrap();
+        let shown: f64 = shown.parse().unwrap_or_else(|_| panic!("{name}: {shown}"));
+        assert!((shown - exact).abs() <= 1e-4 * exact.abs(), "{name}: {shown} and {exact}");
+    }
+    // The page draws no motion whose parts change, and says so.
+    assert!(page.text("document.getElementById('legend').textContent").contains("parts of the mechanism change"));
+    page.views("values", "#values");
+}
+
+/// E_f and E_g are explained, the newest cycle is in sight unless the user scrolls up, and disabled buttons say why.
+#[test]
+fn cycles_are_explained_and_in_sight() {
+    let Some((_place, _server, mut page)) = opened("open-cycles", "impact-absorber", [1400, 1000]) else { return };
+    let titles = "[...document.querySelectorAll('#run .buttons button:disabled[data-action]')].map((b) => b.title)";
+    let titles_of = |page: &mut Page| -> Vec<String> { serde_json::from_value(page.value(titles)).unwrap() };
+    assert!(titles_of(&mut page).iter().all(|title| title.contains("no run")));
+    assert!(page.text("document.getElementById('run-why').textContent").contains("Begin here"));
+    page.click("[data-action=start]");
+    page.wait("document.getElementById('run').dataset.status === 'Paused'");
+    let words = page.text(
+        "document.getElementById(document.getElementById('cycles').getAttribute('aria-describedby')).textContent",
+    );
+    assert!(words.contains("E_f") && words.contains("E_g") && words.contains("percent"), "{words}");
+    assert_eq!(page.value("[...document.querySelectorAll('#cycles th')].filter((e) => e.textContent.startsWith('E_')).every((e) => e.title)"), true);
+    page.value("(() => { document.querySelector('#cycles').parentElement.style.maxHeight = '6rem'; return 0; })()");
+    let scrolled = "(() => { const e = document.querySelector('#cycles').parentElement; return [e.scrollTop, e.scrollHeight - e.clientHeight]; })()";
+    let step = |page: &mut Page, tries: usize| {
+        page.click("[data-action=step]");
+        page.wait(&format!("document.getElementById('run').dataset.tries === '{tries}'"));
+        page.wait("['Paused', 'Converged'].includes(document.getElementById('run').dataset.status)");
+        numbers::<2>(page, scrolled)
+    };
+    let mut last = [0.0, 0.0];
+    (1..=4).for_each(|tries| last = step(&mut page, tries));
+    assert!(last[1] > 20.0 && last[1] - last[0] < 2.0, "{last:?}");
+    page.value("(() => { document.querySelector('#cycles').parentElement.scrollTop = 0; return 0; })()");
+    assert_eq!(step(&mut page, 5)[0], 0.0);
+    assert!(titles_of(&mut page).iter().all(|title| !title.is_empty()));
+    page.views("cycles", "#run-tables");
 }

@@ -3,7 +3,7 @@
 use crate::browser::browser;
 use crate::devtools::Page;
 use crate::open::{SETTLED, Server, rests, start_design, wait};
-use crate::shell::TempFolder;
+use crate::shell::{TempFolder, linkwright};
 use serde_json::{Value, json};
 
 const STUDY: &str = "version = 1\nmodel = \"absorber.toml\"\nkind = \"sample\"\ncount = 24\n\
@@ -166,6 +166,72 @@ fn stored_runs_and_studies_are_listed_and_opened() {
     assert_eq!(found["from"], text.encode_utf16().count() - 4);
     assert!(found["words"].to_string().contains("[[body]]"), "{found}");
     assert_eq!(post("complete", json!({ "text": "", "at": 1_000_000 }))["words"][0]["text"], "version = ");
+}
+
+/// A run with another limit, such as one that was drawn and discarded, is listed with it; a run of another mass is not.
+#[test]
+fn runs_with_other_limits_are_listed_with_them() {
+    let place = absorber("open-other-limits");
+    let text = place.read("absorber.toml");
+    let drawn = "\n[[constraint]]\nname = \"drawn limit 1\"\nvalue = \"displacement - drawn_1(time)\"\nat_most = 0.0\nfrom = 0.0\nto = 6.0\n\n\
+        [table.drawn_1]\nx = [0.0, 3.0, 6.0]\ny = [2.0, 3.0, 2.0]\ninterpolation = \"linear\"\n";
+    let edits = [
+        ("same", text.clone()),
+        ("tight", text.replace("at_most = 1.0", "at_most = 0.9")),
+        ("drawn", format!("{text}{drawn}")),
+        ("heavy", text.replace("mass = 1.0", "mass = 1.1")),
+    ];
+    for (name, edited) in &edits {
+        std::fs::write(place.0.join(format!("{name}.toml")), edited).unwrap();
+        linkwright(&["optimize", name, "--quiet", "--max-cycles", "1"], &place.0);
+    }
+    let server = Server::start(&place.0, "absorber.toml");
+    let listed = |server: &Server| {
+        let all = server.get("stored");
+        let of = |name: &str| {
+            let found = all["stored"].as_array().unwrap().iter().find(|one| one["folder"] == format!("out/{name}"));
+            found.map(|one| one["limits"].as_array().unwrap().iter().map(|l| l.as_str().unwrap().to_owned()).collect())
+        };
+        (all["others"].clone(), ["same", "tight", "drawn", "heavy"].map(of))
+    };
+    let (others, [same, tight, with_drawn, heavy]): (Value, [Option<Vec<String>>; 4]) = listed(&server);
+    assert_eq!((others, same, heavy), (json!(1), Some(vec![]), None));
+    assert_eq!(tight.unwrap(), ["constraint.displacement.at_most: 1.0 → 0.9"]);
+    let with_drawn = with_drawn.unwrap();
+    assert!(with_drawn[0].starts_with("with constraint.drawn limit 1: at_most = 0.0, from = 0.0"), "{with_drawn:?}");
+    assert!(with_drawn[1].starts_with("with table.drawn_1: interpolation = \"linear\", x = ["), "{with_drawn:?}");
+    drop(server);
+    // The other way round: the limit is in the model, and not in the run.
+    std::fs::write(place.0.join("absorber.toml"), &edits[2].1).unwrap();
+    let server = Server::start(&place.0, "absorber.toml");
+    let (_, [same, _, with_drawn, _]) = listed(&server);
+    assert_eq!(with_drawn, Some(vec![]));
+    assert!(same.unwrap()[0].starts_with("without constraint.drawn limit 1: at_most = 0.0"));
+
+    drop(server);
+
+    // In the page: a run with a limit that is drawn and then discarded.
+    std::fs::write(place.0.join("absorber.toml"), &text).unwrap();
+    let Some(program) = browser() else { return };
+    let server = Server::start(&place.0, "absorber.toml");
+    let mut page = Page::open(&program, &place.0, [1400, 1200]);
+    page.show(&server.address());
+    page.wait(SETTLED);
+    let limits = page.value("document.querySelectorAll('.margin').length").as_u64().unwrap();
+    page.click(".plot .tools button");
+    let [x, y] = page.middle(".plot svg");
+    page.drag([x - 60.0, y], [x + 60.0, y]);
+    page.wait(&format!("document.querySelectorAll('.margin').length === {}", limits + 1));
+    page.wait(SETTLED);
+    page.click("[data-action=start]");
+    page.wait("document.getElementById('run').dataset.status === 'Paused'");
+    page.click("#stored-runs summary");
+    page.wait("document.querySelectorAll('#stored tbody tr').length === 4");
+    let row = "[...document.querySelectorAll('#stored tbody tr')].find((row) => row.children[1].textContent.startsWith('out/absorber'))";
+    assert_eq!(page.text(&format!("{row}.querySelector('.limits')")), "null");
+    page.click("#discard");
+    page.wait(&format!("{row}.querySelector('.limits').textContent.includes('with constraint.drawn limit 1')"));
+    page.views("limits-of-runs", "#stored-runs");
 }
 
 /// In the browser: a race, the overlay and the differences of stored runs, a note, a study whose points show their designs, completion.

@@ -185,6 +185,32 @@ fn a_run_is_steered_and_goes_on_after_a_kill() {
     assert!(history.contains("accepted by hand") && history.contains("design.c.upper"), "{history}");
 }
 
+/// The error of a setting that is typed in the page names the field, and no line of the stored model, which the user has not written.
+#[test]
+fn errors_of_settings_name_their_field() {
+    let (_place, server) = served("open-fields", "impact-absorber");
+    server.act(&json!({ "action": "start", "design": start_design(&server.get("model")) }));
+    rests(&server, "Paused", |tries| tries == 0);
+    for (key, value, field, why) in [
+        ("method.max_cycles", "many", "Setting", ""),
+        ("method.cycles", "3", "Setting", "cycles"),
+        ("method.move_limits.factor", "-1", "Setting", "move_limits"),
+        ("method.preset", "no-such", "Method", "no-such"),
+        ("design.k.upper", "1 +", "Setting", ""),
+        ("constraint.displacement.at_most", "wide", "Setting", "wide"),
+        ("constraint.nothing.at_most", "1", "Setting", "nothing"),
+        ("force.absorber.stiffness", "2", "Setting", "only bounds"),
+    ] {
+        server.act(&json!({ "action": "set", "key": key, "value": value }));
+        let found = wait(&server, "run", key, |run| {
+            run["run"]["status"] == "Paused" && run["run"]["fault"].as_str().is_some_and(|fault| fault.contains(key))
+        });
+        let fault = found["run"]["fault"].as_str().unwrap();
+        assert!(fault.starts_with(&format!("field {field}, `{key}` = {value}: ")), "{fault}");
+        assert!(fault.contains(why) && !fault.contains(".toml") && !fault.contains("-->"), "{fault}");
+    }
+}
+
 /// Edited text is kept beside the file until it is saved, also over a restart; a file that was changed by another program is not overwritten without a confirmation.
 #[test]
 fn edited_text_is_kept_until_it_is_saved() {

@@ -12,10 +12,10 @@ use super::super::run_directory::{RunDirectory, SettingChange};
 use super::guard::message;
 use super::process::{WorkerCommand, lock};
 use super::steps::{RunSteps, StopHandle};
-use super::stored::{self, cycles, own};
+use super::stored::{self, cycles, is_of_limit, own};
 use super::worker::{ModelLine, WorkerRequest};
-use anyhow::{Context, bail, ensure};
-use linkwright::model_file::{Model, read, with_setting};
+use anyhow::{Context, anyhow, bail, ensure};
+use linkwright::model_file::{Diagnostic, DiagnosticReport, Model, read, with_setting};
 use linkwright::problem::Problem;
 use linkwright::sao::{RunState, Status, presets};
 use linkwright::storage::Directory;
@@ -72,15 +72,11 @@ impl RunRequest {
     pub fn ends_run(&self) -> bool {
         match self {
             Self::Start { .. } | Self::Resume { .. } | Self::Close => true,
+            // A change of a limit begins a new run.
             Self::Set { key, .. } => is_of_limit(key),
             _ => false,
         }
     }
-}
-
-/// True for the key of a constraint; a change of it begins a new run.
-fn is_of_limit(key: &str) -> bool {
-    key.starts_with("constraint.")
 }
 
 /// A run of a session: none, or a thread with the run.
@@ -187,6 +183,25 @@ impl Optimization {
 /// The model of a run with this text. Its program is in the folder of the model file with which the run began.
 fn line_of(folder: &RunDirectory, text: &str) -> ModelLine {
     ModelLine { name: "model.toml".to_owned(), file: folder.record().file.clone(), text: text.to_owned() }
+}
+
+/// The error of a setting that was typed in a field of a page: it names the field, and no lines of the stored model.
+fn of_field(key: &str, value: &str, error: &anyhow::Error) -> anyhow::Error {
+    let report = error.chain().find_map(|cause| {
+        let boxed = cause.downcast_ref::<Box<DiagnosticReport>>().map(|report| &**report);
+        boxed.or_else(|| cause.downcast_ref::<DiagnosticReport>())
+    });
+    let in_words = |report: &DiagnosticReport| {
+        let one = |d: &Diagnostic| {
+            let label = if d.label.is_empty() { String::new() } else { format!(": {}", d.label) };
+            let help = d.help.as_ref().map_or_else(String::new, |help| format!(" ({help})"));
+            format!("{}{label}{help}", d.message)
+        };
+        report.diagnostics.iter().map(one).collect::<Vec<_>>().join("; ")
+    };
+    let why = report.map_or_else(|| format!("{error:#}"), in_words);
+    let field = if key == "method.preset" { "Method" } else { "Setting" };
+    anyhow!("field {field}, `{key}` = {value}: {why}")
 }
 
 /// A run with its folder.
@@ -449,7 +464,7 @@ impl SteeredRun {
     /// ends the run.
     fn changed(&mut self, key: &str, value: &str) -> anyhow::Result<anyhow::Result<Self>> {
         if is_of_limit(key) {
-            return Ok(self.continued(key, value));
+            return Ok(self.continued(key, value).map_err(|error| of_field(key, value, &error)));
         }
         let checked = || {
             let is_own = key.starts_with("method.")
@@ -468,7 +483,7 @@ impl SteeredRun {
         };
         let text = match checked() {
             Ok(text) => text,
-            Err(error) => return Ok(Err(error)),
+            Err(error) => return Ok(Err(of_field(key, value, &error))),
         };
         let directory = self.folder.folder().directory().clone();
         self.folder.release();

@@ -41,7 +41,7 @@ const NEWS: Duration = Duration::from_secs(25);
 const WATCH: Duration = Duration::from_millis(300);
 
 /// The parts of the page with their types.
-const FILES: [(&str, &str, &str); 16] = [
+const FILES: [(&str, &str, &str); 18] = [
     ("", "text/html; charset=utf-8", include_str!("page/index.html")),
     (
         "style.css",
@@ -56,6 +56,8 @@ const FILES: [(&str, &str, &str); 16] = [
     ("predict.js", "text/javascript; charset=utf-8", include_str!("page/predict.js")),
     ("mechanism.js", "text/javascript; charset=utf-8", include_str!("page/mechanism.js")),
     ("plots.js", "text/javascript; charset=utf-8", include_str!("page/plots.js")),
+    ("connection.js", "text/javascript; charset=utf-8", include_str!("page/connection.js")),
+    ("zoom.js", "text/javascript; charset=utf-8", include_str!("page/zoom.js")),
     ("point.js", "text/javascript; charset=utf-8", include_str!("page/point.js")),
     ("elements.js", "text/javascript; charset=utf-8", include_str!("page/elements.js")),
     ("convergence.js", "text/javascript; charset=utf-8", include_str!("page/convergence.js")),

@@ -17,22 +17,29 @@ const LISTED: usize = 50;
 /// Largest number of rows of a study that a page shows.
 const ROWS: usize = 20_000;
 
-/// The runs and studies of a model with the text `text`, the newest first. Reads many files.
+/// The runs and studies of a model with the text `text`, the newest first, with the limits in which they differ from it. Reads many files.
 pub fn list(text: &str, fingerprint: &str) -> Value {
-    let (all, others): (Vec<RunEntry>, Vec<RunEntry>) =
-        run_entry::below(&results()).into_iter().rev().partition(|entry| same_but_start(&entry.text, text));
-    let of = |kind: &'static str| all.iter().filter(move |entry| entry.kind == kind).take(LISTED);
-    let run = |entry: &RunEntry| {
+    let found = run_entry::below(&results()).into_iter().rev();
+    let (all, others): (Vec<_>, Vec<_>) = found
+        .map(|entry| {
+            let limits = changed_limits(text, &entry.text);
+            (entry, limits)
+        })
+        .partition(|(_, limits)| limits.is_some());
+    let of = |kind: &'static str| all.iter().filter(move |(entry, _)| entry.kind == kind).take(LISTED);
+    let run = |(entry, limits): &(RunEntry, Option<Vec<String>>)| {
         let result = entry.result.as_ref();
         json!({
+            "limits": limits,
             "folder": entry.folder, "begun": entry.begun, "method": entry.method, "status": entry.status, "fault": entry.fault,
             "is_same": entry.fingerprint == fingerprint, "note": entry.note,
             "analyses": result.map(|r| r.analyses), "objective": result.map(|r| r.objective.value),
         })
     };
-    let study = |entry: &RunEntry| {
+    let study = |(entry, limits): &(RunEntry, Option<Vec<String>>)| {
         let progress = entry.study.as_ref();
         json!({
+            "limits": limits,
             "folder": entry.folder, "begun": entry.begun, "kind": entry.method, "status": entry.status, "fault": entry.fault,
             "runs": progress.map(|p| p.runs), "done": progress.map(|p| p.done), "failed": progress.map(|p| p.failed),
         })
@@ -101,9 +108,42 @@ pub fn study(name: &str, variables: &[String]) -> anyhow::Result<Value> {
     }))
 }
 
-/// True if two texts have the same settings but for start values, bounds, title and method: their runs can be compared.
-fn same_but_start(one: &str, other: &str) -> bool {
-    changes(one, other).is_ok_and(|all| all.iter().all(is_free))
+/// True for the key of a constraint, or of a table of a limit that was drawn in a page.
+pub fn is_of_limit(key: &str) -> bool {
+    key.starts_with("constraint.") || key.starts_with("table.drawn_")
+}
+
+/// The limits, in words, in which `after` differs from `before`; `None` if it states another problem in other respects, too. Start values,
+/// bounds, title and method may differ.
+fn changed_limits(before: &str, after: &str) -> Option<Vec<String>> {
+    let all = changes(before, after).ok()?;
+    let changed: Vec<SettingChange> = all.into_iter().filter(|change| !is_free(change)).collect();
+    if !changed.iter().all(|change| is_of_limit(&change.key)) {
+        return None;
+    }
+    let table = |change: &SettingChange| change.key.rsplit_once('.').map_or("", |(table, _)| table).to_owned();
+    let in_words = |group: &[SettingChange]| -> Vec<String> {
+        let name = &table(&group[0]);
+        let keys = |value: fn(&SettingChange) -> &Option<String>| {
+            let known = group.iter().filter_map(|c| Some((c.key.get(name.len() + 1..)?, value(c).as_ref()?)));
+            known
+                .filter(|(key, _)| *key != "name")
+                .map(|(key, value)| format!("{key} = {value}"))
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        // Each of these tables has one of these keys.
+        let has = |value: fn(&SettingChange) -> &Option<String>| {
+            let of = |key: &str| key == format!("{name}.value") || key == format!("{name}.x");
+            group.iter().any(|c| of(&c.key) && value(c).is_some())
+        };
+        match (has(|c| &c.before), has(|c| &c.after)) {
+            (false, true) => vec![format!("with {name}: {}", keys(|c| &c.after))],
+            (true, false) => vec![format!("without {name}: {}", keys(|c| &c.before))],
+            _ => group.iter().map(ToString::to_string).collect(),
+        }
+    };
+    Some(changed.chunk_by(|a, b| table(a) == table(b)).flat_map(in_words).collect())
 }
 
 /// The settings, in words, with which `after` states another problem than `before`. Start values, bounds, title and method do not.

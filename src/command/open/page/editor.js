@@ -61,6 +61,18 @@ export class Editor {
     return null;
   }
 
+  // Puts the text on the clipboard. Without the permission, it is selected, and the answer is false.
+  async copy() {
+    try {
+      await navigator.clipboard.writeText(this.area.value);
+      return true;
+    } catch {
+      this.area.focus();
+      this.area.select();
+      return false;
+    }
+  }
+
   // Sends the text after a pause in typing.
   edited(rest) {
     this.unsent = true;

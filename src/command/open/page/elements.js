@@ -19,9 +19,9 @@ export const button = (text, act, attributes = {}) => {
 export const cells = (row, values) => row.append(...values.map((v) => (v instanceof Node ? make("td", {}, v)
   : make("td", typeof v === "number" || v === null || v === undefined ? { class: "number", text: short(v) } : { text: v }))));
 
-// A table; the heading of a column of numbers is aligned as they are.
+// A table; the heading of a column of numbers is aligned as they are. A heading is a text, or a text with its explanation.
 export const table = (heads, rows) => {
-  const head = (text, k) => make("th", { scope: "col", text, ...(rows.length && rows.every((row) => row.cells[k]?.classList.contains("number")) ? { class: "number" } : {}) });
+  const head = (one, k) => make("th", { scope: "col", ...(typeof one === "string" ? { text: one } : one), ...(rows.length && rows.every((row) => row.cells[k]?.classList.contains("number")) ? { class: "number" } : {}) });
   return [make("thead", {}, make("tr", {}, ...heads.map(head))), make("tbody", {}, ...rows)];
 };
 

@@ -5,10 +5,12 @@ import { effects, predict, predictFrame } from "./predict.js";
 import { Mechanism } from "./mechanism.js";
 import { Plot, short, withUnit } from "./plots.js";
 import { draggable } from "./point.js";
+import { zoomable } from "./zoom.js";
 import { Run } from "./run.js";
 import { Editor, limitText } from "./editor.js";
 import { Completer } from "./complete.js";
-import { button, make } from "./elements.js";
+import { button, cells, make, table } from "./elements.js";
+import { connection } from "./connection.js";
 
 const root = document.documentElement;
 window.addEventListener("error", (event) => { root.dataset.state = `error: ${event.message}`; });
@@ -24,6 +26,8 @@ const PAUSE = 60;
 const PINS = 4;
 
 const mechanism = new Mechanism(by("stage"));
+zoomable(mechanism, by("stage"), by("zoom"));
+mechanism.view.append(by("zoom"));
 let model = null;       // the description of the model in force
 let revision = 0;
 let design = [];        // the design of the sliders
@@ -46,8 +50,9 @@ function status(word, kind, note = "") {
   by("note").textContent = note;
 }
 
-// Errors of the file, and of the present design; each stays until its own reason is gone. Those of the design lie over the end of the
-// window, beside the sliders: the layout does not shift while a slider or a point is dragged. They can be closed.
+// Errors of the file, and of the present design; each stays until its own reason is gone. Those of the design lie over the drawing of the
+// mechanism, or below the sliders of a model without one: they hide no control, and the sliders do not shift while one of them or a point is
+// dragged. They can be closed.
 const places = { file: "fault", design: "design-fault", drag: "drag-note" };
 function fault(kind, text) {
   const place = by(places[kind]);
@@ -193,6 +198,7 @@ async function send(derivatives) {
       status("no analysis here", "bad", shown ? "the picture is that of the last good design" : "there is no picture yet");
       showFailure();
       root.dataset.answered = mine.number;
+      follow(null, at);
       return;
     }
     fault("design", null);
@@ -225,18 +231,22 @@ function take(record) {
   if (record.derivatives) base = record;
   root.dataset.answered = record.number;
   delete root.dataset.failed;
+  by("design-state").hidden = true;
   status("analysed", "good", record.seconds > 0 ? `in ${short(record.seconds * 1000)} ms` : "");
   if (record.warnings.length) by("note").textContent += `; ${record.warnings.join("; ")}`;
   mechanism.set("analysed", record.motion?.parts, record.motion ? (frame) => record.motion.frames[frame] : null, "linkage");
   mechanism.keepInside();
   showNumbers();
-  if (record.derivatives) { prediction = null; showPrediction(); if (chosen !== null) choose(chosen); }
+  showValues();
+  if (record.derivatives) prediction = null;
+  if (!prediction) showPrediction();
+  if (record.derivatives && chosen !== null) choose(chosen);
   plots.forEach(({ plot, output, constraint }) => {
     plot.set("analysed", "line", null, output === undefined ? record.constraints[constraint].values : record.outputs[output]);
     plot.limit(limitsOf(output, constraint));
     plot.draw();
   });
-  if (record.derivatives) follow();
+  follow(record, record.design);
   if (record.number === sequence) root.dataset.settled = `${record.number}${record.derivatives || !model.objective ? " differentiated" : ""}`;
 }
 
@@ -256,13 +266,17 @@ function showPrediction() {
   const motion = prediction && base?.derivatives.motion && base.motion;
   const at = [...design];
   mechanism.set("predicted", motion?.parts, motion ? (frame) => predictFrame(base, at, frame) : null);
-  by("legend").textContent = prediction ? "dashed: approximation; solid: analysed" : "";
+  // The numbers of frames belong to the same parts.
+  const is_undrawn = shown && model.drawing_times && !shown.motion;
+  by("legend").textContent = is_undrawn ? "Not drawn here: the parts of the mechanism change during the motion. The page that analyze --out writes shows it."
+    : prediction ? "dashed: approximation; solid: analysed" : "";
   plots.forEach(({ plot, output, constraint }) => {
     const rows = prediction && (output === undefined ? prediction.constraints[constraint] : prediction.outputs[output]);
     plot.set("predicted", "predicted", rows?.points, rows?.values);
     if (shown) plot.draw();
   });
-  if (is_new || !prediction) showNumbers();
+  if (is_new || !prediction) { showNumbers(); showValues(); }
+  showMoves();
 }
 
 // ---- Objective and margins
@@ -270,19 +284,33 @@ function showPrediction() {
 // Numbers of the last good design are pale while the present one has none; those of another model are removed.
 function showFailure() {
   root.dataset.failed = "";
+  by("design-state").hidden = false;
   if (shown) return;
   by("objective").replaceChildren();
   by("margins").replaceChildren(make("p", { text: "This design has not been analysed." }));
 }
 
+// Outputs without a history, such as times of events and values at them.
+function showValues() {
+  const all = model.outputs.flatMap((output, h) => (output.changes ? [] : [{ ...output, h }]));
+  by("values").hidden = all.length === 0;
+  by("histories").hidden = plots.length === 0 && all.length === 0;
+  if (!shown) return by("value-table").replaceChildren();
+  by("value-table").replaceChildren(...table(["output", "unit", "value", "≈ approximation"], all.map(({ name, unit, h }) => {
+    const row = make("tr", { "data-output": name });
+    cells(row, [name, unit, shown.outputs[h][0], prediction?.outputs[h].values[0] ?? ""]);
+    return row;
+  })));
+}
+
 function showNumbers() {
   if (!shown) return;
-  const { step, of } = moved();
+  const { of } = moved();
   if (model.objective) {
     const { name, unit, goal } = model.objective;
     by("objective").replaceChildren(make("div", {}, make("dt", { text: `${name}, ${goal}` }),
       make("dd", { id: "objective-value", text: withUnit(shown.objective, unit) }),
-      make("dd", { class: "remark" }, changes(make("span", { class: "track" }), of.get(null), step, prediction?.objective, unit))));
+      make("dd", { class: "remark" }, changes(make("span", { class: "track" }), moves(of.get(null), 0, of.get(null)?.size), prediction?.objective, unit))));
   }
   by("margins").replaceChildren(...model.constraints.map((constraint, j) => {
     const { name, unit, relation } = constraint;
@@ -303,19 +331,21 @@ function showNumbers() {
     const when = now.time === null || !model.time ? "" : ` at ${model.time.name} ${withUnit(now.time, model.time.unit)}`;
     return make("div", { class: "margin", "data-constraint": name, "data-margin": now.margin, ...(predicted === undefined ? {} : { "data-predicted": predicted }) },
       make("header", {}, make("span", { text: `${name} ${relation} ${withUnit(now.limit, unit)}` }), make("span", { class: `pill ${kind}`, text: now.status })),
-      changes(track, of.get(j), step, predicted, unit), make("p", { text: `margin ${withUnit(now.margin, unit)}${when}` }));
+      changes(track, moves(of.get(j), part(now.margin), size), predicted, unit), make("p", { text: `margin ${withUnit(now.margin, unit)}${when}` }));
   }));
 }
 
 // A track with a bar of what the chosen variable moves, and the number of the approximation or, without one, of the bar. Their space is
 // always reserved, so that the layout does not shift under the pointer.
-function changes(track, effect, step, predicted, unit) {
+function changes(track, moved, predicted, unit) {
   const number = make("output");
-  if (effect) {
+  if (moved) {
+    const { change, from, to } = moved;
     const bar = make("u");
-    Object.assign(bar.style, effect.part < 0 ? { left: `${50 + effect.part}%`, width: `${-effect.part}%` } : { width: `${effect.part}%` });
+    Object.assign(bar.style, to < from ? { right: `${100 - from}%`, width: `${from - to}%` } : { left: `${from}%`, width: `${to - from}%` });
+    if (change === 0) bar.hidden = true;
     track.append(bar);
-    number.textContent = `${effect.slope * step > 0 ? "+" : ""}${withUnit(effect.slope * step, unit)}`;
+    number.textContent = `Δ ≈ ${change > 0 ? "+" : ""}${withUnit(Number(change.toPrecision(3)), unit)}`;
   }
   if (predicted !== undefined && predicted !== null) number.textContent = `≈ ${withUnit(predicted, unit)}`;
   number.title = number.textContent;
@@ -331,19 +361,32 @@ function choose(k) {
   showNumbers();
   const { step } = moved();
   const motion = step ? base.derivatives.motion : null;
-  mechanism.arrows(base?.motion?.parts, motion ? (frame) => motion[k][frame] : null, 5 * step);
-  by("moves").textContent = step ? `${model.variables[k].name} + ${withUnit(step, model.variables[k].unit)}, a hundredth of its range, moves them by:`
+  mechanism.arrows(base?.motion?.parts, motion ? (frame) => motion[k][frame] : null, step / 2);
+  showMoves();
+}
+
+// What the numbers beside the bars mean.
+function showMoves() {
+  const { step } = moved();
+  by("moves").textContent = prediction ? "Numbers with ≈ are approximations at this design, until it has been analysed."
+    : step ? `${model.variables[chosen].name} + ${withUnit(step, model.variables[chosen].unit)}, a tenth of its range, moves them by about Δ (orange bars).`
     : "Point at a variable, touch it, or move to it with the keyboard, to see what it moves.";
 }
 
-// A hundredth of the range of the chosen variable, and what it moves: by constraint, and under null the objective. Bars are relative to
-// the size of each, the longest one has 50 %.
+// A tenth of the range of the chosen variable, and what it moves to first order: by constraint, and under null the objective.
 function moved() {
   if (chosen === null || !base?.derivatives) return { step: 0, of: new Map() };
   const [low, high] = range(chosen);
-  const all = effects(base, chosen, model);
-  const most = Math.max(...all.map(({ slope, size }) => Math.abs(slope) / (size || 1)), 1e-300);
-  return { step: (high - low) / 100, of: new Map(all.map((one) => [one.constraint, { ...one, part: (50 * one.slope) / (one.size || 1) / most }])) };
+  const step = (high - low) / 10;
+  return { step, of: new Map(effects(base, chosen, model).map((one) => [one.constraint, { change: one.slope * step, size: one.size }])) };
+}
+
+// A change as a bar of a track: it begins at the end of the bar of the value, `part` from the middle in percent, and has its scale.
+function moves(effect, part, size) {
+  if (!effect) return null;
+  const inside = (v) => Math.min(Math.max(v, 0), 100);
+  const { change } = effect;
+  return { change, from: inside(50 + part), to: inside(50 + part + (50 * change) / (size || 1)) };
 }
 
 // ---- Pinned designs
@@ -426,11 +469,12 @@ function buildPlots() {
     }),
     ...model.constraints.flatMap((c, j) => (c.changes && c.output === null && c.follows === null ? [of(`${c.name} (constrained)`, c.unit, { constraint: j })] : [])),
   ];
-  by("histories").hidden = plots.length === 0;
+  showValues();
 }
 
 const editor = new Editor({ text: by("text"), marks: by("lines"), save: by("save"), discard: by("discard"), state: by("source-state"), errors: by("errors") });
 const run = new Run(by("run"), { design: () => design, show: (values) => { if (model && values.length === design.length) moveTo(values); }, pin: pinDesign, box: showBox, bounds: boundsOfRun });
+const failed = connection(by("lost"), editor);
 new Completer(by("text"), by("words"), () => editor.edited(0));
 
 const follow = draggable(mechanism, () => ({
@@ -443,6 +487,7 @@ const follow = draggable(mechanism, () => ({
 
 async function load() {
   const answer = await server.model();
+  failed(0, answer.file);
   by("file").textContent = answer.file;
   const report = answer.errors.map((e) => `${answer.file}:${e.line}: ${e.message}${e.help ? `\n  ${e.help}` : ""}`).join("\n");
   if (answer.model && answer.revision !== revision) {
@@ -462,11 +507,17 @@ async function load() {
     mechanism.groups.forEach((_, key) => mechanism.set(key, null, null));
     if (model.drawing_times) mechanism.begin(model.drawing_times, model.time.name, model.time.unit);
     by("picture").hidden = !model.drawing_times;
+    (model.drawing_times ? mechanism.view : by("design")).append(by("messages"));
     buildSliders();
     choose(null);
     buildPlots();
     if (model.objective) run.objective(model.objective);
-    by("numbers").hidden = by("run").hidden = !model.objective;
+    // A problem that cannot be built has a fault of its own.
+    const is_simulation = !model.objective && !model.fault;
+    by("run").hidden = !model.objective;
+    by("numbers").hidden = !model.objective && !is_simulation;
+    by("simulation").hidden = !is_simulation;
+    ["moves", "objective", "margins"].forEach((id) => { by(id).hidden = is_simulation; });
     changed();
     if (before) renewPins(before.variables);
   }
@@ -496,11 +547,17 @@ by("cancel").addEventListener("click", async () => {
   await server.cancel();
   status("no analysis here", "fair", "stopped");
 });
-mechanism.listeners.push((time) => plots.forEach(({ plot }) => plot.now(time)));
+mechanism.listeners.push((time, is_playing) => plots.forEach(({ plot }) => plot.now(time, !is_playing)));
+// Keys that have no other meaning where nothing has the focus.
+document.addEventListener("keydown", (event) => {
+  const is_free = event.target === document.body || event.target === root;
+  if (is_free && !by("picture").hidden && [" ", "ArrowLeft", "ArrowRight"].includes(event.key) && mechanism.key(event)) event.preventDefault();
+});
 
 const news = await load();
 root.dataset.state ||= "ready";
-server.follow(news, load, (error) => {
-  status("no connection", "bad", `${error.message}; is the server still running?`);
+server.follow(news, load, (error, failures) => {
+  status("no connection", "bad", error.message);
   run.lost();
+  failed(failures, by("file").textContent);
 });

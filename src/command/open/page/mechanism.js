@@ -3,6 +3,10 @@
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 640;
 const MARGIN = 34;
+// Smallest and largest scale, relative to that which fits the motion.
+const [LEAST, MOST] = [0.25, 100];
+// Factor of a zoom by a button or a key.
+export const STEP = 1.5;
 
 export function element(name, attributes = {}, ...children) {
   const made = document.createElementNS(SVG, name);
@@ -72,9 +76,13 @@ export class Mechanism {
     this.slider = Object.assign(document.createElement("input"), { type: "range", min: 0, step: 1, value: 0, ariaLabel: "time" });
     this.readout = document.createElement("output");
     this.controls.append(this.button, this.slider, this.readout);
-    place.replaceChildren(this.svg, this.controls);
+    this.view = document.createElement("div");
+    this.view.className = "view";
+    this.view.append(this.svg);
+    place.replaceChildren(this.view, this.controls);
     this.groups = new Map();
     this.is_held = false;
+    this.is_zoomed = false;
     this.window = null;
     this.frame = 0;
     this.playing = !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -83,12 +91,7 @@ export class Mechanism {
     this.button.addEventListener("click", () => this.play(!this.playing));
     this.slider.addEventListener("input", () => { this.play(false); this.show(Number(this.slider.value)); });
     place.addEventListener("keydown", (event) => {
-      if (event.target !== place) return;
-      const steps = { ArrowRight: 1, ArrowLeft: -1, PageDown: 10, PageUp: -10 };
-      if (event.key === " ") this.play(!this.playing);
-      else if (event.key in steps) { this.play(false); this.show(this.frame + steps[event.key]); }
-      else return;
-      event.preventDefault();
+      if (event.target === place && this.key(event)) event.preventDefault();
     });
     this.play(this.playing);
     requestAnimationFrame((now) => this.step(now));
@@ -105,6 +108,25 @@ export class Mechanism {
   play(playing) {
     this.playing = playing;
     this.button.textContent = playing ? "Pause" : "Play";
+    this.tell();
+  }
+
+  // Tells the time of the picture, and whether it runs.
+  tell() {
+    if (this.times) this.listeners.forEach((listener) => listener(this.times[this.frame], this.playing));
+  }
+
+  // Does what a key means; returns false if it means nothing.
+  key({ key, ctrlKey, metaKey, altKey }) {
+    if (ctrlKey || metaKey || altKey || !this.times) return false;
+    const steps = { ArrowRight: 1, ArrowLeft: -1, PageDown: 10, PageUp: -10, Home: -Infinity, End: Infinity };
+    if (key === " ") this.play(!this.playing);
+    else if (key in steps) { this.play(false); this.show(this.frame + steps[key]); }
+    else if (["+", "="].includes(key)) this.zoom(STEP);
+    else if (["-", "\u2212"].includes(key)) this.zoom(1 / STEP);
+    else if (key === "0") this.fit();
+    else return false;
+    return true;
   }
 
   step(now) {
@@ -128,7 +150,7 @@ export class Mechanism {
     this.slider.setAttribute("aria-valuetext", this.readout.textContent);
     this.svg.dataset.frame = this.frame;
     this.groups.forEach((group) => this.draw(group));
-    this.listeners.forEach((listener) => listener(this.times[this.frame]));
+    this.tell();
   }
 
   // Sets what is drawn under a name: the parts, and a function that gives the numbers of a frame, or null for nothing.
@@ -177,7 +199,32 @@ export class Mechanism {
     this.height ??= WIDTH / Math.min(Math.max(width / height, 1.1), 2.6);
     this.scale = Math.min((WIDTH - 2 * MARGIN) / width, (this.height - 2 * MARGIN) / height);
     this.middle = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
+    this.fitted = this.scale;
+    this.zoomed(false);
     this.svg.setAttribute("viewBox", `0 0 ${WIDTH} ${this.height.toFixed(0)}`);
+    this.groups.forEach((one) => this.draw(one));
+  }
+
+  zoomed(is_zoomed) {
+    this.is_zoomed = is_zoomed;
+    this.svg.classList.toggle("zoomed", is_zoomed);
+    this.svg.dataset.zoom = Number((this.scale / this.fitted).toPrecision(3));
+  }
+
+  // Changes the scale by a factor; what is at a place of the drawing stays there.
+  zoom(factor, [u, v] = [WIDTH / 2, this.height / 2]) {
+    if (!this.window || this.is_held) return;
+    const scale = Math.min(Math.max(this.scale * factor, LEAST * this.fitted), MOST * this.fitted);
+    const change = 1 / this.scale - 1 / scale;
+    this.middle = [this.middle[0] + (u - WIDTH / 2) * change, this.middle[1] - (v - this.height / 2) * change];
+    this.scale = scale;
+    this.zoomed(true);
+    this.groups.forEach((one) => this.draw(one));
+  }
+
+  // Moves the drawing.
+  shift(du, dv) {
+    this.middle = [this.middle[0] - du / this.scale, this.middle[1] + dv / this.scale];
     this.groups.forEach((one) => this.draw(one));
   }
 
@@ -187,9 +234,9 @@ export class Mechanism {
     this.keepInside();
   }
 
-  // Fits the view again if a motion leaves it.
+  // Fits the view again if a motion leaves it, unless the user has zoomed it.
   keepInside() {
-    if (this.is_held) return;
+    if (this.is_held || this.is_zoomed) return;
     const group = this.groups.get("analysed");
     if (!group || !this.window) return;
     const { x, y } = this.window;
@@ -210,9 +257,15 @@ export class Mechanism {
     return [WIDTH / 2 + this.scale * (x - this.middle[0]), this.height / 2 - this.scale * (y - this.middle[1])];
   }
 
+  // A place on the screen in the units of the drawing.
+  inside(clientX, clientY) {
+    const { x, y } = new DOMPoint(clientX, clientY).matrixTransform(this.svg.getScreenCTM().inverse());
+    return [x, y];
+  }
+
   // The point of the mechanism's plane at a place on the screen.
   unplace(clientX, clientY) {
-    const { x, y } = new DOMPoint(clientX, clientY).matrixTransform(this.svg.getScreenCTM().inverse());
+    const [x, y] = this.inside(clientX, clientY);
     return [this.middle[0] + (x - WIDTH / 2) / this.scale, this.middle[1] - (y - this.height / 2) / this.scale];
   }
 

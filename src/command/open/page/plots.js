@@ -60,6 +60,16 @@ export function labels(values) {
   };
 }
 
+// The place of the point of a sorted list that is nearest to a time.
+const nearest = (points, time) => {
+  let [low, high] = [0, points.length - 1];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (points[middle] <= time) low = middle; else high = middle;
+  }
+  return Math.abs(points[high] - time) < Math.abs(points[low] - time) ? high : low;
+};
+
 export class Plot {
   constructor(place, { name, unit, time }) {
     const figure = document.createElement("figure");
@@ -74,7 +84,17 @@ export class Plot {
     figure.append(this.tools, caption, this.svg);
     place.append(figure);
     this.measure();
-    Object.assign(this, { figure, name, time, series: new Map(), limits: [], range: null, lines: element("g"), buttons: [], seen: true, stale: false });
+    Object.assign(this, { figure, name, unit, time, series: new Map(), limits: [], range: null, lines: element("g"), buttons: [], seen: true, stale: false });
+    // The values at the pointer or, while the picture rests, at its time.
+    Object.assign(this, { reading: element("g", { class: "reading" }), pointed: null, rests: false });
+    this.svg.addEventListener("pointermove", (event) => {
+      const box = this.svg.getBoundingClientRect();
+      const [x, { points }] = [((event.clientX - box.left) / box.width) * this.width, this.time];
+      const part = Math.min(Math.max((x - LEFT) / (this.width - LEFT - RIGHT), 0), 1);
+      this.pointed = figure.classList.contains("drawing") ? null : points[0] + part * (points[points.length - 1] - points[0]);
+      this.read();
+    });
+    ["pointerleave", "pointercancel"].forEach((kind) => this.svg.addEventListener(kind, () => { this.pointed = null; this.read(); }));
     // Plots outside the screen are drawn when they come near it.
     new IntersectionObserver((entries) => {
       this.seen = entries.at(-1).isIntersecting;
@@ -265,7 +285,7 @@ export class Plot {
     });
     parts.push(element("rect", { class: "frame", x: LEFT, y: TOP, width: this.width - LEFT - RIGHT, height: bottom - TOP }));
     this.cursor = element("path", { class: "now" });
-    this.svg.replaceChildren(...parts, this.lines, this.cursor);
+    this.svg.replaceChildren(...parts, this.lines, this.cursor, this.reading);
   }
 
   // A limit that changes with time, and the side that it forbids.
@@ -280,10 +300,36 @@ export class Plot {
     return [...beyond, element("path", { class: "limit", d: line })];
   }
 
-  // The time of the picture.
-  now(time) {
-    this.moment = time;
+  // The time of the picture, and whether the picture rests there.
+  now(time, rests = this.rests) {
+    Object.assign(this, { moment: time, rests });
     const x = this.x(time).toFixed(1);
     this.cursor?.setAttribute("d", `M${x} ${TOP}V${this.height - BOTTOM}`);
+    this.read();
+  }
+
+  // Shows the analysed value at the time point next to the pointer or, without it, to the time of the picture; of an approximation, too.
+  read() {
+    const time = this.pointed ?? (this.rests ? this.moment : undefined);
+    const values = this.series.get("analysed")?.values;
+    if (time === undefined || !values || !this.range || this.stale || this.figure.classList.contains("drawing")) {
+      if (this.reading.firstChild) {
+        this.reading.replaceChildren();
+        this.svg.setAttribute("aria-label", `${this.name} over ${this.time.name}`);
+      }
+      return;
+    }
+    const { points, name, unit } = this.time;
+    const p = nearest(points, time);
+    const [value, x] = [values[p], this.x(points[p])];
+    const predicted = this.series.get("predicted");
+    const of_predicted = predicted ? predicted.values[nearest(predicted.points.map((i) => points[i]), points[p])] : null;
+    const words = `${withUnit(value, this.unit)}${of_predicted === null ? "" : `, ≈ ${short(of_predicted)}`} at ${withUnit(points[p], unit)}`;
+    const is_right = x > (LEFT + this.width - RIGHT) / 2;
+    const text = element("text", { x: is_right ? x - 6 : x + 6, y: TOP + 12, "text-anchor": is_right ? "end" : "start" }, words);
+    const is_seen = value !== null && Number.isFinite(value);
+    this.reading.replaceChildren(...(this.pointed === null ? [] : [element("path", { d: `M${x} ${TOP}V${this.height - BOTTOM}` })]),
+      ...(is_seen ? [element("circle", { cx: x, cy: this.y(value), r: 3 })] : []), text);
+    this.svg.setAttribute("aria-label", `${this.name} over ${this.time.name}: ${words} of ${name}`);
   }
 }

@@ -45,8 +45,18 @@ export class Run {
   async act(action) {
     if (action.action === "start" && !this.may_begin()) return;
     if (action.action === "pause") this.pausing();
-    await server.post("run", action);
+    try {
+      await server.post("run", action);
+    } catch (error) {
+      return this.fault(`not done: ${error.message}`);
+    }
     if (OF_BOTH.includes(action.action)) await this.race.act(action.action);
+  }
+
+  fault(text) {
+    const place = this.place.querySelector("#run-fault");
+    place.hidden = !text;
+    place.textContent = text ?? "";
   }
 
   // A run that is running is not ended without a confirmation.
@@ -77,6 +87,7 @@ export class Run {
 
   // Without an answer of the server nothing is known of the run.
   lost() {
+    this.place.inert = true;
     const pill = this.place.querySelector("#run-status");
     if (this.place.dataset.status === "none") return;
     pill.textContent = "no connection";
@@ -84,7 +95,9 @@ export class Run {
   }
 
   // The name and the unit of the objective, for the plot of convergence.
-  objective({ name, unit }) {
+  objective({ name, unit, is_peak }) {
+    this.place.querySelector("#cycle-words").textContent = `E_f and E_g are errors of the approximation in percent: predicted values are compared with those of the analysis of the step. ${is_peak
+      ? "The objective is a peak, whose errors count in E_g; E_f is zero." : "E_f is the error of the objective."} E_g is the largest error of the retained rows of the constraints near their limits.`;
     this.convergence.label = { name, unit };
     this.convergence.draw();
   }
@@ -92,6 +105,7 @@ export class Run {
   // Reads the run; called after each change on the server. `revision` is that of the model.
   async update(revision) {
     const { run, rival, differing } = await server.get("run");
+    this.place.inert = false;
     this.record = run;
     const find = (id) => this.place.querySelector(id);
     const is_there = Boolean(run?.cycles);
@@ -105,9 +119,7 @@ export class Run {
     this.elapsed();
     this.place.dataset.tries = is_there ? run.cycles.length - 1 : "";
     find("#run-note").textContent = run ? [run.folder && `in ${run.folder}`, readable(run.reason)].filter(Boolean).join("; ") : "Starts at the design on the sliders.";
-    const fault = find("#run-fault");
-    fault.hidden = !run?.fault;
-    fault.textContent = run?.fault ?? "";
+    this.fault(run?.fault);
     const other = find("#run-differing");
     other.hidden = !is_there || differing.length === 0;
     other.textContent = `The run continues with the problem with which it began. The model differs: ${readable(differing.join("; "))}. Begin here starts a run of the model at the design on the sliders.`;
@@ -124,6 +136,7 @@ export class Run {
     this.buttons.accept.disabled = !(last && last.cycle > 0 && !last.accepted && !last.failure) || is_busy;
     this.buttons.refuse.disabled = !(last && last.cycle > 0 && last.accepted && run.can_go_back) || is_busy;
     this.buttons.close.disabled = !run;
+    this.reasons(status, is_busy, run);
     // The focus of a button that can no longer be pressed goes to the one that can be pressed next.
     if (pressed?.disabled) ["pause", "run", "step", "start"].map((action) => this.buttons[action]).find((button) => !button.disabled)?.focus({ preventScroll: true });
     this.method.disabled = !is_there || is_busy;
@@ -141,10 +154,34 @@ export class Run {
     if (key && key !== this.shown) { this.shown = key; this.show(run.design); }
   }
 
+  // Why buttons cannot be pressed: in words below them, and for each one as its title.
+  reasons(status, is_busy, run) {
+    const none = status === "none" ? "there is no run: Begin here starts one" : null;
+    const ended = none ?? (is_busy ? "the run is running" : "the run has ended");
+    const step = none ?? (is_busy ? "pause the run first" : null);
+    const reasons = {
+      run: ended, step: ended, pause: none ?? "nothing is running", stop: none ?? "nothing is running", close: none,
+      back: step ?? "there is no trial step of this page to take back",
+      accept: step ?? "the last trial step has no rejected proposal",
+      refuse: step ?? "the last trial step of this page has no accepted proposal",
+    };
+    Object.entries(this.buttons).forEach(([action, button]) => { button.title = button.disabled ? reasons[action] ?? "" : ""; });
+    this.place.querySelector("#run-why").textContent = none ? "Begin here starts a run; the other buttons act on it."
+      : is_busy ? "While the run is running, it can be paused or stopped; pause it for settings and decisions by hand."
+      : status !== "Paused" ? "The run has ended: change a setting or take a step back to continue, or begin another run."
+      : run?.can_go_back ? "" : "Take back, accept and refuse act on trial steps that are done in this page.";
+  }
+
   tables(run) {
     const find = (id) => this.place.querySelector(id);
+    const scrolled = find("#cycles").parentElement;
+    // The newest row stays in sight, unless the user has scrolled up in the table of this run.
+    const is_at_end = run.folder !== this.listed || scrolled.scrollHeight - scrolled.scrollTop - scrolled.clientHeight < 8;
+    this.listed = run.folder;
+    const explained = (text, title) => ({ text, title });
     const verdict = (c) => (c.failure ? "analysis failed" : c.cycle === 0 ? "start" : c.accepted ? "accepted" : "rejected");
-    find("#cycles").replaceChildren(...table(["cycle", "step", "objective", "predicted", "violation %", "E_f %", "E_g %", "retained rows", "active"], run.cycles.map((c) => {
+    find("#cycles").replaceChildren(...table(["cycle", "step", "objective", "predicted", "violation %", explained("E_f %", "Error of the approximation of the objective"),
+      explained("E_g %", "Largest error of the approximation of constraints"), "retained rows", "active"], run.cycles.map((c) => {
       const row = make("tr");
       const go = make("button", { type: "button", text: c.cycle, "aria-label": `cycle ${c.cycle}: show its design on the sliders` });
       cells(row, [go, verdict(c), c.objective, c.predicted, c.violation, c.objective_error, c.constraint_error, c.retained, c.active]);
@@ -152,6 +189,7 @@ export class Run {
       row.addEventListener("click", () => this.show(c.design));
       return row;
     })));
+    if (is_at_end) scrolled.scrollTop = scrolled.scrollHeight;
     const rows = (run.rows ?? []).filter((r) => r.multiplier || r.predicted > 0.9 || r.computed > 0.9).sort((a, b) => (b.multiplier ?? 0) - (a.multiplier ?? 0)).slice(0, 40);
     find("#rows").replaceChildren(...table(["constraint", "predicted ĝ", "computed ĝ", "multiplier"], rows.map((r) => {
       const row = make("tr");

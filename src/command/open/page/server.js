@@ -6,7 +6,8 @@ export class Outdated extends Error {}
 
 async function request(route, body) {
   const options = body === undefined ? {} : { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) };
-  const answer = await fetch(route, options);
+  // The message of the browser says less, and differs between browsers.
+  const answer = await fetch(route, options).catch(() => { throw new Error("the server does not answer"); });
   if (answer.status === 409) throw new Outdated("a newer request has taken its place");
   if (!answer.ok) throw new Error(answer.status === 429 ? "too many pages wait for an analysis" : `the server answers with ${answer.status}`);
   return answer.json();
@@ -20,18 +21,19 @@ export const analyzeBeside = (revision, design) => request("analyze", { page: `$
 export const post = (route, body) => request(route, body);
 export const get = (route) => request(route);
 
-// Calls `changed` after each change on the server. Without an answer, such as after a sleep of the computer, it asks again.
+// Calls `changed` after each change on the server. Without an answer, such as after a sleep of the computer, it asks again, and calls `lost`
+// with the error and the number of requests that failed one after the other.
 export async function follow(number, changed, lost) {
-  let is_lost = false;
+  let failures = 0;
   for (;;) {
     try {
       const news = (await request(`news?after=${number}`)).number;
-      if (is_lost || news !== number) await changed();
+      if (failures || news !== number) await changed();
       number = news;
-      is_lost = false;
+      failures = 0;
     } catch (error) {
-      is_lost = true;
-      lost(error);
+      failures += 1;
+      lost(error, failures);
       await new Promise((resolve) => setTimeout(resolve, 1000));
     }
   }

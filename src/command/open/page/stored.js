@@ -6,6 +6,9 @@ import { button, cells, make, table } from "./elements.js";
 // Largest number of runs in the plot; each has a colour.
 const OVERLAYS = 4;
 
+// The folder of a run or study, and the limits in which it differs from the model.
+const named = ({ folder, limits }) => (limits?.length ? make("span", {}, folder, make("small", { class: "limits", text: `other limits: ${limits.join("; ")}` })) : folder);
+
 export class Stored {
   // `show(design)` puts a design on the sliders, `pin(design, name)` pins it, `resume(folder)` continues a run.
   constructor(place, { convergence, show, pin, resume, study }) {
@@ -33,13 +36,13 @@ export class Stored {
     const answer = await this.ask("stored");
     if (!answer) return;
     const { stored, studies, others } = answer;
-    this.find("#stored-others").textContent = others ? `${others} runs and studies of other problems are not listed; an unsaved edit of the problem makes it another one.` : "";
+    this.find("#stored-others").textContent = others ? `${others} runs and studies of other problems are not listed. Those with other limits are; any other edit of the problem makes it another one.` : "";
     this.find("#stored").replaceChildren(...table(["plot", "folder", "begun", "method", "status", "analyses", "objective", "note", ""], stored.map((one) => this.row(one))));
     this.find("#studies").replaceChildren(...table(["folder", "begun", "kind", "status", "runs", "failed", ""], studies.map((one) => {
       const row = make("tr");
       const open = button("Open", async () => { const rows = await this.ask("study", { folder: one.folder }); if (rows) this.study.open(rows); });
       open.disabled = one.status === "Damaged";
-      cells(row, [one.folder, one.begun.replace("T", " ").replace("Z", ""), one.kind, one.status, one.done === null ? null : `${one.done} of ${one.runs}`, one.failed, open]);
+      cells(row, [named(one), one.begun.replace("T", " ").replace("Z", ""), one.kind, one.status, one.done === null ? null : `${one.done} of ${one.runs}`, one.failed, open]);
       return row;
     })));
     this.place.dataset.listed = `${stored.length} ${studies.length}`;
@@ -57,7 +60,7 @@ export class Stored {
     const acts = make("span", { class: "acts" }, resume, button("Show", with_design(this.show)), button("Pin", with_design(this.pin)));
     resume.disabled = one.status === "Running";
     if (one.status === "Damaged") [plot, note, ...acts.children].forEach((control) => { control.disabled = true; });
-    cells(row, [plot, one.folder, one.begun.replace("T", " ").replace("Z", ""), one.method, one.status, one.analyses, one.objective, note, acts]);
+    cells(row, [plot, named(one), one.begun.replace("T", " ").replace("Z", ""), one.method, one.status, one.analyses, one.objective, note, acts]);
     return row;
   }
 
