@@ -75,6 +75,122 @@ pub fn find_equilibrium(
     Ok(())
 }
 
+/// Moves `state` from the equilibrium at its time to that at the time `t` (s).
+///
+/// If drives move parts in between, they do so in substeps that are so short that the first correction of Newton's iteration predicts each
+/// equilibrium: the assembly stays on its branch, and rotations count turns. Loads alone are applied in one step.
+///
+/// # Errors
+///
+/// As [`find_equilibrium`].
+pub(crate) fn advance_equilibrium(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    t: f64,
+    settings: &Statics,
+) -> Result<()> {
+    if t != state.t && is_driven_until(system, mechanism, state, t) {
+        let start = state.clone();
+        if !matches!(advance_in_substeps(system, mechanism, state, t, settings), Ok(true)) {
+            state.copy_from(&start);
+        }
+    }
+    state.t = t;
+    find_equilibrium(system, mechanism, state, settings)
+}
+
+/// Smallest substep, as a fraction of the interval.
+const SMALLEST_SUBSTEP: f64 = 1.0 / 256.0;
+
+/// Largest motion of a prescribed coordinate in a substep (m or rad).
+const LONGEST_MOTION: f64 = 0.5;
+
+/// Largest error of a predicted equilibrium for which a substep is accepted, relative to the predicted change.
+const GOOD_PREDICTION: f64 = 0.2;
+
+/// Violation of a constraint (m or rad) by which a drive has moved.
+const MOVED: f64 = 1e-9;
+
+/// Returns whether the drives are elsewhere at the time `t` (s) than at the equilibrium `state`.
+fn is_driven_until(system: &mut System, mechanism: &Mechanism<f64>, state: &State<f64>, t: f64) -> bool {
+    let (mut moved, mut rows) = (state.clone(), vec![[0.0]; system.size()]);
+    moved.t = t;
+    moved.prescribe(mechanism);
+    moved.v.fill(0.0);
+    moved.a.fill(0.0);
+    system.assemble(mechanism, &moved, Linearization::statics(), &mut rows);
+    let is_open =
+        |(unknown, row): (&Unknown, &[f64; 1])| matches!(unknown, Unknown::Multiplier(_)) && row[0].abs() > MOVED;
+    moved.q != state.q || system.unknowns().iter().zip(&rows).any(is_open)
+}
+
+/// Moves `state` to the time `t` (s) in substeps. Returns whether each of them has led to an equilibrium.
+fn advance_in_substeps(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    t: f64,
+    settings: &Statics,
+) -> Result<bool> {
+    let mut substep = t - state.t;
+    let smallest = SMALLEST_SUBSTEP * substep.abs();
+    while state.t != t {
+        let before = state.clone();
+        state.t = if (t - before.t).abs() <= substep.abs() * (1.0 + 1e-9) { t } else { before.t + substep };
+        let is_smallest = substep.abs() <= smallest;
+        match advance_substep(system, mechanism, state, settings) {
+            Ok(Substep::Predicted) => substep *= 2.0,
+            Ok(Substep::Distant) if is_smallest => {}
+            Ok(Substep::Failed) if is_smallest => return Ok(false),
+            Err(error) if is_smallest => return Err(error),
+            _ => {
+                state.copy_from(&before);
+                substep *= 0.5;
+            }
+        }
+    }
+    Ok(true)
+}
+
+/// Outcome of a substep to the next equilibrium.
+enum Substep {
+    /// Newton's iteration has converged near its first correction.
+    Predicted,
+    /// It has converged elsewhere.
+    Distant,
+    Failed,
+}
+
+/// Moves `state`, whose time has advanced, to the equilibrium at its time by Newton's iteration.
+fn advance_substep(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &mut State<f64>,
+    settings: &Statics,
+) -> Result<Substep> {
+    let (before, mut rows) = (state.q.clone(), vec![[0.0]; system.size()]);
+    state.prescribe(mechanism);
+    state.v.fill(0.0);
+    state.a.fill(0.0);
+    let distance = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let is_short = distance(&state.q, &before) <= LONGEST_MOTION;
+    system.assemble(mechanism, state, Linearization::statics(), &mut rows);
+    diagnostics::factorize_stiffness(system, mechanism, state)?;
+    system.factor().solve(&mut rows);
+    let mut predicted = state.q.clone();
+    for (unknown, change) in system.unknowns().iter().zip(&rows) {
+        if let Unknown::Coordinate(i) = *unknown {
+            predicted[i] -= change[0];
+        }
+    }
+    if !newton(system, mechanism, state, settings, &mut rows)? {
+        return Ok(Substep::Failed);
+    }
+    let is_near = distance(&state.q, &predicted) <= GOOD_PREDICTION * distance(&predicted, &before);
+    Ok(if is_short && is_near { Substep::Predicted } else { Substep::Distant })
+}
+
 /// Newton's iteration with the full load. Returns whether it has converged.
 fn newton(
     system: &mut System,

@@ -1,8 +1,9 @@
 //! Load paths that jump from one equilibrium to a distant one are told, and others are not.
 
 use linkwright_mechanics::analyses::equilibrium_jumps::warn_of_equilibrium_jumps;
+use linkwright_mechanics::analyses::kinematics::kinematics;
 use linkwright_mechanics::motion::{ConstantSpeed, Fixed, Motion};
-use linkwright_mechanics::{Mechanism, Pose, Statics, equilibria};
+use linkwright_mechanics::{Assembly, Mechanism, Pose, Statics, equilibria};
 
 const STIFFNESS: f64 = 1e4;
 const SPAN: f64 = 1.0;
@@ -88,5 +89,59 @@ fn smooth_paths_and_loads_that_jump_are_not_told() {
         assert_eq!(warn_of_equilibrium_jumps(&m, &statics, &times(count)), None, "step, {count} points");
         let m = shallow_truss(Fixed, &[0.5 * full], false);
         assert_eq!(warn_of_equilibrium_jumps(&m, &statics, &times(count)), None, "constant, {count} points");
+    }
+}
+
+/// A four-bar without free degrees of freedom, whose crank of the length `l[1]` turns by `angle` (rad) in 1 s.
+fn four_bar(l: [f64; 4], angle: f64) -> Mechanism<f64> {
+    let [ground, crank, coupler, rocker] = l;
+    // The crank begins at 1 rad; the joint between coupler and rocker is above.
+    let elbow = [crank * 1f64.cos(), crank * 1f64.sin()];
+    let (dx, dy) = (ground - elbow[0], -elbow[1]);
+    let reach = dx.hypot(dy);
+    let inner = ((coupler * coupler + reach * reach - rocker * rocker) / (2.0 * coupler * reach)).acos();
+    let theta = dy.atan2(dx) + inner;
+    let tip = [elbow[0] + coupler * theta.cos(), elbow[1] + coupler * theta.sin()];
+    let mut m = Mechanism::with_gravity(0.0, -9.81);
+    let a = m.body("crank", 1.0, 0.1, Pose { x: 0.0, y: 0.0, theta: 1.0 });
+    let b = m.body("coupler", 1.0, 0.1, Pose { x: elbow[0], y: elbow[1], theta });
+    let c = m.body("rocker", 1.0, 0.1, Pose { x: ground, y: 0.0, theta: tip[1].atan2(tip[0] - ground) });
+    m.revolute("O", m.ground().origin(), a.origin());
+    m.revolute("A", a.at(crank, 0.0), b.origin());
+    m.revolute("B", b.at(coupler, 0.0), c.at(rocker, 0.0));
+    m.revolute("C", m.ground().at(ground, 0.0), c.origin());
+    m.drive(a.theta, ConstantSpeed, &[1.0, angle]);
+    for (name, body) in [("coupler", b), ("rocker", c)] {
+        let sensor = m.coordinate_sensor(name, m.ground().theta, body.theta);
+        let angle = m.measure(sensor, "position").unwrap();
+        m.output(name, &[angle]);
+    }
+    m
+}
+
+#[test]
+fn drives_keep_the_assembly_and_count_turns() {
+    let turn = std::f64::consts::TAU;
+    // Drag links, which turn with the crank, and crank-rockers.
+    for l in [
+        [0.3, 1.0, 1.1, 0.9],
+        [0.5, 1.2, 0.9, 1.0],
+        [0.97, 1.0, 1.02, 1.0],
+        [1.0, 0.3, 0.9, 0.8],
+        [1.0, 0.28, 0.75, 1.0],
+    ] {
+        let m = four_bar(l, 3.0 * turn);
+        let fine = kinematics(&m, Assembly::default(), &times(1081)).unwrap();
+        for count in [109, 55, 37, 13, 4] {
+            let coarse = equilibria(&m, &Statics::default(), &times(count)).unwrap();
+            let stride = 1080 / (count - 1);
+            for (name, (coarse, fine)) in ["coupler", "rocker"].iter().zip(coarse.iter().zip(&fine)) {
+                for (k, angle) in coarse.iter().enumerate() {
+                    let exact = fine[k * stride];
+                    assert!((angle - exact).abs() < 1e-8, "{l:?}, {count} times: {name} at {k} is {angle} for {exact}");
+                }
+            }
+            assert_eq!(warn_of_equilibrium_jumps(&m, &Statics::default(), &times(count)), None, "{l:?}, {count} times");
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Warnings about load paths that jump from one equilibrium to a distant one, such as by snap-through.
 
-use crate::analyses::statics::{Statics, find_equilibrium, follow_equilibria};
+use crate::analyses::statics::{Statics, follow_equilibria};
+use crate::equilibrium::advance_equilibrium;
 use crate::mechanism::Mechanism;
 use crate::system::System;
 use crate::system::linearization::Linearization;
@@ -72,9 +73,9 @@ fn find_jump(
     let mut is_connected = true;
     for _ in 0..BISECTIONS {
         let mut middle = first.clone();
-        middle.t = 0.5 * (first.t + last.t);
+        let t = 0.5 * (first.t + last.t);
         // Beyond a limit point, other equilibria may be too far away to be found.
-        is_connected = find_equilibrium(system, mechanism, &mut middle, settings).is_ok();
+        is_connected = advance_equilibrium(system, mechanism, &mut middle, t, settings).is_ok();
         if !is_connected {
             break;
         }

@@ -6,6 +6,7 @@ use crate::analyses::sampling::OutputRecorder;
 use crate::analyses::tensioned_beams::TensionWatch;
 use crate::assembly_failures::{conflicting_drives, has_drives};
 use crate::constraint_rank::singular_instant;
+use crate::equilibrium::advance_equilibrium;
 use crate::events::impact;
 use crate::initial_conditions::{Assembly, CONTRADICTION, LARGE_GAP, assemble, check_contradictions, largest_gap};
 use crate::mechanism::Mechanism;
@@ -17,7 +18,8 @@ pub use crate::initial_conditions::{Statics, find_equilibrium};
 
 /// Static equilibria at `times` (s): one series per output.
 ///
-/// Each equilibrium is computed from the previous one. With loads that are functions of time this follows a load path. Beyond a limit point
+/// Each equilibrium is computed from the previous one, with substeps where drives move far: the assembly stays on its branch. With loads that
+/// are functions of time this follows a load path. Beyond a limit point
 /// the next equilibrium may be a distant one:
 /// [`warn_of_equilibrium_jumps`](super::equilibrium_jumps::warn_of_equilibrium_jumps).
 ///
@@ -79,8 +81,7 @@ pub(crate) fn follow_equilibria(
     assemble(&mut system, mechanism, &mut state, Assembly::default())?;
     for (k, &t) in times.iter().enumerate() {
         let before = state.clone();
-        state.t = t;
-        find_equilibrium(&mut system, mechanism, &mut state, settings).map_err(|error| {
+        advance_equilibrium(&mut system, mechanism, &mut state, t, settings).map_err(|error| {
             let error = check_reach(&system, mechanism, &before, t).err().unwrap_or(error);
             gap.as_ref().filter(|_| k == 0).map_or(error.clone(), |gap| from_a_gap(error, gap))
         })?;

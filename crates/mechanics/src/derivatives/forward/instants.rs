@@ -3,11 +3,12 @@
 use crate::analyses::dynamics::Work;
 use crate::analyses::kinematics::KinematicDriver;
 use crate::analyses::sampling::OutputRecorder;
-use crate::analyses::statics::{Statics, find_equilibrium};
+use crate::analyses::statics::Statics;
 use crate::derivatives::forward::initial_conditions::{InitialDerivatives, equilibrium};
 use crate::derivatives::history::{OutputGradients, SensitiveHistory};
 use crate::derivatives::indeterminate::check_outputs;
 use crate::derivatives::seeding::build_chunks;
+use crate::equilibrium::advance_equilibrium;
 use crate::events::impact;
 use crate::initial_conditions::{Assembly, assemble};
 use crate::mechanism::scalars::{DerivativeScalar, Dual8, ElementScalar, Jet2};
@@ -132,8 +133,7 @@ pub(crate) fn for_each_equilibrium(
     assemble(&mut system, mechanism, &mut state, Assembly::default())?;
     check_outputs(&system, mechanism, &state)?;
     for (k, &t) in times.iter().enumerate() {
-        state.t = t;
-        find_equilibrium(&mut system, mechanism, &mut state, settings)?;
+        advance_equilibrium(&mut system, mechanism, &mut state, t, settings)?;
         visit(k, &mut system, &state)?;
     }
     Ok(())
