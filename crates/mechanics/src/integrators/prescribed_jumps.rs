@@ -1,5 +1,5 @@
 //! Rejection of jumps of prescribed positions, which no finite force can cause, and of jumps of prescribed velocities along explicit
-//! steps, which have no impulses.
+//! and adaptive steps, which do not have their impulses.
 
 use crate::events::impact::{Jump, joint_rows};
 use crate::mechanism::Mechanism;
@@ -35,31 +35,45 @@ const KEPT: f64 = 1e-3;
 /// Change of a position over a step, in units of the largest of three velocities times the length, below which nothing jumps.
 const CONTINUOUS: f64 = 4.0;
 
-/// Checks that no prescribed position or velocity jumps between the `ends` of a step (s), the last one with this `state`, in such a way
-/// that free coordinates would jump with it.
+/// Steps that do not have the impulse of a velocity that jumps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StepKind {
+    /// Explicit steps: they have no impulses.
+    Explicit,
+    /// Adaptive implicit steps: they have the impulse within a step of constant length, and lose a part of it when the length changes.
+    Adaptive,
+}
+
+/// Checks that no prescribed velocity jumps between the `ends` of a step (s), the last one with this `state`, in such a way that free
+/// coordinates would jump with it.
 ///
 /// # Errors
 ///
 /// [`Error::Unsupported`] naming the coordinate, the time and the jump.
-pub(crate) fn refuse_jumps(
+pub(crate) fn refuse_velocity_jumps(
     system: &System,
     mechanism: &Mechanism<f64>,
     ends: [f64; 2],
+    kind: StepKind,
     state: impl Fn() -> State<f64>,
 ) -> Result<()> {
-    refuse_position_jumps(system, mechanism, ends, &state)?;
     for i in moving(mechanism) {
         let Some((t, jump)) = velocity_jump(motion_of(mechanism, i), ends) else { continue };
         if jump.abs() <= BEGINNING * soon_after(motion_of(mechanism, i), ends) {
             continue;
         }
         if moves_others(system, mechanism, &state(), (i, jump)) {
+            let (lost, scheme) = match kind {
+                StepKind::Explicit => ("explicit steps have none", "an implicit scheme with fixed steps"),
+                StepKind::Adaptive => {
+                    ("adaptive steps lose a part of it", "fixed steps (`step` in place of `tolerance`)")
+                }
+            };
             let why = format!(
-                "its prescribed velocity jumps by {jump:.3e} m/s or rad/s at t = {t}, which takes an impulse: explicit steps \
-                 have none",
+                "its prescribed velocity jumps by {jump:.3e} m/s or rad/s at t = {t}, which takes an impulse: {lost}",
                 t = Seconds(t)
             );
-            let remedy = "use an implicit scheme, or a motion with a continuous velocity, such as a smooth ramp";
+            let remedy = format!("use {scheme}, or a motion with a continuous velocity, such as a smooth ramp");
             return Err(Error::unsupported(&mechanism.coordinates[i].name, why, remedy));
         }
     }

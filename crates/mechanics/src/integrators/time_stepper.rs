@@ -11,7 +11,7 @@ use crate::initial_conditions::{
 use crate::integrators::event_location::EventLocator;
 use crate::integrators::generalized_alpha::Integrator;
 use crate::integrators::inspection::{InspectionTimes, Inspector, breaks};
-use crate::integrators::prescribed_jumps::refuse_position_jumps;
+use crate::integrators::prescribed_jumps::{StepKind, refuse_position_jumps, refuse_velocity_jumps};
 use crate::integrators::settings::{
     Dynamics, InitialAcceleration, InitialConfiguration, MOST_STEPS, StepSize, Work, is_before, too_many_steps,
 };
@@ -212,7 +212,11 @@ impl<'m> TimeStepper<'m> {
             (None, StepSize::Adaptive { tolerance, longest, .. }) => self.advance_adaptive(tolerance, longest)?,
         };
         let Integrator { mechanism, system, step, .. } = &self.integrator;
-        refuse_position_jumps(system, mechanism, [step.old.t, step.new.t], || step.new.clone())?;
+        let (ends, state) = ([step.old.t, step.new.t], || step.new.clone());
+        refuse_position_jumps(system, mechanism, ends, state)?;
+        if let StepSize::Adaptive { .. } = self.settings.step {
+            refuse_velocity_jumps(system, mechanism, ends, StepKind::Adaptive, state)?;
+        }
         mechanism.tick(step.new.t);
         let ([is_moved, has_moved_history], [since_event, _]) =
             (self.events.moves(), self.integrator.step.steps_since_event());

@@ -192,6 +192,22 @@ fn explicit_steps_refuse_jumps_of_prescribed_velocities_that_take_impulses() {
     compare("spring", &driven_cart(false), 2.0, 1e-4);
 }
 
+#[test]
+fn adaptive_implicit_steps_refuse_jumps_of_prescribed_velocities_that_take_impulses() {
+    let times = [0.0, 1.0, 2.0];
+    for tolerance in [1e-6, 1e-8] {
+        let settings = Dynamics::adaptive(tolerance);
+        let error = simulate(&driven_cart(true), &settings, &times).unwrap_err().to_string();
+        assert!(
+            error.contains("cart.x") && error.contains("jumps by 5.000e-1") && error.contains("0.505 s"),
+            "{error}"
+        );
+        assert!(error.contains("fixed steps"), "{error}");
+        // A spring has no impulse.
+        assert!(simulate(&driven_cart(false), &settings, &times).is_ok());
+    }
+}
+
 /// A rod hangs on a cart that a ramp moves by 0.1 m within 0.3 ms, between two outputs.
 #[test]
 fn short_ramps_of_drives_are_not_passed_over() {

@@ -14,7 +14,7 @@ use crate::integrators::explicit::relative::{RelativeRhs, relative_tree};
 use crate::integrators::explicit::settings::{Coordinates, Explicit, StepControl};
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
 use crate::integrators::inspection::{InspectionTimes, breaks};
-use crate::integrators::prescribed_jumps::refuse_jumps;
+use crate::integrators::prescribed_jumps::{StepKind, refuse_position_jumps, refuse_velocity_jumps};
 use crate::integrators::settings::StepSize;
 use crate::linalg::factor::Factor;
 use crate::mechanism::scalars::{Jet2, StateScalar};
@@ -395,7 +395,9 @@ impl OdeRhs for MechanismRhs<'_> {
 
     fn end_at_event(stepper: &mut Stepper<Self>, times: &InspectionTimes) -> Result<()> {
         let (rhs, t) = (&stepper.rhs, stepper.t);
-        refuse_jumps(&rhs.system, rhs.mechanism, t, || rhs.state_of(t[1], &stepper.new))?;
+        let state = || rhs.state_of(t[1], &stepper.new);
+        refuse_position_jumps(&rhs.system, rhs.mechanism, t, state)?;
+        refuse_velocity_jumps(&rhs.system, rhs.mechanism, t, StepKind::Explicit, state)?;
         end_at_event(stepper, times)
     }
 
