@@ -143,6 +143,39 @@ impl Dimension {
     }
 }
 
+/// A dimension that is known: firm if it comes from a unit in the file, and loose if it comes from a measure or the time. Two loose
+/// dimensions never contradict each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KnownDimension {
+    /// Exponents of the base units.
+    pub dimension: Dimension,
+    /// `true` if a unit in the file says so.
+    pub is_firm: bool,
+}
+
+impl KnownDimension {
+    /// The dimension of a unit in the file.
+    pub fn firm(dimension: Dimension) -> Option<Self> {
+        Some(Self { dimension, is_firm: true })
+    }
+
+    /// The dimension of a measure or of the time.
+    pub fn loose(dimension: Dimension) -> Option<Self> {
+        Some(Self { dimension, is_firm: false })
+    }
+
+    /// Returns `true` for a loose dimension of a number: no unit in the file says that it is a number.
+    pub fn is_plain_number(self) -> bool {
+        !self.is_firm && self.dimension == Dimension::NUMBER
+    }
+
+    /// Returns `true` if two quantities can be neither added nor compared.
+    pub fn contradicts(self, other: Self) -> bool {
+        let is_plain = |known: Self| !known.is_firm && known.dimension.is_number();
+        (self.is_firm || other.is_firm) && !(is_plain(self) || is_plain(other) || self.dimension.fits(other.dimension))
+    }
+}
+
 fn superscript(digit: u8) -> char {
     SUPERSCRIPTS.chars().nth(usize::from(digit)).unwrap_or('⁰')
 }

@@ -1,7 +1,6 @@
 //! The independent variable of histories: the time, or the quantity of a sweep.
 
-use super::dimension::KnownDimension;
-use crate::model_file::unit::Unit;
+use crate::model_file::unit::{KnownDimension, Unit};
 
 /// The time under the name `time`, or another quantity, such as a travel, with a name of the file.
 #[derive(Clone, Debug, Default)]

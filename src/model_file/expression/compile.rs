@@ -1,14 +1,13 @@
 //! Compilation of parsed expressions to operations on a stack.
 
 use super::compiled::{CompiledExpression, StackOperation};
-use super::dimension::KnownDimension;
 use super::function::FUNCTIONS;
 use super::names::{Meaning, Order};
 use super::reduction::REDUCTIONS;
 use super::table::TableFunction;
 use super::tree::{ExpressionTree, Node, Operator};
 use super::{MathFunction, Names};
-use crate::model_file::unit::Unit;
+use crate::model_file::unit::{KnownDimension, Unit};
 use crate::model_file::{Diagnostic, limits};
 use std::collections::HashMap;
 use std::ops::Range;

@@ -1,47 +1,13 @@
 //! Dimensions of expressions: a check of units before anything is compiled.
 //!
-//! A plain number may stand for a value of any unit, so its dimension is unknown, and so is that of products with it. A known dimension is
-//! firm if it comes from a unit in the file, and loose if it comes from a measure or the time; two loose dimensions never contradict each
-//! other.
+//! A plain number may stand for a value of any unit, so its dimension is unknown, and so is that of products with it.
 
 use super::names::Meaning;
 use super::tree::{ExpressionTree, Node, Operator};
 use super::{MathFunction, Names, Scope};
 use crate::model_file::Diagnostic;
-use crate::model_file::unit::{Dimension, Unit, alternatives};
+use crate::model_file::unit::{Dimension, KnownDimension, Unit, alternatives};
 use std::collections::HashMap;
-
-/// A dimension that is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct KnownDimension {
-    /// Exponents of the base units.
-    pub dimension: Dimension,
-    /// `true` if a unit in the file says so.
-    pub is_firm: bool,
-}
-
-impl KnownDimension {
-    /// The dimension of a unit in the file.
-    pub fn firm(dimension: Dimension) -> Option<Self> {
-        Some(Self { dimension, is_firm: true })
-    }
-
-    /// The dimension of a measure or of the time.
-    pub fn loose(dimension: Dimension) -> Option<Self> {
-        Some(Self { dimension, is_firm: false })
-    }
-
-    /// Returns `true` for a loose dimension of a number: no unit in the file says that it is a number.
-    pub fn is_plain_number(self) -> bool {
-        !self.is_firm && self.dimension == Dimension::NUMBER
-    }
-
-    /// Returns `true` if two quantities can be neither added nor compared.
-    pub fn contradicts(self, other: Self) -> bool {
-        let is_plain = |known: Self| !known.is_firm && known.dimension.is_number();
-        (self.is_firm || other.is_firm) && !(is_plain(self) || is_plain(other) || self.dimension.fits(other.dimension))
-    }
-}
 
 /// The dimension of an expression, if it is known.
 pub type Inferred = Result<Option<KnownDimension>, Diagnostic>;

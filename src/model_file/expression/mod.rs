@@ -37,7 +37,7 @@ mod tree;
 pub use axis::Axis;
 pub use compile::{OtherUnit, Scope};
 pub use compiled::{CompiledExpression, DesignDependence, Inputs};
-pub use dimension::{CYCLES, KnownDimension};
+pub use dimension::CYCLES;
 pub use function::MathFunction;
 pub use names::Names;
 pub(crate) use names::check_name;

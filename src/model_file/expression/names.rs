@@ -2,10 +2,9 @@
 
 use super::ExpressionTree;
 use super::axis::Axis;
-use super::dimension::KnownDimension;
 use super::function::FUNCTIONS;
 use super::table::TableFunction;
-use crate::model_file::unit::Unit;
+use crate::model_file::unit::{KnownDimension, Unit};
 use crate::model_file::{Diagnostic, limits};
 use std::cell::{Cell, RefCell};
 use std::collections::{HashMap, HashSet};

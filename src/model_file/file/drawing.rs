@@ -4,7 +4,8 @@ use super::Model;
 use super::beams::BeamSpec;
 use super::bodies::BodyKind;
 use super::drawing3::DrawnMechanism3;
-use super::elements::{ElementSpec, InputSpec};
+use super::element_spec::{ElementSpec, InputSpec};
+use super::events::came_apart;
 use super::measures::MeasureRef;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::outputs::OutputSpec;
@@ -24,8 +25,6 @@ const FEWEST: usize = 40;
 const MOST: usize = 240;
 /// Number of line segments of a profile.
 const CURVE: usize = 72;
-/// Change of the distance of the points of a released joint from which on it is not drawn: relative to the largest distance, and in m.
-const APART: [f64; 2] = [1e-3, 1e-8];
 /// Number of intervals between the arrows of a distributed load.
 const LOAD_ARROWS: usize = 6;
 
@@ -99,13 +98,6 @@ impl Model {
         };
         designs.iter().map(one).collect()
     }
-}
-
-/// For each of the `distances` of the two points of a joint along a motion, true if it has come apart there.
-pub fn came_apart(distances: &[f64]) -> impl Iterator<Item = bool> {
-    let first = distances.first().copied().unwrap_or(0.0);
-    let largest = distances.iter().copied().fold(0.0, f64::max);
-    distances.iter().map(move |distance| (distance - first).abs() > (APART[0] * largest).max(APART[1]))
 }
 
 /// A mechanism at one design.

@@ -1,8 +1,8 @@
 //! The mechanism of a file in space in motion, as drawings.
 
 use super::bodies3::BodyKind3;
-use super::drawing::came_apart;
-use super::elements::{ElementSpec, InputSpec};
+use super::element_spec::{ElementSpec, InputSpec};
+use super::events::came_apart;
 use super::measures::MeasureRef;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
 use super::outputs::OutputSpec;

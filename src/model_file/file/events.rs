@@ -1,6 +1,6 @@
 //! `[[event]]`: events by a condition, which deactivate joints, switch forces on and off, or end the motion.
 
-use super::elements::ElementSpec;
+use super::element_spec::ElementSpec;
 use super::key::{Accepts, EACH, Key, TableKeys, default, optional, required};
 use super::measured::MeasuredFormula;
 use super::measures::{MeasureRef, Sensors};
@@ -193,4 +193,16 @@ impl EventSpec {
         context.events.push(event);
         Ok(())
     }
+}
+
+/// Change of the distance of the points of a released joint from which on it is not drawn: relative to the largest distance, and in m.
+#[cfg(feature = "report")]
+const APART: [f64; 2] = [1e-3, 1e-8];
+
+/// For each of the `distances` of the two points of a joint along a motion, true if it has come apart there.
+#[cfg(feature = "report")]
+pub fn came_apart(distances: &[f64]) -> impl Iterator<Item = bool> {
+    let first = distances.first().copied().unwrap_or(0.0);
+    let largest = distances.iter().copied().fold(0.0, f64::max);
+    distances.iter().map(move |distance| (distance - first).abs() > (APART[0] * largest).max(APART[1]))
 }

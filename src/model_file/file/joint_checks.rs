@@ -1,7 +1,7 @@
 //! Joints and forces whose keys contradict each other, or have no effect.
 
 use super::element_kinds::shared_keys;
-use super::elements::{ElementSpec, InputSpec};
+use super::element_spec::{ElementSpec, InputSpec};
 use super::markers::cosine;
 use super::parts::{Axes, CoordinateRef, Direction, FrameRef, MarkerSpec, Parts, Vector};
 use super::section::{Read, Section};

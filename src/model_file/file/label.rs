@@ -6,8 +6,8 @@
 
 use super::section::{Read, Section};
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{ExpressionTree, KnownDimension, Node, TextPlace};
-use crate::model_file::unit::{Dimension, Unit};
+use crate::model_file::expression::{ExpressionTree, Node, TextPlace};
+use crate::model_file::unit::{Dimension, KnownDimension, Unit};
 use crate::problem::DesignVariable;
 use toml::de::{DeTable, DeValue};
 

@@ -2,8 +2,8 @@
 
 use super::parts::{BuildContext, CoordinateRef, FrameRef, NamedPart, Parts};
 use crate::Result;
-use crate::model_file::expression::{CompiledExpression, Inputs, KnownDimension, OtherUnit};
-use crate::model_file::unit::Unit;
+use crate::model_file::expression::{CompiledExpression, Inputs, OtherUnit};
+use crate::model_file::unit::{KnownDimension, Unit};
 use autodiff::Scalar;
 use mechanics::elements::spatial::{Beam3, MarkerSensor3};
 use mechanics::elements::{self, Added, CoordinateSensor, Element, MarkerSensor};

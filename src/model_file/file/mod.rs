@@ -29,6 +29,7 @@ mod drawing;
 #[cfg(feature = "report")]
 mod drawing3;
 mod element_kinds;
+mod element_spec;
 mod elements;
 mod events;
 mod feedback;

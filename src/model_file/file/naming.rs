@@ -4,8 +4,8 @@ use super::axis;
 use super::key::{Accepts, Key, default, optional, required};
 use super::section::{Read, Section, ordered, tree, wrong_type};
 use crate::Readable;
-use crate::model_file::expression::{ExpressionTree, KnownDimension, Names, Scope, TableFunction};
-use crate::model_file::unit::Unit;
+use crate::model_file::expression::{ExpressionTree, Names, Scope, TableFunction};
+use crate::model_file::unit::{KnownDimension, Unit};
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::DesignVariable;
 

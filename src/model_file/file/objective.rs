@@ -7,8 +7,8 @@ use super::quantity::{CompiledQuantity, Extreme, QuantityContext};
 use super::section::{Read, Section};
 use crate::Result;
 use crate::model_file::Diagnostic;
-use crate::model_file::expression::{ExpressionTree, KnownDimension, Names, Node, Reduction};
-use crate::model_file::unit::Unit;
+use crate::model_file::expression::{ExpressionTree, Names, Node, Reduction};
+use crate::model_file::unit::{KnownDimension, Unit};
 use crate::problem::{
     Analysis, Constraint, ContinuousTime, DesignVariable, Goal, GradientMethod, Problem, ProblemBuilder, Quantity,
     ResponseAt, ResponseSum, Responses, TimeGrid,
@@ -21,7 +21,7 @@ const KEYS: &[Key] = &[
     optional(
         "minimize",
         Accepts::Quantities,
-        "the quantity to minimize; with over = \"peak\" also a list, for the largest of several peaks",
+        "the quantity to minimize, or a list whose largest number, or with over = \"peak\" largest peak, is minimized",
     )
     .of_any_unit(),
     optional("maximize", Accepts::Quantity, "the quantity to maximize, in place of `minimize`").of_any_unit(),
@@ -31,12 +31,12 @@ const KEYS: &[Key] = &[
     optional(
         "bound",
         Accepts::Table,
-        "with over = \"peak\": the variable that bounds |value| and is minimized; by default `peak`, at least 0",
+        "with over = \"peak\" or a list: the variable that bounds |value|, or the numbers of the list, and is minimized; by default `peak`",
     ),
     optional(
         "scale",
         Accepts::Number,
-        "with over = \"peak\": normalization of the two constraints, in the unit of the value; by default the peak at the start design",
+        "with over = \"peak\" or a list: normalization of the constraints, in the unit of the value; by default the peak at the start design",
     )
     .of_any_unit(),
     default(
@@ -93,7 +93,7 @@ pub struct PeakSpec {
     is_continuous: bool,
 }
 
-/// A history whose peak, or largest value, is minimized.
+/// A history whose peak, or largest value, is minimized; or a number.
 struct BoundedHistory {
     quantity: Quantity,
     is_maximum: bool,
@@ -113,10 +113,16 @@ pub fn read_bound(file: &Section<'_>, names: &mut Names, outputs: &[OutputSpec])
     let Some(section) = file.inner("objective", &[KEYS])? else { return Ok(None) };
     let unit = stored_unit(&section, outputs)?;
     let bound = section.inner("bound", &[BOUND])?;
+    let minimized = section.trees("minimize")?;
+    let is_largest = is_largest(&minimized, section.has("over"));
     let is_peak = section.word("over")?.is_some_and(|word| word.text == "peak")
-        || section.trees("minimize")?.iter().any(|tree| bounded(tree).is_some());
-    let has_maximum = section.trees("minimize")?.iter().any(|tree| matches!(bounded(tree), Some((Reduction::Max, _))));
-    let lower = if has_maximum { f64::NEG_INFINITY } else { 0.0 };
+        || is_largest
+        || minimized.iter().any(|tree| bounded(tree).is_some());
+    let may_be_negative = |tree: &ExpressionTree| match bounded(tree) {
+        Some((reduction, _)) => reduction == Reduction::Max,
+        None => is_largest,
+    };
+    let lower = if minimized.iter().any(may_be_negative) { f64::NEG_INFINITY } else { 0.0 };
     let (variable, has_start) = match &bound {
         Some(bound) => {
             let word = bound.need_word("name")?;
@@ -209,8 +215,10 @@ struct StatedObjective {
     /// The quantities; in place of an extreme that a variable bounds, its history.
     trees: Vec<ExpressionTree>,
     over: Option<Over>,
-    /// The extremes that a variable bounds, in the order of the quantities.
-    extremes: Vec<Extreme>,
+    /// The extremes that a variable bounds, one for each quantity; `None` for numbers, and for histories with `over`.
+    extremes: Vec<Option<Extreme>>,
+    /// True for several numbers, of which the largest is minimized.
+    is_largest: bool,
 }
 
 impl StatedObjective {
@@ -220,18 +228,23 @@ impl StatedObjective {
             Some(_) => Some(section.choice("over", OVER_WORDS)?),
             None => None,
         };
-        let mut statement = Self { key, goal, trees: section.trees(key)?, over, extremes: vec![] };
-        let are_bounded = statement.trees.iter().all(|tree| bounded(tree).is_some());
-        if goal == Goal::Minimize && over.is_none() && are_bounded {
-            statement.over = Some(Over::Peak);
-            for tree in &mut statement.trees {
-                // Of a number, the error follows later.
-                let Some(extreme) = known.extreme(tree, key)? else { continue };
-                *tree = extreme.history.clone();
-                statement.extremes.push(extreme);
-            }
+        let mut trees = section.trees(key)?;
+        let is_largest = goal == Goal::Minimize && is_largest(&trees, over.is_some());
+        let are_bounded = trees.iter().all(|tree| bounded(tree).is_some());
+        if goal != Goal::Minimize || over.is_some() || !(is_largest || are_bounded) {
+            let extremes = trees.iter().map(|_| None).collect();
+            return Ok(Self { key, goal, trees, over, extremes, is_largest });
         }
-        Ok(statement)
+        let mut extremes = vec![];
+        for tree in &mut trees {
+            // Of a number in `peak` or `max`, the error follows later.
+            let extreme = if bounded(tree).is_some() { known.extreme(tree, key)? } else { None };
+            if let Some(extreme) = &extreme {
+                *tree = extreme.history.clone();
+            }
+            extremes.push(extreme);
+        }
+        Ok(Self { key, goal, trees, over: Some(Over::Peak), extremes, is_largest })
     }
 
     /// Converts the quantities to the unit in which the objective is stored. Returns their dimension before, and this unit.
@@ -253,18 +266,36 @@ impl StatedObjective {
 
     /// The quantities as functions. Those that have no derivatives are noted.
     fn compile(&self, section: &Section<'_>, known: &QuantityContext<'_>) -> Read<Vec<CompiledQuantity>> {
-        let compiled = self.trees.iter().map(|tree| known.compile(tree, self.key));
-        let values: Vec<CompiledQuantity> = compiled.collect::<Read<_>>()?;
-        self.trees.iter().zip(&values).for_each(|(tree, value)| known.remark_derivative(section, tree, value));
-        let is_instant = self.over.is_none() && known.grid.is_some_and(|grid| grid.len() == 1);
-        match (&self.trees[..], &values[..], is_instant) {
-            // A history of one time point is a number.
-            ([tree], [value], true) if value.is_transient => {
-                let node = Node::Reduce(Reduction::Final, vec![tree.clone()]);
-                Ok(vec![known.compile(&ExpressionTree { node, span: tree.span.clone() }, self.key)?])
+        let is_instant = (self.over.is_none() || self.is_largest) && known.grid.is_some_and(|grid| grid.len() == 1);
+        let compiled = |(tree, extreme): (&ExpressionTree, &Option<Extreme>)| {
+            let value = known.compile(tree, self.key)?;
+            known.remark_derivative(section, tree, &value);
+            if !(is_instant && value.is_transient && extreme.is_none()) {
+                return Ok(value);
             }
-            _ => Ok(values),
+            // A history of one time point is a number.
+            let node = Node::Reduce(Reduction::Final, vec![tree.clone()]);
+            known.compile(&ExpressionTree { node, span: tree.span.clone() }, self.key)
+        };
+        self.trees.iter().zip(&self.extremes).map(compiled).collect()
+    }
+
+    /// Checks that several quantities can be compared, as far as their dimensions are known.
+    fn check_dimensions(&self, known: &QuantityContext<'_>) -> Read<()> {
+        if self.trees.len() < 2 {
+            return Ok(());
         }
+        let mut first: Option<KnownDimension> = None;
+        for tree in &self.trees {
+            let Some(own) = known.dimension(tree)? else { continue };
+            if first.is_some_and(|first| first.contradicts(own)) {
+                let help = "divide each by a value of its kind, such as its limit";
+                let message = "quantities of different kinds have no largest one";
+                return Err(Diagnostic::new(tree.span.clone(), message).help(help));
+            }
+            first = first.or(Some(own));
+        }
+        Ok(())
     }
 }
 
@@ -275,28 +306,44 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
         return Err(Diagnostic::new(file.span.start..file.span.start, "there is no objective").help(help));
     };
     let mut statement = StatedObjective::read(&section, known)?;
+    statement.check_dimensions(known)?;
     let written = section.trees(statement.key)?;
     let (dimension, unit) = statement.convert(&section, known)?;
     let values = statement.compile(&section, known)?;
-    let StatedObjective { key, goal, trees, over, extremes } = statement;
+    let StatedObjective { key, goal, trees, over, extremes, is_largest } = statement;
     let Some(value) = values.first().cloned() else {
         return Err(section.error_at(key, "the list is empty"));
     };
     if values.len() > 1 && over != Some(Over::Peak) {
-        let help = "add over = \"peak\", or write one formula such as \"a + b\"";
-        return Err(section.error_at(key, "several quantities can only be minimized by their peaks").help(help));
+        let help = match goal {
+            Goal::Maximize => {
+                "to maximize the smallest of several numbers, minimize the largest of their negatives: minimize = [\"-a\", \"-b\"]"
+            }
+            _ => {
+                "leave `over` out for numbers, whose largest is then minimized, or write one formula such as \"a + b\""
+            }
+        };
+        let message = "of several quantities, the largest number or the largest peak can be minimized";
+        return Err(section.error_at(key, message).help(help));
+    }
+    let history = values.iter().zip(&extremes).position(|(value, extreme)| value.is_transient && extreme.is_none());
+    if let (true, Some(k)) = (is_largest, history) {
+        let help = "write \"peak(…)\" for its largest magnitude or \"max(…)\" for its largest value; over = \"peak\" takes the peaks of all";
+        return Err(Diagnostic::new(trees[k].span.clone(), "this quantity is a history, not a number").help(help));
     }
     match (over, bound) {
         (None, _) if value.is_transient => {
             let help = "reduce it to a number: over = \"peak\", \"sum\", \"integral\" or \"mean\", or a function such as `range(x)`";
             Err(section.error_at(key, "the objective is a history, not a number").help(help))
         }
-        (Some(_), _) if values.iter().any(|value| !value.is_transient) => {
-            Err(section.error_at("over", "`over` applies to histories, and the objective is a number"))
+        (Some(_), _) if !is_largest && values.iter().any(|value| !value.is_transient) => {
+            let message = "`over` applies to histories, and the objective is a number";
+            Err(section
+                .error_at("over", message)
+                .help("leave `over` out; of a list of numbers, the largest is minimized"))
         }
         (Some(Over::Peak), Some(bound)) if goal == Goal::Minimize => {
-            let of = |k: usize| extremes.get(k);
-            let histories = values.into_iter().enumerate().map(|(k, value)| (value, of(k))).collect();
+            let histories = values.into_iter().zip(extremes.iter().map(Option::as_ref)).collect();
             peak(&section, known, histories, dimension, bound)
         }
         (Some(Over::Peak), _) => Err(section.error_at("maximize", "a peak can only be minimized")),
@@ -320,6 +367,11 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
             Ok(ObjectiveSpec::Number { name: section.text("name")?, unit, quantity, goal })
         }
     }
+}
+
+/// True for a list of quantities without `over`: the largest of these numbers is minimized.
+fn is_largest(trees: &[ExpressionTree], has_over: bool) -> bool {
+    trees.len() > 1 && !has_over
 }
 
 /// The reduction and the history of `peak(history)` or `max(history)`, over an interval or not, which a variable bounds.
@@ -355,8 +407,8 @@ fn peak(
     }
     let name = if section.has("name") { Some(section.text("name")?) } else { None };
     let history = |(value, extreme): (CompiledQuantity, Option<&Extreme>)| BoundedHistory {
+        is_maximum: !value.is_transient || extreme.is_some_and(|extreme| extreme.reduction == Reduction::Max),
         quantity: value.quantity(),
-        is_maximum: extreme.is_some_and(|extreme| extreme.reduction == Reduction::Max),
         window: extreme.and_then(|extreme| extreme.interval),
     };
     let is_continuous = section.flag("continuous")?;
@@ -372,6 +424,9 @@ const CONTINUOUS: &str = "leave `continuous` out: the peak is then that of the t
 
 /// The reason why a history has values at the time points only; `None` if it can be evaluated between them.
 fn discrete((value, extreme): &(CompiledQuantity, Option<&Extreme>)) -> Option<&'static str> {
+    if !value.is_transient {
+        return Some("a number");
+    }
     if extreme.is_some_and(|extreme| extreme.interval.is_some()) {
         return Some("a part of a history");
     }

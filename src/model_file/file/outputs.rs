@@ -9,10 +9,8 @@ use super::measures::Sensors;
 use super::parts::{BuildContext, Parts};
 use super::section::{Read, Section, Value, Word, find, ordered, tree};
 use crate::Result;
-use crate::model_file::expression::{
-    CompiledExpression, ExpressionTree, Inputs, KnownDimension, Names, OtherUnit, Scope,
-};
-use crate::model_file::unit::Unit;
+use crate::model_file::expression::{CompiledExpression, ExpressionTree, Inputs, Names, OtherUnit, Scope};
+use crate::model_file::unit::{KnownDimension, Unit};
 use crate::model_file::{Diagnostic, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
 use crate::responses::mechanism::{ModalQuantity, NaturalFrequency};

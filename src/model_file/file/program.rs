@@ -90,6 +90,11 @@ impl ProgramSpec {
         self.program.command.join(" ")
     }
 
+    /// True if the derivatives are those of the program.
+    fn gives_derivatives(&self) -> bool {
+        matches!(self.derivatives, DerivativeSetting::Automatic | DerivativeSetting::By(..))
+    }
+
     /// Allows the program to be started, in this working folder.
     pub fn allow_in(&mut self, folder: &Path) {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
@@ -131,7 +136,8 @@ impl AskedProgram<'_> {
         let names = self.variables.iter().map(|variable| variable.name.as_str());
         let times = self.grid.map_or(&[][..], |grid| &grid.points);
         let responses = self.outputs.iter().map(|output| (output.name.as_str(), output.is_transient));
-        let analysis = Arc::new(ProgramAnalysis::new(spec.program.clone(), names, times, responses)?);
+        let analysis = ProgramAnalysis::new(spec.program.clone(), names, times, responses)?;
+        let analysis = Arc::new(if spec.gives_derivatives() { analysis.with_derivatives() } else { analysis });
         Ok(Some(Arc::clone(spec.analysis.get_or_init(|| analysis))))
     }
 
@@ -143,7 +149,9 @@ impl AskedProgram<'_> {
     #[cfg(feature = "report")]
     pub fn analyze(&self, design: &[f64]) -> Result<Responses> {
         match self.analysis()? {
-            Some(analysis) => analysis.analyze(design),
+            Some(analysis) => {
+                analysis.analyze_many(&[design.to_vec()]).pop().unwrap_or_else(|| analysis.analyze(design))
+            }
             None => self.not_allowed().analyze(design),
         }
     }

@@ -5,10 +5,9 @@ use super::outputs::{OutputSpec, intermediates};
 use super::section::{Read, Section, ordered, tree, wrong_type};
 use crate::model_file::Diagnostic;
 use crate::model_file::expression::{
-    CompiledExpression, DesignDependence, ExpressionTree, Inputs, KnownDimension, Names, Node, OtherUnit, Reduction,
-    Scope,
+    CompiledExpression, DesignDependence, ExpressionTree, Inputs, Names, Node, OtherUnit, Reduction, Scope,
 };
-use crate::model_file::unit::Unit;
+use crate::model_file::unit::{KnownDimension, Unit};
 use crate::problem::{DesignVariable, Function, Functional, Goal, Point, Quantity, TimeGrid};
 use autodiff::Scalar;
 use std::sync::Arc;

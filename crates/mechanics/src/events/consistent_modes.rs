@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::events::complementarity::{DRIVEN, PartState, solve};
-use crate::events::mode_transition::{EXCESS, hold, is_friction, sliding_gradients};
+use crate::events::sticking_friction::{EXCESS, hold, is_friction, sliding_gradients};
 use crate::events::unilateral::{STATIC_LIMIT, sign, sliding};
 use crate::initial_conditions::AccelerationSolver;
 use crate::mechanism::{Mechanism, Unilateral};

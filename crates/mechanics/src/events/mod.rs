@@ -9,6 +9,7 @@
 //! | `unilateral` | rigid contacts that last, dry friction that sticks |
 //! | `mode_transition` | their modes after an event and at the start |
 //! | `consistent_modes` | these modes where releasing one part after the other does not find them |
+//! | `sticking_friction` | friction at rest: held by a constraint, or by others |
 //! | `complementarity` | forces within limits and accelerations of several parts |
 //! | `held_outputs` | outputs that keep their value from an event on |
 //!
@@ -23,6 +24,7 @@ pub(crate) mod held_outputs;
 pub(crate) mod impact;
 pub(crate) mod mode_transition;
 pub(crate) mod repeated_impacts;
+pub(crate) mod sticking_friction;
 pub(crate) mod unilateral;
 
 pub use crate::system::modes::Modes;

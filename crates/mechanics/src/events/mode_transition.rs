@@ -16,6 +16,7 @@ use crate::events::consistent_modes::{
 };
 use crate::events::impact::{apply_impact, apply_switch, gap_rounding, make_consistent, switch_offset};
 use crate::events::repeated_impacts::dying_out;
+use crate::events::sticking_friction::{EXCESS, hold, is_friction, sliding_gradients};
 use crate::events::unilateral::{AT_REST, TOUCHING, sign, sliding};
 use crate::initial_conditions::{AccelerationSolver, Assembly, Projection, assemble, make_velocities_consistent};
 use crate::integrators::consistent_ends;
@@ -44,9 +45,6 @@ pub(crate) const SHORTEST_FLIGHT: f64 = 1e-6;
 
 /// Sliding velocity, as a fraction of the largest velocity, that counts as zero.
 const STOPPED: f64 = 1e-12;
-
-/// Largest relative excess of a force over its limit that counts as rounding.
-pub(crate) const EXCESS: f64 = 1e-9;
 
 /// Finds the modes in which the motion continues after an event in the state `end`. `step` is the nominal length of the steps in s.
 ///
@@ -478,66 +476,8 @@ fn release_one_by_one(
     Ok(sliding)
 }
 
-/// Sets the modes of friction `at_rest` to sticking if its constraint is independent of those before it, and to resting otherwise.
-/// Friction that is `released` slides, or rests with its Coulomb force.
-pub(super) fn hold(
-    system: &System,
-    mechanism: &Mechanism<f64>,
-    state: &mut State<f64>,
-    (at_rest, released): (&[usize], &[(usize, f64)]),
-) {
-    if at_rest.is_empty() && !released.iter().any(|(k, _)| is_friction(mechanism, *k)) {
-        return;
-    }
-    let (mut rank, gradients) = sliding_gradients(system, mechanism, state);
-    let is_released = |k: &usize| released.iter().any(|(other, _)| other == k);
-    for &k in at_rest.iter().filter(|k| !is_released(k)) {
-        let is_independent = rank.add(k, gradients[k].clone());
-        mechanism.events[k].unilateral.iter().for_each(|law| match is_independent {
-            true => law.slide(&mut state.modes, None),
-            false => law.rest(&mut state.modes, None),
-        });
-    }
-    for &(k, direction) in released.iter().filter(|(k, _)| is_friction(mechanism, *k)) {
-        let is_held = rank.depends(gradients[k].clone());
-        mechanism.events[k].unilateral.iter().for_each(|law| match is_held {
-            true => law.rest(&mut state.modes, Some(direction)),
-            false => law.slide(&mut state.modes, Some(direction)),
-        });
-    }
-}
-
 fn is_contact(law: Unilateral) -> bool {
     matches!(law, Unilateral::Contact { .. })
-}
-
-pub(super) fn is_friction(mechanism: &Mechanism<f64>, event: usize) -> bool {
-    matches!(mechanism.events[event].unilateral, Some(Unilateral::Friction { .. }))
-}
-
-/// The rank of the joints, drives and closed contacts, and for each event the gradient of the sliding velocity of its friction.
-///
-/// The coordinate that stores the position of friction is constant while it sticks: its entry in the gradient is zero.
-pub(super) fn sliding_gradients(
-    system: &System,
-    mechanism: &Mechanism<f64>,
-    state: &State<f64>,
-) -> (ConstraintRank, Vec<Vec<f64>>) {
-    let mut rows = system.constraint_jacobian(mechanism, state);
-    let mut gradient = |event: &EventElement<f64>| match event.unilateral {
-        Some(Unilateral::Friction { joint, multiplier, .. }) => {
-            let mut row = std::mem::take(&mut rows[multiplier]);
-            row[mechanism.elements[joint].coordinates[2]] = 0.0;
-            row
-        }
-        _ => Vec::new(),
-    };
-    let gradients = mechanism.events.iter().map(&mut gradient).collect();
-    let mut rank = ConstraintRank::none();
-    for (m, row) in rows.into_iter().enumerate().filter(|(_, row)| !row.is_empty()) {
-        rank.add(m, row);
-    }
-    (rank, gradients)
 }
 
 /// Adds friction that rests with its Coulomb force to the `released` friction if they slide together: the motion of a
