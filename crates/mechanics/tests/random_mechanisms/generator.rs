@@ -2,16 +2,23 @@
 
 use crate::random::{Accelerated, Class, Profile, Random, RandomModel, prescribe, random_motion};
 use autodiff::Scalar;
+use linkwright_mechanics::analyses::dynamics::simulate;
 use linkwright_mechanics::constraint_rank::redundant_constraints;
 use linkwright_mechanics::elements::{BeamSection, Shear};
-use linkwright_mechanics::mechanism::{Body, Coordinate, ElementIndex, Marker, Mechanism, ParametricMechanism, Pose};
+use linkwright_mechanics::events::Action;
+use linkwright_mechanics::mechanism::{
+    Body, Coordinate, ElementIndex, Formula, Marker, Mechanism, ParametricMechanism, Pose, WeightedQuantity,
+};
 use linkwright_mechanics::motion::{Harmonic, StartUp};
 use linkwright_mechanics::system::System;
 use linkwright_mechanics::system::state::State;
-use linkwright_mechanics::{Error, Result};
+use linkwright_mechanics::{Dynamics, Error, Result};
 
 /// Group of the seeds, in eights, whose mechanisms have friction in their joints.
 const RUBBING: u64 = 5;
+
+/// Group of the seeds, in eights, whose mechanisms of rigid bodies have events.
+const EVENTFUL: u64 = 2;
 
 /// A body, by number; `None` is the ground.
 type Frame = Option<usize>;
@@ -133,11 +140,54 @@ enum MechanismPart {
     },
 }
 
+impl MechanismPart {
+    /// True for a joint that an event can release.
+    fn is_joint(&self) -> bool {
+        matches!(
+            self,
+            Self::Revolute { .. } | Self::Prismatic { .. } | Self::Slot { .. } | Self::Rod { .. } | Self::Fixed { .. }
+        )
+    }
+
+    /// True for a force that an event can begin or end.
+    fn is_force(&self) -> bool {
+        matches!(
+            self,
+            Self::Spring { .. }
+                | Self::Torsion { .. }
+                | Self::Bushing { .. }
+                | Self::Load { .. }
+                | Self::Force { .. }
+                | Self::Actuator { .. }
+        )
+    }
+}
+
+/// An event in which an output passes a limit: a force begins or ends, or a joint is released.
+#[derive(Clone, Copy, Debug)]
+struct OutputEvent {
+    output: usize,
+    limit: f64,
+    /// 1 if the output increases to the limit, −1 if it decreases.
+    sign: f64,
+    /// Number of the part that changes.
+    part: usize,
+    /// True if the part ends.
+    ends: bool,
+}
+
+impl Formula for OutputEvent {
+    fn value<T: Scalar>(&self, _t: T, x: &[T]) -> T {
+        (x[0] - self.limit) * self.sign
+    }
+}
+
 /// A random mechanism. Design variables are some of its numbers.
 #[derive(Clone, Debug)]
 pub struct RandomMechanism {
     class: Class,
     parts: Vec<MechanismPart>,
+    events: Vec<OutputEvent>,
     numbers: Vec<f64>,
     /// Indices of the numbers that are design variables.
     variables: Vec<usize>,
@@ -148,7 +198,7 @@ pub struct RandomMechanism {
 impl RandomModel for RandomMechanism {
     fn random(class: Class, seed: u64) -> Option<Self> {
         let mut random = Random(seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ class as u64);
-        (0..20).find_map(|_| Self::attempt(class, &mut random, seed / 8 % 8 == RUBBING))
+        (0..20).find_map(|_| Self::attempt(class, &mut random, seed / 8 % 8))
     }
 
     fn class(&self) -> Class {
@@ -158,11 +208,16 @@ impl RandomModel for RandomMechanism {
     fn design(&self) -> Vec<f64> {
         self.variables.iter().map(|&i| self.numbers[i]).collect()
     }
+
+    fn has_events(&self) -> bool {
+        !self.events.is_empty()
+    }
 }
 
 impl RandomMechanism {
-    fn attempt(class: Class, random: &mut Random, is_rubbing: bool) -> Option<Self> {
-        let mut mechanism = Self { class, parts: vec![], numbers: vec![], variables: vec![], poses: vec![] };
+    fn attempt(class: Class, random: &mut Random, group: u64) -> Option<Self> {
+        let mut mechanism =
+            Self { class, parts: vec![], events: vec![], numbers: vec![], variables: vec![], poses: vec![] };
         let g = if matches!(class, Class::Floating) { 0.0 } else { -9.81 };
         mechanism.add_numbers(&[0.0, g]);
         match class {
@@ -175,10 +230,13 @@ impl RandomMechanism {
             let at = mechanism.add_numbers(&[0.1, 0.05, random.between(0.3, 0.6), 0.01, 0.004]);
             mechanism.parts.push(MechanismPart::Beam { body, elements: 2 + random.below(2), at });
         }
-        if is_rubbing {
+        if group == RUBBING {
             mechanism.rub(random);
         }
         mechanism.variables = mechanism.choose_variables(random);
+        if group == EVENTFUL && class == Class::Rigid {
+            mechanism.add_events(random)?;
+        }
         let plain = mechanism.build(&mechanism.design()).ok()?;
         let system = System::new(&plain).ok()?;
         let state = State::built(&plain, 0.0);
@@ -214,6 +272,38 @@ impl RandomMechanism {
             let at = self.add_numbers(&[random.between(0.05, 0.3), size, random.between(0.1, 0.5), 0.5]);
             self.parts.push(MechanismPart::JointFriction { joint, at });
         }
+    }
+
+    /// Adds events in which parts change where an output passes a value of the motion: one, two at one time, or two in turn.
+    fn add_events(&mut self, random: &mut Random) -> Option<()> {
+        let can_change = |part: &MechanismPart| part.is_joint() || part.is_force();
+        let mut parts: Vec<usize> = (0..self.parts.len()).filter(|&k| can_change(&self.parts[k])).collect();
+        let times: Vec<f64> = (0..=40).map(|k| 4e-3 * f64::from(k)).collect();
+        for number in 0..1 + random.below(2) {
+            if parts.is_empty() {
+                break;
+            }
+            let part = parts.swap_remove(random.below(parts.len()));
+            let ends = self.parts[part].is_joint() || random.chance(0.5);
+            let previous = self.events.last().copied().filter(|_| random.chance(0.5));
+            self.events.push(OutputEvent { output: 0, limit: 1e9, sign: 1.0, part, ends });
+            if let Some(previous) = previous {
+                self.events[number] = OutputEvent { part, ends, ..previous };
+                continue;
+            }
+            let history = simulate(&self.build(&self.design()).ok()?, &Dynamics::fixed(4e-3), &times).ok()?;
+            let output = random.below(history.values.len() - 1); // not the energy
+            let (values, k) = (&history.values[output], 5 + random.below(30));
+            let (limit, change) = (values[k], values[k + 1] - values[k - 1]);
+            let event = OutputEvent { output, limit, sign: change.signum(), part, ends };
+            let range = values[..=k].iter().map(|x| (x - limit).abs()).fold(0.0, f64::max);
+            // The first passage, not nearly tangential.
+            if change.abs() < 0.05 * range + 1e-4 || values[..k].iter().any(|x| (x - limit) * event.sign >= 0.0) {
+                return None;
+            }
+            self.events[number] = event;
+        }
+        (!self.events.is_empty()).then_some(())
     }
 
     /// Three or four numbers that are not zero.
@@ -632,7 +722,8 @@ impl ParametricMechanism for RandomMechanism {
         let mut m = Mechanism::with_gravity(values[0], values[1]);
         let mut bodies: Vec<Body> = Vec::new();
         let mut joints: Vec<(ElementIndex, &str)> = Vec::new();
-        let mut rubbing: Vec<Option<ElementIndex>> = vec![None; self.parts.len()];
+        // The joints and forces among the parts.
+        let mut elements: Vec<Option<ElementIndex>> = vec![None; self.parts.len()];
         let ground = m.ground();
         for (k, part) in self.parts.iter().enumerate() {
             let name = format!("part {k}");
@@ -663,24 +754,25 @@ impl ParametricMechanism for RandomMechanism {
                 MechanismPart::Revolute { frames, at } => {
                     let [a, b] = ends(&bodies, frames, at);
                     joints.push((m.revolute(&name, a, b), "force_x"));
-                    rubbing[k] = Some(joints[joints.len() - 1].0);
+                    elements[k] = Some(joints[joints.len() - 1].0);
                 }
                 MechanismPart::Prismatic { frames, at } => {
                     let (p, [a, b]) = (n(at, 6), frames.map(|frame| of(&bodies, frame)));
-                    rubbing[k] = Some(m.prismatic(&name, a.at(p[0], p[1]), p[2], b.at(p[3], p[4]), p[5]));
+                    elements[k] = Some(m.prismatic(&name, a.at(p[0], p[1]), p[2], b.at(p[3], p[4]), p[5]));
                 }
                 MechanismPart::Slot { frames, at } => {
                     let (p, [a, b]) = (n(at, 5), frames.map(|frame| of(&bodies, frame)));
                     joints.push((m.point_on_line(&name, a.at(p[0], p[1]), p[2], b.at(p[3], p[4])), "force"));
-                    rubbing[k] = Some(joints[joints.len() - 1].0);
+                    elements[k] = Some(joints[joints.len() - 1].0);
                 }
                 MechanismPart::Rod { frames, at } => {
                     let [a, b] = ends(&bodies, frames, at);
                     joints.push((m.distance_constraint(&name, a, b, values[at + 4]), "tension"));
+                    elements[k] = Some(joints[joints.len() - 1].0);
                 }
                 MechanismPart::Fixed { frames, at } => {
                     let [a, b] = ends(&bodies, frames, at);
-                    m.fixed_joint(&name, a, b, values[at + 4]);
+                    elements[k] = Some(m.fixed_joint(&name, a, b, values[at + 4]));
                 }
                 MechanismPart::Gears { wheels, carrier, at } => {
                     let p = n(at, 3);
@@ -714,22 +806,22 @@ impl ParametricMechanism for RandomMechanism {
                 }
                 MechanismPart::Spring { frames, at } => {
                     let ([a, b], p) = (ends(&bodies, frames, at), n(at + 4, 4));
-                    m.nonlinear_spring(&name, a, b, [p[0], p[1], p[2], p[3]]);
+                    elements[k] = Some(m.nonlinear_spring(&name, a, b, [p[0], p[1], p[2], p[3]]));
                 }
                 MechanismPart::Torsion { frames, at } => {
                     let ([a, b], p) = (turns(&bodies, frames), n(at, 4));
-                    m.coordinate_spring(&name, a, b, [p[0], p[1], p[2], p[3]]);
+                    elements[k] = Some(m.coordinate_spring(&name, a, b, [p[0], p[1], p[2], p[3]]));
                 }
                 MechanismPart::Bushing { frames, at } => {
                     let ([a, b], p) = (ends(&bodies, frames, at), n(at + 4, 6));
-                    m.bushing(&name, a, b, [p[0], p[1], p[2]], [p[3], p[4], p[5]]);
+                    elements[k] = Some(m.bushing(&name, a, b, [p[0], p[1], p[2]], [p[3], p[4], p[5]]));
                 }
                 MechanismPart::Friction { frames, at } => {
                     let ([a, b], p) = (turns(&bodies, frames), n(at, 3));
                     m.friction(&name, a, b, [p[0], p[1], p[2]]);
                 }
                 MechanismPart::JointFriction { joint, at } => {
-                    let (on, p) = (rubbing[joint].expect("such a joint was chosen"), n(at, 4));
+                    let (on, p) = (elements[joint].expect("such a joint was chosen"), n(at, 4));
                     match self.parts[joint] {
                         MechanismPart::Revolute { .. } => m.revolute_friction(&name, on, [p[0], p[1], p[2], p[3]])?,
                         _ => m.guide_friction(&name, on, [p[0], p[2], p[1], p[3]])?,
@@ -737,15 +829,15 @@ impl ParametricMechanism for RandomMechanism {
                 }
                 MechanismPart::Load { frames, at } => {
                     let [a, b] = turns(&bodies, frames);
-                    m.load(&name, a, b, Harmonic, n(at, 4));
+                    elements[k] = Some(m.load(&name, a, b, Harmonic, n(at, 4)));
                 }
                 MechanismPart::Force { body, at } => {
                     let p = n(at, 7);
-                    m.force(&name, bodies[body].at(p[0], p[1]), p[2], Harmonic, &p[3..]);
+                    elements[k] = Some(m.force(&name, bodies[body].at(p[0], p[1]), p[2], Harmonic, &p[3..]));
                 }
                 MechanismPart::Actuator { frames, at } => {
                     let [a, b] = ends(&bodies, frames, at);
-                    m.actuator(&name, a, b, Harmonic, n(at + 4, 4));
+                    elements[k] = Some(m.actuator(&name, a, b, Harmonic, n(at + 4, 4)));
                 }
                 MechanismPart::Stop { body, at } => {
                     let p = n(at, 3);
@@ -791,18 +883,26 @@ impl ParametricMechanism for RandomMechanism {
                 }
             }
         }
+        let mut terms: Vec<WeightedQuantity<S>> = Vec::new();
         for (k, body) in bodies.iter().rev().take(2).enumerate() {
             let sensor = m.sensor(&format!("sensor {k}"), body.at(S::from(0.1), S::from(0.05)));
             for name in ["x", "y", "vy", "theta", "ax"] {
                 let term = m.measure(sensor, name)?;
                 m.output(format!("{name}{k}"), &[term]);
+                terms.push(term);
             }
         }
         if self.class != Class::Redundant {
             for (k, (joint, name)) in joints.into_iter().take(1).enumerate() {
                 let term = m.measure(joint, name)?;
                 m.output(format!("reaction{k}"), &[term]);
+                terms.push(term);
             }
+        }
+        for (k, event) in self.events.iter().enumerate() {
+            let part = elements[event.part].expect("such a part was chosen");
+            let action = if event.ends { Action::Deactivate(part) } else { Action::Activate(part) };
+            m.when(format!("event {k}"), *event, &[terms[event.output]], &[action])?;
         }
         let (kinetic, potential) = (m.kinetic_energy(), m.potential_energy());
         m.output("energy", &[kinetic, potential]);

@@ -456,7 +456,7 @@ fn in_order(rows: &Rows, outputs: usize) -> Rows {
 
 /// Checks that schemes agree, and that energy is conserved where it must be.
 fn check_laws(model: &impl RandomModel, plain: &Mechanism<f64>, label: &str, findings: &mut Findings) {
-    if !model.is_for_explicit_steps() || model.class() == Class::Contact {
+    if !model.is_for_explicit_steps() || model.class() == Class::Contact || model.has_events() {
         return;
     }
     let exact = simulate_explicitly(plain, &Explicit::eighth_order(1e-11), &TIMES);

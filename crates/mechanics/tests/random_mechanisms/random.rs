@@ -20,6 +20,11 @@ pub trait RandomModel: ParametricMechanism + Sized {
         self.class() != Class::Flexible
     }
 
+    /// True if joints or forces change in events.
+    fn has_events(&self) -> bool {
+        false
+    }
+
     /// True if it is checked with the scheme of this number, of several that are alike: explicit steps of orders 5 and 8, or
     /// implicit steps with two kinds of damping.
     fn is_for_scheme(&self, _number: usize) -> bool {
