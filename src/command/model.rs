@@ -45,7 +45,8 @@ pub fn program_folder(file: &Path) -> Option<PathBuf> {
 /// Settings of a model on the command line.
 #[derive(Args, Default)]
 pub struct ModelSettings {
-    /// Another value of a setting, for instance --set time.points=51; the file stays as it is
+    /// Another value of a setting, for instance --set time.points=51; without a value, as in --set analysis.step=, the setting is
+    /// left out; the file stays as it is
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
@@ -208,12 +209,17 @@ fn edited(
     }
     let (model, text) = of_bytes(path, text.into_bytes(), reader).map_err(|error| {
         let starts = start.iter().map(|(variable, value)| format!("the start {variable} = {value}"));
-        let changes: Vec<String> =
-            settings.iter().map(|(key, value)| format!("{key} = {value}")).chain(starts).collect();
+        let changed = |(key, value): &(String, String)| match value.is_empty() {
+            true => format!("no {key}"),
+            false => format!("{key} = {value}"),
+        };
+        let changes: Vec<String> = settings.iter().map(changed).chain(starts).collect();
+        // The remedy for a setting that excludes one of the file.
+        let remedy = if settings.is_empty() { "" } else { " (`--set KEY=` leaves a setting out)" };
         match changes.is_empty() {
             true => error,
             false => anyhow!(
-                "{error:#}\n  = note: the lines are those of {name} with {}, from the command line",
+                "{error:#}\n  = note: the lines are those of {name} with {}, from the command line{remedy}",
                 changes.join(", ")
             ),
         }

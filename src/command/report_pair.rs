@@ -11,7 +11,6 @@ use linkwright::report::figure::{
 };
 use linkwright::report::outcome;
 use linkwright::report::page::{Page, PageSection};
-use linkwright::report::plots::{ResponseHistory, TimeHistory, time_history};
 use linkwright::sao::RunState;
 use std::path::Path;
 
@@ -62,7 +61,7 @@ pub fn page_of_two(a: &Path, b: &Path, budget: &Budget) -> anyhow::Result<String
         page = page.card(format!("{}, {}", &run.name[..1], run.problem.objective.name), value.trim_end(), remark);
     }
     let results = comparison.tables()?.into_iter().fold(PageSection::new("results", "Results"), PageSection::table);
-    let sections = [mechanisms(&runs)?, Some(results), Some(convergence(&runs)), Some(histories(&runs)?)];
+    let sections = [mechanisms(&runs)?, Some(results), Some(convergence(&runs)), Some(histories(&runs))];
     let page = sections.into_iter().flatten().filter(|section| !section.is_empty()).fold(page, Page::with);
     let foot = format!("Written by linkwright {}. The page is self-contained.", env!("CARGO_PKG_VERSION"));
     Ok(page.foot(foot).html()?)
@@ -122,6 +121,12 @@ fn mechanisms(runs: &[LastRun; 2]) -> anyhow::Result<Option<PageSection>> {
     Ok(Some(PageSection::new("mechanism", "Mechanisms").html(motion.fragment())))
 }
 
+/// The line of the first or the second run, the same in all plots.
+fn stroke(run: usize) -> Stroke {
+    let solid = Stroke::solid(Colour::of_series(run), 1.0);
+    if run == 0 { solid } else { solid.dash(Dash::Dashed) }
+}
+
 /// Objective and largest violation of the accepted designs.
 fn convergence(runs: &[LastRun; 2]) -> PageSection {
     let section = PageSection::new("convergence", "Convergence");
@@ -130,10 +135,8 @@ fn convergence(runs: &[LastRun; 2]) -> PageSection {
     let plot = |name: &str, label: QuantityLabel, values: &dyn Fn(&LastRun) -> Vec<[f64; 2]>| {
         let mut panel = Panel::new(axis(), PlotAxis::of(&label)).legend(Legend::Below);
         for (k, run) in runs.iter().enumerate() {
-            let stroke = Stroke::solid(Colour::of_series(k), 1.0);
-            let stroke = if k == 0 { stroke } else { stroke.dash(Dash::Dashed) };
             let points = values(run);
-            panel.add(Mark::curve(points.clone(), stroke).named(literal(&run.name[..1])));
+            panel.add(Mark::curve(points.clone(), stroke(k)).named(literal(&run.name[..1])));
             panel.add(Mark::points(points, MarkerShape::Disc, Colour::of_series(k), 3.0));
         }
         Figure::new(name, 100.0, 70.0).with(panel)
@@ -159,7 +162,7 @@ fn convergence(runs: &[LastRun; 2]) -> PageSection {
 }
 
 /// Histories that both runs have, at the same time points and in the same unit.
-fn histories(runs: &[LastRun; 2]) -> anyhow::Result<PageSection> {
+fn histories(runs: &[LastRun; 2]) -> PageSection {
     let mut section = PageSection::new("histories", "Histories of the last designs");
     let [a, b] = runs;
     let (mut shown, mut left) = (0, vec![]);
@@ -175,25 +178,22 @@ fn histories(runs: &[LastRun; 2]) -> anyhow::Result<PageSection> {
             continue;
         };
         shown += 1;
-        let figure = time_history(&TimeHistory {
-            time: QuantityLabel::literal(&grid.name, &grid.unit),
-            response: QuantityLabel::literal(&response.name, &response.unit),
-            times: &grid.shown_points(),
-            histories: &[
-                ResponseHistory { name: "A", values: &a.state.responses.values[h] },
-                ResponseHistory { name: "B", values: &b.state.responses.values[k] },
-            ],
-            bounds: &[],
-            kept: &[],
-            active: &[],
-        })?;
-        section =
-            section.figure(format!("history-{}", h + 1), format!("{}.", response.name), figure.sized(100.0, 70.0));
+        let times = grid.shown_points();
+        let ends = [times[0], times[times.len() - 1]];
+        let axes = [(&grid.name, &grid.unit), (&response.name, &response.unit)];
+        let [x, y] = axes.map(|(name, unit)| PlotAxis::of(&QuantityLabel::literal(name, unit)));
+        let mut panel = Panel::new(x.limits(ends[0], ends[1]), y).legend(Legend::Below);
+        for (r, (run, h)) in [(a, h), (b, k)].into_iter().enumerate() {
+            let points = times.iter().zip(&run.state.responses.values[h]).map(|(t, value)| [*t, *value]);
+            panel.add(Mark::curve(points.collect::<Vec<_>>(), stroke(r)).named(&run.name[..1]));
+        }
+        let figure = Figure::new(format!("{} of both runs", literal(&response.name)), 100.0, 70.0).with(panel);
+        section = section.figure(format!("history-{}", h + 1), format!("{}.", response.name), figure);
     }
     if !left.is_empty() {
         let text =
             format!("Not shown, as B has no such history at the same times, or for brevity: {}.", left.join(", "));
         section = section.paragraph(text);
     }
-    Ok(section)
+    section
 }

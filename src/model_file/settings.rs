@@ -117,15 +117,18 @@ pub fn settings(file: &str, text: &str) -> Result<BTreeMap<String, String>, Box<
 /// The text of a file with another value of a setting; `key` has the form of [`settings`]. Comments and all other lines stay.
 ///
 /// A value that is not TOML, such as an expression, becomes a text. A key that the file lacks is added to its table, and a table that the
-/// file lacks to its end; not to a table in a list, such as `[[joint]]`.
+/// file lacks to its end; not to a table in a list, such as `[[joint]]`. An empty value removes the key; an empty text is `""`.
 ///
 /// # Errors
-/// If the text is not TOML, or the key cannot be added.
+/// If the text is not TOML, or the key cannot be added or removed.
 pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<String, Box<DiagnosticReport>> {
     let fail = |error: Diagnostic| {
         Box::new(DiagnosticReport { file: file.to_owned(), text: text.to_owned(), diagnostics: vec![error] })
     };
     let table = parse(text).map_err(fail)?;
+    if value.trim().is_empty() {
+        return without_setting(text, &table, key).map_err(fail);
+    }
     let is_toml = DeTable::parse(&format!("value = {value}")).is_ok_and(|table| table.get_ref().len() == 1);
     let value = if is_toml { value.trim().to_owned() } else { toml_string(value) };
     let edited =
@@ -192,6 +195,59 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
             Some(start) => Ok(edited(start..start, &format!("{} = {value}\n", written(last)))),
             None => Err(fail(Diagnostic::new(0..0, format!("`{key}` cannot be added; write it into the file")))),
         },
+    }
+}
+
+/// The text of a file without a setting.
+fn without_setting(text: &str, table: &DeTable<'_>, key: &str) -> Result<String, Diagnostic> {
+    let parts = parts_of(key);
+    let (last, path) = parts.split_last().expect("there is a first part");
+    let absent = || Diagnostic::new(0..0, format!("there is no `{key}` in the file that could be removed"));
+    let mut here = table;
+    for (depth, part) in path.iter().enumerate() {
+        let found = here.get(part.as_str()).or_else(|| named_item(table, &path[..=depth])).ok_or_else(absent)?;
+        match found.get_ref() {
+            DeValue::Table(inner) => here = inner,
+            DeValue::Array(_) if depth + 1 < path.len() => {}
+            _ => return Err(absent()),
+        }
+    }
+    let (name, value) = here.get_key_value(last.as_str()).ok_or_else(absent)?;
+    let (name, value) = (name.span(), value.span());
+    let cannot = || {
+        let help = "write a file without it, or remove its keys one by one";
+        Diagnostic::new(name.clone(), format!("`{key}` cannot be removed from here")).help(help)
+    };
+    if value.start < name.end || text[name.end..value.start].trim() != "=" {
+        return Err(cannot());
+    }
+    // A key with dots begins before its last part.
+    let begin = text[..name.start].rfind(['\n', '{', ',']).map_or(0, |before| before + 1);
+    let is_in_line = text[..begin].ends_with(['{', ',']);
+    let rest = &text[value.end..];
+    let (begin, end) = match rest.trim_start_matches([' ', '\t']).strip_prefix(',') {
+        Some(after) if is_in_line => (begin, text.len() - after.len()),
+        _ if is_in_line && text[..begin].ends_with(',') => (begin - 1, value.end),
+        _ if is_in_line => (begin, value.end),
+        _ => (begin, value.end + rest.find('\n').map_or(rest.len(), |end| end + 1)),
+    };
+    let new = format!("{}{}", &text[..begin], &text[end..]);
+    // All other settings are as before.
+    let [before, after] = [text, &new].map(|text| settings("", text).ok());
+    let (Some(before), Some(after)) = (before, after) else { return Err(cannot()) };
+    let removed = here.get(last.as_str()).map_or(0, |value| count_of(value.get_ref()));
+    let is_kept = after.iter().all(|(key, value)| before.get(key) == Some(value));
+    if is_kept && before.len() == after.len() + removed { Ok(new) } else { Err(cannot()) }
+}
+
+/// Number of settings in a value.
+fn count_of(value: &DeValue<'_>) -> usize {
+    match value {
+        DeValue::Table(inner) => inner.values().map(|value| count_of(value.get_ref())).sum(),
+        DeValue::Array(list) if list.iter().any(|item| item.get_ref().is_table()) => {
+            list.iter().filter(|item| item.get_ref().is_table()).map(|item| count_of(item.get_ref())).sum()
+        }
+        _ => 1,
     }
 }
 
@@ -353,6 +409,38 @@ mod tests {
         }
         let report = set("design.k", "2").unwrap_err().to_string();
         assert!(report.contains("design.k.lower, design.k.start"), "{report}");
+    }
+
+    #[test]
+    fn an_empty_value_removes_a_setting() {
+        let text = "version = 2\n[design]\nk = { start = 1.0, lower = 0.0 , upper = 3 }\nm = { start = 1 }\n[analysis]\nstep = \"1 ms\" # short\n\
+            solver.kind = 'a' # dotted\n[[constraint]]\nname = \"sag\"\nat_most = [1,\n 2]\n[objective]\nbound.start = 5\n";
+        let without = |key: &str| with_setting("m", text, key, " ");
+        for (key, old, new) in [
+            ("analysis.step", "step = \"1 ms\" # short\n", ""),
+            ("analysis.solver.kind", "solver.kind = 'a' # dotted\n", ""),
+            ("design.k.start", " start = 1.0,", ""),
+            ("design.k.lower", " lower = 0.0 ,", ""),
+            ("design.k.upper", ", upper = 3", ""),
+            ("design.m.start", " start = 1 }", " }"),
+            ("design.m", "m = { start = 1 }\n", ""),
+            ("constraint.sag.at_most", "at_most = [1,\n 2]\n", ""),
+            ("constraint.1.at_most", "at_most = [1,\n 2]\n", ""),
+            ("objective.bound.start", "bound.start = 5\n", ""),
+            ("version", "version = 2\n", ""),
+        ] {
+            assert!(text.contains(old), "{key}");
+            assert_eq!(without(key).unwrap(), text.replacen(old, new, 1), "{key}");
+        }
+        for (key, part) in [
+            ("analysis.tolerance", "no `analysis.tolerance` in the file"),
+            ("time.points", "no `time.points`"),
+            ("analysis", "cannot be removed"),
+            ("constraint", "cannot be removed"),
+        ] {
+            let report = without(key).unwrap_err().to_string();
+            assert!(report.contains(part), "{key}: {report}");
+        }
     }
 
     #[test]

@@ -22,16 +22,13 @@ pub fn objective(problem: &Problem, design: &[f64], evaluation: &Evaluation) -> 
     problem.peak_objective(design, evaluation).unwrap_or_else(|| stated(problem, evaluation.objective))
 }
 
-/// The row of the peak of a min–max objective: the side and the time point of the largest |f|; `None` for other objectives.
+/// The row of the peak of a min–max objective: the side and the time point of the largest |f|, or of the largest f where only one side is
+/// bounded; `None` for other objectives.
 pub fn peak_row(problem: &Problem, design: &[f64], evaluation: &Evaluation) -> Option<RowId> {
     let rows = peak_constraints(problem).flat_map(|constraint| {
         let sign = problem.constraints[constraint].sign();
         let values = values(problem, constraint, design, evaluation).into_iter().enumerate();
-        // Each of the two constraints counts values of its own sign only.
-        values.filter_map(move |(point, value)| {
-            let value = sign * value?;
-            (value >= 0.0).then_some((RowId { constraint, point }, value))
-        })
+        values.filter_map(move |(point, value)| Some((RowId { constraint, point }, sign * value?)))
     });
     rows.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(row, _)| row)
 }

@@ -25,6 +25,7 @@ pub fn label(column: &Column) -> QuantityLabel {
 /// The axis of a column.
 pub fn axis(column: &Column) -> PlotAxis {
     let axis = PlotAxis::of(&label(column));
+    let axis = if column.is_count { axis.whole() } else { axis };
     if column.is_logarithmic { axis.logarithmic() } else { axis }
 }
 

@@ -53,7 +53,11 @@ const COMMON: &[Key] = &[
         "what is studied",
     ),
     default("title", Accepts::Text, "", "title of the page; by default that of the model"),
-    optional("set", Accepts::Table, "other settings of the model: \"time.points\" = 51"),
+    optional(
+        "set",
+        Accepts::Table,
+        "other settings of the model: \"time.points\" = 51; the empty text leaves one out: \"analysis.step\" = \"\"",
+    ),
     required("vary", Accepts::Tables, "what varies, as tables [vary.NAME]"),
 ];
 const QUANTITIES: Key = optional(
@@ -362,6 +366,8 @@ fn settings(section: &Section<'_>) -> Read<Vec<(Word, String)>> {
             let help = format!("put the whole key in quotes: \"{}.KEY\" = …", key.text);
             Err(Diagnostic::new(key.span, format!("`{}` is a table", key.text)).help(help))
         }
+        // Removed, as by `--set KEY=`.
+        DeValue::String(text) if text.is_empty() => Ok((key, String::new())),
         _ => Ok((key, section.source().text[value.span()].to_owned())),
     };
     ordered(table).into_iter().map(one).collect()

@@ -265,7 +265,7 @@ impl Evaluator {
     pub fn values(&self, x: &[f64], wanted: &[StudyQuantity]) -> std::result::Result<Vec<f64>, StudyError> {
         match &self.form {
             ModelForm::Problem(problem, indices) => {
-                Ok(of_analyzed(problem, &problem.analyze_design(&placed(problem.start(), indices, x))?, wanted))
+                Ok(of_analyzed(problem, &problem.analyze_values(&placed(problem.start(), indices, x))?, wanted))
             }
             ModelForm::Simulation(model, indices) => {
                 let start = model.variables().iter().map(|v| v.start).collect();
@@ -276,7 +276,7 @@ impl Evaluator {
                 let start: Vec<f64> = model.variables().iter().map(|v| v.start).collect();
                 if model.is_problem() {
                     let problem = model.problem()?;
-                    return Ok(of_analyzed(&problem, &problem.analyze_design(&problem.start())?, wanted));
+                    return Ok(of_analyzed(&problem, &problem.analyze_values(&problem.start())?, wanted));
                 }
                 Ok(of_responses(&model.simulate(&start)?, wanted))
             }

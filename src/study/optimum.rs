@@ -37,9 +37,9 @@ impl OptimizationEnd {
         let mut columns = vec![
             Column::new(&problem.objective.name, &problem.objective.unit),
             Column::new("violation_pct", "%"),
-            Column::new("cycles", ""),
-            Column::new("analyses", ""),
-            Column::new("sensitivity_analyses", ""),
+            Column::of_counts("cycles"),
+            Column::of_counts("analyses"),
+            Column::of_counts("sensitivity_analyses"),
         ];
         columns.extend(model.variables().iter().map(|v| Column::new(&v.name, &v.unit)));
         Ok(columns)

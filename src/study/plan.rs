@@ -20,12 +20,20 @@ pub struct Column {
     pub is_repeated: bool,
     /// True if its values have equal ratios: figures show them on a logarithmic axis.
     pub is_logarithmic: bool,
+    /// True if its values are counts: tables show integers.
+    pub is_count: bool,
 }
 
 impl Column {
     /// A column of numbers.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: unit.into(), words: vec![], is_repeated: false, is_logarithmic: false }
+        let (name, unit) = (name.into(), unit.into());
+        Self { name, unit, words: vec![], is_repeated: false, is_logarithmic: false, is_count: false }
+    }
+
+    /// A column of counts.
+    pub fn of_counts(name: impl Into<String>) -> Self {
+        Self { is_count: true, ..Self::new(name, "") }
     }
 
     /// This column with a logarithmic axis if its range `is_logarithmic`.
@@ -94,6 +102,7 @@ impl Phase {
         for row in rows {
             let cell = |(column, value): (&Column, &Option<f64>)| match (value, column.words.as_slice()) {
                 (None, _) => Cell::Empty,
+                (Some(v), []) if column.is_count => Cell::Whole(*v as i64),
                 (Some(v), []) => Cell::Number(*v),
                 (Some(v), words) => words.get(*v as usize).map_or(Cell::Empty, |word| Cell::Text(word.clone())),
             };
@@ -216,13 +225,15 @@ mod tests {
 
     #[test]
     fn a_row_has_a_cell_for_every_column() {
-        let columns = vec![Column::of_words("method", vec!["mma".into(), "slp".into()]), Column::new("f", "N")];
+        let method = Column::of_words("method", vec!["mma".into(), "slp".into()]);
+        let columns = vec![method, Column::new("f", "N"), Column::of_counts("cycles")];
         let phase = Phase::independent("runs", columns, 2);
         let rows = [
-            phase.row(0, 0, RunResult::done(vec![1.0, f64::NAN])),
+            phase.row(0, 0, RunResult::done(vec![1.0, f64::NAN, 17.0])),
             phase.row(0, 1, RunResult::failed(vec![0.0], Error::definition("k", "too stiff\n in a file", "")).unwrap()),
         ];
         let table = phase.table("", rows.iter()).unwrap();
-        assert_eq!(table.csv(), "run,method,f,status,failure\n0,slp,,done,\n1,mma,,failed,k: too stiff\n");
+        assert_eq!(table.csv(), "run,method,f,cycles,status,failure\n0,slp,,17,done,\n1,mma,,,failed,k: too stiff\n");
+        assert!(table.text().contains(" 17 ") && !table.text().contains("17.0"), "{}", table.text());
     }
 }

@@ -52,6 +52,12 @@ impl SweptSetting {
         matches!(self.form, SettingForm::Variable(_))
     }
 
+    /// True for a setting without unit whose values are integers, such as a number of time points.
+    fn has_whole_values(&self) -> bool {
+        let is_whole = |value: &f64| value.fract() == 0.0 && value.abs() < 1e15;
+        matches!(self.form, SettingForm::Key) && self.unit.is_empty() && self.values.iter().all(is_whole)
+    }
+
     fn edits(&self, value: f64) -> impl Iterator<Item = (String, f64)> {
         self.keys.iter().map(move |key| (key.clone(), value))
     }
@@ -92,7 +98,9 @@ impl Sweep {
         Error::check_option("number of optimizations", "at most 10 million", runs as f64, runs <= RUNS)?;
         let suffix = if is_front { "limit of " } else { "" };
         let of_setting = |(s, vary): (&SweptSetting, &Vary)| {
-            Column::new(format!("{suffix}{}", s.name), &s.unit).on_scale(vary.is_logarithmic)
+            let is_count = !is_front && s.has_whole_values();
+            let column = Column::new(format!("{suffix}{}", s.name), &s.unit).on_scale(vary.is_logarithmic);
+            Column { is_count, ..column }
         };
         let mut columns: Vec<Column> = settings.iter().zip(&file.vary).map(of_setting).collect();
         let swept: Vec<&str> = settings.iter().filter(|s| s.is_variable()).map(|s| s.name.as_str()).collect();

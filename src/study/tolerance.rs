@@ -102,7 +102,7 @@ impl Tolerances {
                 words(&inequalities, "constraint"),
                 Column::new("beta", ""),
                 Column::new("probability", ""),
-                Column::new("evaluations", ""),
+                Column::of_counts("evaluations"),
             ],
             inputs(),
         ];

@@ -164,6 +164,12 @@ fn the_page_answers_the_pointer_and_prints_whole() {
       root.zoom = seen.join(' ');
       figure.querySelector('.zoom button').click();
       root.magnified = svg.dataset.zoom + ' ' + svg.classList.contains('zoomed') + ' ' + (frame.dataset.frame === still);
+      const visible = svg.viewBox.baseVal;
+      const numbers = [...svg.querySelectorAll('.axes text')].filter((text) => {
+        const box = text.getBBox();
+        return box.x >= visible.x && box.x + box.width <= visible.x + visible.width && box.y + box.height <= visible.y + visible.height;
+      });
+      root.axes = [numbers.length === svg.querySelectorAll('.axes text').length, numbers.length > 5].join(' ');
       const inside = svg.viewBox.baseVal, small = svg.getBoundingClientRect();
       const place = (x, y) => ({ clientX: small.left + (x - inside.x) / inside.width * small.width, clientY: small.top + (y - inside.y) / inside.height * small.height, bubbles: true });
       svg.dispatchEvent(new PointerEvent('pointermove', place(left + 0.5 * width, top + 0.5 * height)));
@@ -175,6 +181,7 @@ fn the_page_answers_the_pointer_and_prints_whole() {
       root.plot = figure.dataset.saved.split('\\n').length;
       window.dispatchEvent(new Event('beforeprint'));
       root.closed = document.querySelectorAll('details:not([open])').length;
+      root.whole = document.querySelectorAll('.axes').length;
     });</script></body>";
     let page = place.read("out/lift/report.html").replace("</body>", probe);
     let probed = place.0.join("probed.html");
@@ -202,6 +209,9 @@ fn the_page_answers_the_pointer_and_prints_whole() {
     // The keys zoom by 1.5, Shift with an arrow moves, 0 shows all; neither disturbs the animation.
     assert_eq!(attribute(&dom, "data-zoom"), "1.50 2.25 2.25 1.50 1.00");
     assert_eq!(attribute(&dom, "data-magnified"), "1.50 true true");
+    // An enlarged figure has axes of its visible part, a whole one has its own.
+    assert_eq!(attribute(&dom, "data-axes"), "true true");
+    assert_eq!(attribute(&dom, "data-whole"), "0");
     // The pointer reads the same value in the enlarged figure, and drags it.
     assert_eq!(attribute(&dom, "data-again"), readout.chars().take(12).collect::<String>());
     assert_eq!(attribute(&dom, "data-dragged"), "true");
@@ -372,6 +382,39 @@ fn the_page_shows_the_design_of_a_chosen_cycle() {
     assert_eq!(attribute(&dom, "data-labelled"), "true Design of a cycle");
 }
 
+/// Names of bodies and points do not cover each other at any time, and stay in the drawing.
+#[test]
+fn names_in_the_drawing_avoid_each_other() {
+    let Some(program) = browser() else { return };
+    let place = TempFolder::new("names");
+    place.example("trebuchet");
+    place.run(&["analyze", "trebuchet", "--out", "a", "--quiet"], 0);
+    let probe = "<script>window.addEventListener('load', () => {
+      const figure = document.querySelector('.linkwright-animation'), slider = figure.querySelector('input[type=range]');
+      const naming = figure.querySelector('input.naming');
+      if (naming && !naming.checked) { naming.checked = true; naming.dispatchEvent(new Event('change')); }
+      let [most, covered, outside] = [0, 0, 0];
+      const svg = figure.querySelector('svg'), stage = svg.getBoundingClientRect();
+      for (let k = 0; k <= Number(slider.max); k += 5) {
+        slider.value = k; slider.dispatchEvent(new Event('input'));
+        const boxes = [...svg.querySelectorAll('.linkage > .names text')].filter((text) => text.style.display !== 'none').map((text) => text.getBoundingClientRect());
+        most = Math.max(most, boxes.length);
+        boxes.forEach((a, i) => {
+          covered += boxes.slice(0, i).filter((b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 3 && b.top < a.bottom - 3).length;
+          outside += a.left < stage.left - 1 || a.right > stage.right + 1 || a.top < stage.top - 1 || a.bottom > stage.bottom + 1;
+        });
+      }
+      Object.assign(document.documentElement.dataset, { names: most, covered, outside });
+    });</script></body>";
+    let page = place.read("a/report.html").replace("</body>", probe);
+    std::fs::write(place.0.join("probed.html"), page).unwrap();
+    let browser = Browser { program, place: &place };
+    let dom = browser.show(&address(&place.0.join("probed.html")), [1200, 900], "--dump-dom");
+    assert_eq!(attribute(&dom, "data-state"), "ready");
+    assert!(attribute(&dom, "data-names").parse::<usize>().unwrap() > 2);
+    assert_eq!((attribute(&dom, "data-covered"), attribute(&dom, "data-outside")), ("0", "0"));
+}
+
 /// Two runs on one page: both mechanisms move, tables and curves name both runs, nothing is loaded.
 #[test]
 fn two_runs_are_shown_on_one_page() {
@@ -390,6 +433,15 @@ fn two_runs_are_shown_on_one_page() {
         assert!(!page.replace("url(#", "").contains(address), "{address}");
     }
     assert!(page.len() < 1_000_000);
+    // Each run has one line in all plots.
+    for name in ["objective", "violation", "history-1"] {
+        let figure = page.split(&format!("data-name=\"{name}\"")).nth(1).unwrap().split("</figure>").next().unwrap();
+        let line = |colour: &str, is_dashed: bool| {
+            let lines = figure.lines().filter(|line| line.contains(&format!("stroke=\"{colour}\" stroke-width=\"1\"")));
+            lines.clone().count() > 0 && lines.clone().all(|line| line.contains("stroke-dasharray") == is_dashed)
+        };
+        assert!(line("#000000", false) && line("#0072b2", true), "{name}");
+    }
     place.run(&["report", "lift", "lift-2", "-o", "both", "--quiet"], 0);
     assert_eq!(place.read("both/report.html"), page);
     // Both mechanisms move over the times that both runs have.

@@ -81,6 +81,46 @@ fn settings_may_have_any_character() {
     }
 }
 
+/// The least largest of two numbers: every command and the report.
+#[test]
+fn a_largest_number_is_optimized_and_reported() {
+    let place = TempFolder::new("largest-number");
+    let text = "version = 2\n[design.a]\nstart = 2.5\nlower = -5\nupper = 5\n[design.b]\nstart = 1\nlower = -5\nupper = 5\n\
+        [[output]]\nname = 'f1'\nvalue = 'a^2 + b^2'\n[[output]]\nname = 'f2'\nvalue = '(a - 2)^2 + b^2'\n\
+        [objective]\nminimize = ['f1', 'f2']\n[[constraint]]\nname = 'far'\nvalue = 'a'\nat_least = 0.2\n";
+    std::fs::write(place.0.join("m.toml"), text).unwrap();
+    for command in [&["check"][..], &["analyze"], &["sensitivities"], &["compare", "--methods", "mma", "--out", "c"]] {
+        place.run(&[&command[..1], &["m.toml"], &command[1..]].concat(), 0);
+    }
+    place.run(&["optimize", "m.toml", "--out", "a", "--report"], 0);
+    let summary: serde_json::Value = serde_json::from_str(&place.read("a/summary.json")).unwrap();
+    assert!((summary["objective"]["value"].as_f64().unwrap() - 1.0).abs() < 1e-6, "{summary}");
+    assert_eq!(summary["constraints"].as_array().unwrap().len(), 1);
+}
+
+/// A setting without a value is left out, so that another one can take its place.
+#[test]
+fn a_setting_without_a_value_is_left_out() {
+    let place = TempFolder::new("no-setting");
+    place.example("cam-follower");
+    assert!(place.read("cam-follower.toml").contains("\nstep = 1e-4"));
+    let run = |settings: &[&str], code: i32| {
+        let settings: Vec<&str> = settings.iter().flat_map(|setting| ["--set", setting]).collect();
+        place.run(&[&["analyze", "cam-follower.toml"], &settings[..]].concat(), code)
+    };
+    let both = run(&["analysis.tolerance=1e-6"], 1);
+    assert!(
+        both.contains("`step` and `tolerance` exclude each other")
+            && both.contains("`--set KEY=` leaves a setting out"),
+        "{both}"
+    );
+    run(&["analysis.step=", "analysis.tolerance=1e-6"], 0);
+    let wrong = run(&["analysis.step=", "analysis.tolerance=no"], 1);
+    assert!(wrong.contains("with no analysis.step, analysis.tolerance = no, from the command line"), "{wrong}");
+    let absent = run(&["analysis.stepp="], 1);
+    assert!(absent.contains("there is no `analysis.stepp` in the file that could be removed"), "{absent}");
+}
+
 #[cfg(feature = "app")]
 #[test]
 fn a_study_is_not_opened_as_a_model() {

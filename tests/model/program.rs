@@ -69,6 +69,61 @@ fn a_program_is_optimized_like_its_formulas() {
     place.run(&["report", "a", "--slice", "3", "--allow-programs"], 0);
 }
 
+/// The truss by a program that gives derivatives where they are requested.
+const DIFFERENTIATED: &str = r#"number() { printf '%s' "$line" | sed "s/.*\"$1\":\([-0-9.e]*\).*/\1/"; }
+while read -r line; do
+    echo "$line" >> requests
+    case "$line" in *'"derivatives":true'*) wanted=1 ;; *) wanted=0 ;; esac
+    awk -v id="$(number id)" -v a="$(number area)" -v s="$(number span)" -v wanted="$wanted" 'BEGIN {
+        root = sqrt(1 + s * s); l = 0.124 * root; m = 0.124 * s / root
+        printf "{\"id\":%d,\"responses\":{\"stress1\":%.17g,\"stress2\":%.17g}", id, l * (8 / a + 1 / (a * s)), l * (8 / a - 1 / (a * s))
+        if (wanted) for (k = 1; k <= 2; k++) {
+            sign = k == 1 ? 1 : -1
+            sum = 8 / a + sign / (a * s)
+            printf (k == 1 ? ",\"derivatives\":{" : ",")
+            printf "\"stress%d\":{\"area\":%.17g,\"span\":%.17g}", k, -l * sum / a, m * sum - sign * l / (a * s * s)
+        }
+        print (wanted ? "}}" : "}")
+    }'
+done
+"#;
+
+/// Values and derivatives of a design are one request, whatever the method; what needs no derivatives does not ask for them.
+#[test]
+fn derivatives_of_a_program_come_with_its_values() {
+    let place = TempFolder::new("program-derivatives");
+    let text = truss(&place).replace("derivatives = \"central\"", "derivatives = \"program\"");
+    std::fs::write(place.0.join("truss.toml"), text).unwrap();
+    std::fs::write(place.0.join("truss.sh"), DIFFERENTIATED).unwrap();
+    for method in ["automatic", "slp", "slp-filter", "sqp-filter", "mma", "gcmma", "bfgs"] {
+        drop(std::fs::remove_file(place.0.join("requests")));
+        place.run(&["optimize", "truss.toml", "--allow-programs", "--method", method, "--out", method], 0);
+        let summary: serde_json::Value = serde_json::from_str(&place.read(&format!("{method}/summary.json"))).unwrap();
+        let objective = summary["objective"]["value"].as_f64().unwrap();
+        assert!((objective - 1.50865).abs() < 1e-3, "{method}: {objective}");
+        let mut all = designs(&place);
+        let count = all.len();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), count, "{method}: no design twice");
+        let requests = place.read("requests");
+        assert!(requests.lines().all(|line| line.contains("\"derivatives\":true")), "{method}: {requests}");
+    }
+    // The report has the designs of the run from its answers, and needs values only for the slice.
+    let before = designs(&place).len();
+    place.run(&["report", "bfgs", "--slice", "3", "--page-only", "--allow-programs"], 0);
+    let requests = place.read("requests");
+    let new: Vec<&str> = requests.lines().skip(before).collect();
+    assert!(!new.is_empty() && new.iter().all(|line| line.contains("\"derivatives\":false")), "{new:?}");
+    // So do the rows of a study of analyses.
+    let study = "version = 1\nmodel = \"truss.toml\"\nkind = \"grid\"\n[vary.area]\nfrom = 1\nto = 2\npoints = 3\n";
+    std::fs::write(place.0.join("s.toml"), study).unwrap();
+    drop(std::fs::remove_file(place.0.join("requests")));
+    place.run(&["study", "s.toml", "--quiet", "--allow-programs"], 0);
+    let requests = place.read("requests");
+    assert!(requests.lines().count() == 3 && !requests.contains("\"derivatives\":true"), "{requests}");
+}
+
 /// The designs that the program was asked for.
 fn designs(place: &TempFolder) -> Vec<String> {
     let requests = place.read("requests");

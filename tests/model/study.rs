@@ -493,3 +493,37 @@ fn grids_have_bounds_sides_and_units() {
     assert!(place.read("sweep/report.html").contains("w [mm]"));
     assert!(place.read("sweep/optima.csv").starts_with("run,w,"));
 }
+
+/// Numbers of cycles and analyses, and a setting that takes whole numbers, are integers in the terminal and on the page.
+#[test]
+fn counts_are_integers_in_the_tables_of_a_study() {
+    let study = "version = 1\nmodel = \"bar.toml\"\nkind = \"sweep\"\n[vary.\"method.max_cycles\"]\nfrom = 17\nto = 19\npoints = 3\n";
+    let place = place("counts", study);
+    let shown = place.run(&["study", "s", "--out", "o"], 0);
+    let page = place.read("o/report.html");
+    assert!(shown.contains(" 17 ") && page.contains(">17<"), "{shown}");
+    assert!(!shown.contains("17.0") && !page.contains(">17.0"), "{shown}");
+    let csv = place.read("o/optima.csv");
+    let head: Vec<&str> = csv.lines().next().unwrap().split(',').collect();
+    let columns =
+        ["cycles", "analyses", "sensitivity_analyses"].map(|name| head.iter().position(|c| *c == name).unwrap());
+    // The row of each run in the text has its counts as in the file.
+    for (run, line) in csv.lines().skip(1).enumerate() {
+        let cells: Vec<&str> = line.split(',').collect();
+        let counts = columns.map(|column| cells[column]);
+        assert!(counts.iter().all(|count| count.parse::<usize>().is_ok()), "{csv}");
+        let rows = shown.lines().map(|row| row.split_whitespace().collect::<Vec<_>>());
+        let mut own = rows.filter(|words| words.first() == Some(&&*run.to_string()) && words.len() > 3);
+        assert!(own.any(|words| words.windows(3).any(|three| three == counts)), "{shown}");
+    }
+}
+
+/// The empty text leaves a setting of the model out.
+#[test]
+fn a_study_leaves_a_setting_out() {
+    let study = "version = 1\nmodel = \"bar.toml\"\nkind = \"grid\"\nset = { \"constraint.strength.at_most\" = \"\", \"constraint.strength.at_least\" = 0.1 }\n[vary.width]\nfrom = 1\nto = 2\npoints = 2\n";
+    let place = place("without", study);
+    place.run(&["study", "s", "--out", "o", "--quiet"], 0);
+    let model = place.read("o/model.toml");
+    assert!(!model.contains("at_most") && model.contains("at_least = 0.1"), "{model}");
+}

@@ -143,6 +143,43 @@ fn the_largest_of_several_peaks_is_minimized() {
     assert!(read("m.toml", &model("minimize = [\"x\", \"y\"]\nover = \"mean\"", &[])).is_err());
 }
 
+/// A list without `over` minimizes the largest of its numbers, `peak(…)` and `max(…)`; the largest one may be negative, and an output of one time
+/// point is a number.
+#[test]
+fn the_largest_of_several_numbers_is_minimized() {
+    let head = "version = 2\n[design]\na = { start = 2.5, lower = -5.0, upper = 5.0 }\n[[output]]\nname = \"f1\"\nvalue = \"a^2\"\n\
+        [[output]]\nname = \"f2\"\nvalue = \"(a - 2)^2\"\n";
+    let history = "[[output]]\nname = \"x\"\nvalue = \"time*a\"\n[time]\nto = 1\npoints = 11\n";
+    for (more, list, least) in [
+        ("", "[\"f1\", \"f2\"]", 1.0),
+        ("", "[\"-a\", \"-(3 - a)\"]", -1.5),
+        ("", "[\"f1 + 1\", \"2*f2\", \"a\"]", 2.0),
+        (history, "[\"f2\", \"peak(x)\"]", 1.0),
+        (history, "[\"max(x)\", \"-a\"]", 0.0),
+        ("[time]\nat = [0.5]\n[[output]]\nname = \"x\"\nvalue = \"time*a\"\n", "[\"-x\", \"a - 3\"]", -1.0),
+    ] {
+        let problem = parsed(&format!("{head}{more}[objective]\nminimize = {list}\n")).problem().unwrap();
+        for method in [linkwright::sao::Method::default(), (linkwright::sao::preset("gcmma").unwrap().method)()] {
+            let end = method.solve(&problem, |_| ()).unwrap();
+            let found = linkwright::report::outcome::objective(&problem, &end.design, &end.evaluation);
+            assert!((found - least).abs() < 1e-3, "{list}: {found}");
+            assert!(linkwright::report::outcome::peak_row(&problem, &end.design, &end.evaluation).is_some(), "{list}");
+        }
+    }
+    let error = |more: &str, objective: &str| {
+        read("m.toml", &format!("{head}{more}[objective]\n{objective}\n")).map(|_| ()).unwrap_err().to_string()
+    };
+    let of_history = error(history, "minimize = [\"x\", \"f1\"]");
+    assert!(of_history.contains("a history, not a number") && of_history.contains("peak(…)"), "{of_history}");
+    let with_over = error("", "minimize = [\"f1\", \"f2\"]\nover = \"peak\"");
+    assert!(with_over.contains("leave `over` out"), "{with_over}");
+    let continuous = error("", "minimize = [\"f1\", \"f2\"]\ncontinuous = true");
+    assert!(continuous.contains("a number has no peak in continuous time"), "{continuous}");
+    let lengths = "[design.b]\nstart = \"1 m\"\n[design.m]\nstart = \"1 kg\"\n";
+    let kinds = error(lengths, "minimize = [\"b\", \"m\"]");
+    assert!(kinds.contains("quantities of different kinds have no largest one"), "{kinds}");
+}
+
 /// A largest value, and one of a part of a history, are bounded by a variable as a peak is: the value where two time points are equal is
 /// a kink, and the run ends there as converged.
 #[test]

@@ -14,9 +14,10 @@ use linkwright::cases::{Attempt, CatalogueEntry, Conclusion, attempt, catalogue,
 use linkwright::model_file::Model;
 use linkwright::problem::Problem;
 use linkwright::report::benchmark::{distances, profile, summary, table};
+use linkwright::report::number::with_unit;
 use linkwright::report::outcome;
 use linkwright::report::table::{Cell, Table};
-use linkwright::sao::{Method, Preset, RunState, preset, presets};
+use linkwright::sao::{Cycle, Method, Preset, RunState, Stop, preset, presets};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -30,7 +31,12 @@ use std::path::{Path, PathBuf};
   linkwright compare --suite hs --methods sqp-filter,bfgs
   linkwright compare --suite all --transform objective=1e6 --transform variables=1e-3
 
-For a model file, its own method is run, too, and all methods use its stop test.
+For a model file, its own method is run, too, and all methods use its accuracy and cycle limit. Its columns:
+  end             of the run; `not optimal` for one whose own stop test holds, but not the optimality conditions at its end,
+                  and whose objective is worse than the best one
+  above best      relative to the best feasible end of a run, or to a design in any cycle that is better by more than 1e-4; negative only for
+                  an end that violates constraints
+  kkt residual    of the optimality conditions at the end, computed in the same way for all methods
 The column `end` for a problem with known optima:
   optimum         converged to a known optimum
   other optimum   converged to another point that satisfies the optimality conditions
@@ -134,10 +140,11 @@ impl Compare {
         self.budget.check(&problem, model.method())?;
         methods.iter().try_for_each(|preset| self.budget.check(&problem, &(preset.method)()))?;
         let work = working(&format!("optimizing {}", path.display()), self.progress(), None);
-        let rows = file_runs(&model, &problem, methods, &work);
+        let (rows, best) = file_runs(&model, &problem, methods, &work);
         drop(work);
-        let table = file_table(&model, &problem, &rows)?;
+        let table = file_table(&model, &problem, &rows, best.as_ref())?;
         self.show(&table)?;
+        self.shown().text(&remarks(&problem, &rows, best.as_ref(), self.digits.count()).join("\n"))?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         OutputFolder::create(out)?.write(&format!("{name}.csv"), table.csv().as_bytes())?;
         self.notes(rows.iter().filter_map(|row| Some((row.method, row.rejected()?))))?;
@@ -226,13 +233,70 @@ struct FinalState {
     state: RunState,
     /// Largest residual of the optimality conditions, computed independently of the method.
     kkt: f64,
+    /// True if the own stop test of the run holds, but not the optimality conditions at its end.
+    is_doubtful: bool,
+    /// False if a doubtful end is worse than the best design of all runs.
+    is_optimal: bool,
+}
+
+/// Relative difference of objectives by which a design before the ends must be better than all of them: the tolerance of the violation may
+/// allow less.
+const BETTER: f64 = 1e-4;
+
+/// The best feasible design in any cycle of any run.
+#[derive(Clone, Copy)]
+struct BestSeen {
+    method: &'static str,
+    objective: f64,
+    cycle: usize,
+    /// True if it is the end of the run.
+    is_end: bool,
+}
+
+impl BestSeen {
+    /// `None` if no run has seen a design whose violations are at most `tolerance`, a fraction.
+    fn new(problem: &Problem, rows: &[FileRun], tolerance: f64) -> Option<Self> {
+        let sign = problem.objective.signed().sign;
+        let of_run = |row: &FileRun| -> Vec<Self> {
+            let Ok(FinalState { state, .. }) = &row.end else { return vec![] };
+            let objectives = outcome::objectives(problem, state).unwrap_or_default();
+            let end = state.history.iter().rposition(|cycle| cycle.accepted);
+            let seen = |(k, (cycle, objective)): (usize, (&Cycle, f64))| {
+                let is_feasible =
+                    cycle.failure.is_none() && cycle.violation_pct <= 100.0 * tolerance && objective.is_finite();
+                let (method, cycle, is_end) = (row.method, cycle.cycle, Some(k) == end);
+                is_feasible.then_some(Self { method, objective, cycle, is_end })
+            };
+            state.history.iter().zip(objectives).enumerate().filter_map(seen).collect()
+        };
+        let all: Vec<Self> = rows.iter().flat_map(of_run).collect();
+        let order = |a: &&Self, b: &&Self| (sign * a.objective).total_cmp(&(sign * b.objective));
+        let best = all.iter().min_by(order).copied()?;
+        let end = all.iter().filter(|seen| seen.is_end).min_by(order).copied();
+        let is_equal = |end: &Self| sign * (end.objective - best.objective) <= BETTER * best.objective.abs();
+        Some(end.filter(is_equal).unwrap_or(best))
+    }
 }
 
 /// Name of the method of the model file.
 const OWN: &str = "(the file's)";
 
-/// Runs the method of the file and the given ones on its problem, in parallel. All use the stop test of the file.
-fn file_runs(model: &Model, problem: &Problem, presets: &[&'static Preset], work: &Task) -> Vec<FileRun> {
+/// Name of an end whose own stop test holds, but not the optimality conditions.
+const NOT_OPTIMAL: &str = "not optimal";
+
+/// Largest residual of the optimality conditions at which a run counts as converged; a stop test of the file may be stricter, but not weaker.
+fn residual_limit(stop: &Stop) -> f64 {
+    stop.residual.min(Stop::default().residual)
+}
+
+/// Runs the method of the file and the given ones on its problem, in parallel. All use the stop test of the file. Returns the runs, solutions
+/// with the least work first, and the best design that they have seen.
+fn file_runs(
+    model: &Model,
+    problem: &Problem,
+    presets: &[&'static Preset],
+    work: &Task,
+) -> (Vec<FileRun>, Option<BestSeen>) {
     let stop = model.method().stop;
     let counted = |name, method: &Method| {
         let run = file_run(name, method, problem);
@@ -243,14 +307,29 @@ fn file_runs(model: &Model, problem: &Problem, presets: &[&'static Preset], work
     let others: Vec<FileRun> =
         presets.par_iter().map(|preset| counted(preset.name, &Method { stop, ..(preset.method)() })).collect();
     let mut all: Vec<FileRun> = own.into_iter().chain(others).collect();
+    let tolerance = Stop::default().accuracy;
+    let best = BestSeen::new(problem, &all, tolerance);
+    // A doubtful end that is as good as the best design is one: its residual may be that of other active rows.
+    for end in all.iter_mut().filter_map(|row| row.end.as_mut().ok()) {
+        let is_feasible = end.state.evaluation.max_violation_pct() <= 100.0 * tolerance;
+        let is_best = is_feasible && best.as_ref().is_some_and(|best| above(problem, end, best) <= tolerance);
+        end.is_optimal = is_best || !end.is_doubtful;
+    }
     all.sort_by_key(FileRun::rank);
-    all
+    (all, best)
+}
+
+/// (F − F*) / |F*| with the objective F* of the best design; negative if the end is better.
+fn above(problem: &Problem, end: &FinalState, best: &BestSeen) -> f64 {
+    let objective = outcome::objective(problem, &end.state.design, &end.state.evaluation);
+    problem.objective.signed().sign * (objective - best.objective) / best.objective.abs()
 }
 
 fn file_run(method: &'static str, settings: &Method, problem: &Problem) -> FileRun {
     let end = settings.solve(problem, |_| ()).map(|state| {
         let kkt = kkt_residual(problem, &state).unwrap_or(f64::NAN);
-        FinalState { state, kkt }
+        let is_doubtful = state.status.is_success() && kkt > residual_limit(&settings.stop);
+        FinalState { state, kkt, is_doubtful, is_optimal: true }
     });
     FileRun { method, end: end.map_err(|error| error.to_string()) }
 }
@@ -264,18 +343,24 @@ impl FileRun {
     /// Compares two runs: solutions first, then the least work.
     fn rank(&self) -> (u8, usize) {
         match &self.end {
-            Ok(FinalState { state, .. }) => {
+            Ok(FinalState { state, is_optimal, .. }) => {
                 let counters = state.counters;
-                (u8::from(!state.status.is_success()), counters.analyses + counters.sensitivity_analyses)
+                let is_solution = state.status.is_success() && *is_optimal;
+                (u8::from(!is_solution), counters.analyses + counters.sensitivity_analyses)
             }
             Err(_) => (2, 0),
         }
     }
 }
 
-/// One row for each method, successful runs with the least work first. `above_best` is (F − F*) / |F*| with the least
-/// objective F* of all successful runs.
-fn file_table(model: &Model, problem: &Problem, rows: &[FileRun]) -> linkwright::Result<Table> {
+/// One row for each method, successful runs with the least work first. `above_best` is (F − F*) / |F*| with the objective F* of the best
+/// feasible design.
+fn file_table(
+    model: &Model,
+    problem: &Problem,
+    rows: &[FileRun],
+    best: Option<&BestSeen>,
+) -> linkwright::Result<Table> {
     let columns = [
         "method",
         "end",
@@ -288,9 +373,6 @@ fn file_table(model: &Model, problem: &Problem, rows: &[FileRun]) -> linkwright:
         "kkt_residual",
     ];
     let stated = |state: &RunState| outcome::objective(problem, &state.design, &state.evaluation);
-    let sign = problem.objective.signed().sign;
-    let solutions = rows.iter().filter_map(|row| row.end.as_ref().ok()).filter(|end| end.state.status.is_success());
-    let best = sign * solutions.map(|end| sign * stated(&end.state)).fold(f64::INFINITY, f64::min);
     let unit = &problem.objective.unit;
     let heading = |name: &str| match name {
         "objective" if !unit.is_empty() => format!("objective [{unit}]"),
@@ -300,7 +382,7 @@ fn file_table(model: &Model, problem: &Problem, rows: &[FileRun]) -> linkwright:
     let mut table = Table::new(model.title(), columns).headed(columns.map(heading))?;
     for row in rows {
         let name = Cell::from(row.method);
-        let Ok(FinalState { state, kkt }) = &row.end else {
+        let Ok(end @ FinalState { state, kkt, is_optimal, .. }) = &row.end else {
             let nothing = std::iter::repeat_n(Cell::Empty, columns.len() - 2);
             table.push([name, "refused".into()].into_iter().chain(nothing))?;
             continue;
@@ -309,17 +391,44 @@ fn file_table(model: &Model, problem: &Problem, rows: &[FileRun]) -> linkwright:
         let number = |v: f64| if v.is_finite() { Cell::Number(v) } else { Cell::Empty };
         table.push([
             name,
-            state.status.to_string().as_str().into(),
+            if *is_optimal { state.status.to_string().as_str().into() } else { NOT_OPTIMAL.into() },
             state.cycles().into(),
             state.counters.analyses.into(),
             state.counters.sensitivity_analyses.into(),
             number(objective),
-            number(sign * (objective - best) / best.abs()),
+            best.map_or(Cell::Empty, |best| number(above(problem, end, best))),
             if problem.constraints.is_empty() { Cell::Empty } else { number(state.evaluation.max_violation_pct()) },
             number(*kkt),
         ])?;
     }
     Ok(table)
+}
+
+/// Sentences below the table: the design to which `above_best` refers, and the meaning of the residuals.
+fn remarks(problem: &Problem, rows: &[FileRun], best: Option<&BestSeen>, digits: usize) -> Vec<String> {
+    let mut all = vec![match best {
+        Some(BestSeen { method, objective, cycle, is_end }) => {
+            let value = with_unit(*objective, &problem.objective.unit, digits);
+            let place = if *is_end {
+                format!("the end of {method}")
+            } else {
+                format!("cycle {cycle} of {method}, before its end")
+            };
+            format!("The best feasible design of all cycles has the objective {value}: {place}.")
+        }
+        None => "No run has seen a feasible design.".to_owned(),
+    }];
+    let ends = || rows.iter().filter_map(|row| Some((row.method, row.end.as_ref().ok()?)));
+    let doubtful: Vec<&str> = ends().filter(|(_, end)| end.is_doubtful).map(|(method, _)| method).collect();
+    if !doubtful.is_empty() {
+        all.push(format!(
+            "The optimality conditions do not hold at the end of {}, although its own stop test is met: that of the presets uses the residual at the \
+             start of the last cycle, and `kkt residual` is that of the last design, the largest first-order change of the objective over the scale of a \
+             variable, relative to the objective. A smaller `accuracy` in [method] continues such a run.",
+            doubtful.join(", ")
+        ));
+    }
+    all
 }
 
 /// Form of the output of a comparison.

@@ -56,6 +56,40 @@
     ["arrows", curve],
     ["names", move],
   ];
+  // Names avoid each other: each keeps its place near its point while that is free, and else takes the free place that comes first, or
+  // the one with the least overlap.
+  const corners = [[7, -7, 0], [7, 15, 0], [-7, -7, 1], [-7, 15, 1], [0, -13, 0.5], [0, 22, 0.5], [12, 4, 0], [-12, 4, 1], [0, -26, 0.5], [0, 35, 0.5]];
+  const lengths = new Map();
+  const sizes = drawings.map((svg) => [svg.viewBox.baseVal.width, svg.viewBox.baseVal.height]);
+  function separate(group, whole) {
+    const written = [];
+    const overlap = (a, b) =>
+      Math.max(Math.min(a.right, b.right) - Math.max(a.left, b.left), 0) * Math.max(Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top), 0);
+    [...group.children].filter((node) => node.style.display !== "none").forEach((node) => {
+      const [x, y] = node.getAttribute("transform").match(/-?[\d.]+/g).map(Number);
+      if (!lengths.get(node)) lengths.set(node, node.getComputedTextLength());
+      const length = lengths.get(node) || 7 * node.textContent.length;
+      const place = (k) => {
+        const [dx, dy, part] = corners[k];
+        const left = x + dx - part * length;
+        return { left: left - 2, right: left + length + 2, top: y + dy - 11, bottom: y + dy + 3 };
+      };
+      const cost = (k) => {
+        const own = place(k);
+        const outside = own.left < 0 || own.right > whole[0] || own.top < 0 || own.bottom > whole[1];
+        return written.reduce((sum, other) => sum + overlap(own, other), outside ? 200 : 0);
+      };
+      const before = Number(node.dataset.corner ?? 0);
+      const order = [before, ...corners.keys()];
+      const best = order.reduce((least, k) => (cost(k) < cost(least) ? k : least), order[0]);
+      const [dx, dy, part] = corners[best];
+      node.dataset.corner = best;
+      node.setAttribute("x", dx);
+      node.setAttribute("y", dy);
+      node.setAttribute("text-anchor", ["start", "middle", "end"][2 * part]);
+      written.push(place(best));
+    });
+  }
   // The motion of the design of a cycle, if one is chosen.
   let chosen = null;
 
@@ -127,6 +161,7 @@
       const own = chosen && s === drawings.length - 1;
       arrange(svg.querySelector(".linkage"), own ? chosen[Math.min(Math.floor(k / data.stride), chosen.length - 1)] : data.scenes[s][k]);
       if (behind) arrange(behind, data.scenes[0][k]);
+      if (!figure.classList.contains("nameless")) separate(svg.querySelector(".linkage > .names"), sizes[s]);
     });
     slider.value = k;
     readout.textContent = `${data.time[0]} = ${data.times[k].toPrecision(4)} ${data.time[1]}`;
@@ -207,7 +242,10 @@
     else return;
     event.preventDefault();
   });
-  if (naming) naming.addEventListener("change", () => figure.classList.toggle("nameless", !naming.checked));
+  if (naming) naming.addEventListener("change", () => {
+    figure.classList.toggle("nameless", !naming.checked);
+    draw(Number(slider.value));
+  });
   // The design of a chosen cycle takes the place of the last one.
   const heading = [...figure.querySelectorAll(".scenes h3")].pop();
   const lastTitle = heading.textContent;

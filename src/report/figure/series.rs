@@ -5,7 +5,6 @@ use super::mark::{Mark, MarkKind};
 use super::markup;
 use super::panel::Panel;
 use super::svg::Area;
-use super::ticks::Ticks;
 use super::view::View;
 use serde::Serialize;
 
@@ -52,8 +51,8 @@ impl PanelSeries {
     /// The curves and points that have a name or a description; the longest curve if there is none. `None` without any.
     pub fn new(panel: &Panel, area: Area) -> Option<Self> {
         let view = View::new(panel, area);
-        let label = |axis: &PlotAxis, ticks: &Ticks| markup::plain(&axis.label(ticks));
-        let label = [label(&panel.x, &view.x_ticks), label(&panel.y, &view.y_ticks)];
+        // The numbers are in the unit itself, without the power of ten of the ticks.
+        let label = [&panel.x, &panel.y].map(|axis: &PlotAxis| markup::plain(&axis.quantity.label(0)));
         let named = |mark: &Mark| mark.description.clone().or_else(|| mark.name.as_deref().map(markup::plain));
         let mut series: Vec<PlottedSeries> =
             panel.marks.iter().filter_map(|mark| Some(PlottedSeries::of(mark, &named(mark)?))).flatten().collect();

@@ -244,6 +244,78 @@ window.addEventListener("DOMContentLoaded", () => {
     one.svg.addEventListener("pointerleave", () => figures.forEach(clear));
   });
 
+  // Axes of the visible part of an enlarged figure: round numbers along its lower and left edges.
+  function roundSteps([low, high], most, least = 0) {
+    const raw = Math.max((high - low) / Math.max(most, 1), least);
+    const power = 10 ** Math.floor(Math.log10(raw));
+    const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= raw * (1 - 1e-9));
+    const [first, last] = [Math.ceil(low / step - 1e-6), Math.floor(high / step + 1e-6)];
+    return { step, values: Array.from({ length: Math.max(last - first + 1, 0) }, (_, k) => (first + k) * step) };
+  }
+  // Round numbers and their texts, and the factor that the texts omit.
+  function ticksOf(ends, logarithmic, most, isWhole = false) {
+    const powers = logarithmic ? roundSteps(ends.map(Math.log10), most) : null;
+    if (powers && powers.step >= 1) {
+      const values = powers.values.map((power) => 10 ** power);
+      return { values, texts: values.map((v) => String(Number(v.toPrecision(1)))), factor: "" };
+    }
+    const { step, values } = roundSteps(ends, most, isWhole ? 1 : 0);
+    const largest = Math.max(...ends.map(Math.abs));
+    const exponent = largest < 1e-2 || largest >= 1e5 ? 3 * Math.floor(Math.log10(largest) / 3) : 0;
+    const decimals = Math.min(Math.max(Math.ceil(exponent - Math.log10(step) - 1e-9), 0), 12);
+    const raised = [...String(exponent)].map((c) => "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[c] ?? "\u207b").join("");
+    const text = (v) => (v / 10 ** exponent).toFixed(decimals).replace(/^-(?=.*[1-9])/, "\u2212").replace("-", "");
+    return { values, texts: values.map(text), factor: exponent ? `10${raised}` : "" };
+  }
+  // A label with the factor before its unit.
+  const withFactor = (label, factor) =>
+    !factor ? label : label.endsWith("]") ? label.replace(/\[(?=[^[]*$)/, `[${factor} `) : `${label} [${factor}]`;
+  function drawAxes(svg, part) {
+    svg.querySelectorAll(":scope > .axes").forEach((old) => old.remove());
+    const one = figures.find((figure) => figure.svg === svg);
+    if (!one || part >= 1) return;
+    const view = svg.viewBox.baseVal;
+    const group = document.createElementNS(svg.namespaceURI, "g");
+    group.setAttribute("class", "axes");
+    group.setAttribute("font-size", 7 * part);
+    const add = (name, attributes, text) => {
+      const made = document.createElementNS(svg.namespaceURI, name);
+      Object.entries(attributes).forEach(([k, v]) => made.setAttribute(k, v));
+      if (text !== undefined) made.textContent = text;
+      group.append(made);
+      return made;
+    };
+    svg.append(group);
+    one.panels.forEach((panel) => {
+      const [left, top, width, height] = panel.frame;
+      const [l, r] = [Math.max(left, view.x), Math.min(left + width, view.x + view.width)];
+      const [t, b] = [Math.max(top, view.y), Math.min(top + height, view.y + view.height)];
+      if (r - l < 20 * part || b - t < 15 * part) return;
+      const across = [l, r].map((u) => back((u - left) / width, panel.x, panel.log[0]));
+      const along = [b, t].map((v) => back(1 - (v - top) / height, panel.y, panel.log[1]));
+      const isWhole = panel.series.every(({ points }) => points.every(([at]) => Number.isInteger(at)));
+      const [x, y] = [ticksOf(across, panel.log[0], (r - l) / part / 45, isWhole), ticksOf(along, panel.log[1], (b - t) / part / 24)];
+      add("path", { d: `M${l} ${t}V${b}H${r}`, "stroke-width": 0.6 * part });
+      const [gap, size] = [3 * part, 7 * part];
+      // The numbers of the vertical axis keep clear of the corners, in which the label and the numbers of the other axis are.
+      y.values.forEach((value, k) => {
+        const at = top + (1 - scale(value, panel.y, panel.log[1])) * height;
+        if (at > b - 2.2 * size || at < t + 1.8 * size) return;
+        add("path", { d: `M${l} ${at}h${gap}`, "stroke-width": 0.6 * part });
+        add("text", { x: l + 1.5 * gap, y: at + 0.36 * size }, y.texts[k]);
+      });
+      add("text", { x: r - gap, y: b - 1.5 * gap - size, "text-anchor": "end" }, withFactor(panel.label[0], x.factor));
+      add("text", { x: l + gap, y: t + size }, withFactor(panel.label[1], y.factor));
+      x.values.forEach((value, k) => {
+        const at = left + scale(value, panel.x, panel.log[0]) * width;
+        const text = add("text", { x: at, y: b - 1.5 * gap, "text-anchor": "middle" }, x.texts[k]);
+        const half = text.getComputedTextLength() / 2;
+        if (at - half < l + gap || at + half > r) return text.remove();
+        return add("path", { d: `M${at} ${b}v${-gap}`, "stroke-width": 0.6 * part });
+      });
+    });
+  }
+
   // Figures and mechanisms: buttons, the keys + - 0 and the wheel with Ctrl zoom; the pointer drags, and Shift with arrows moves.
   document.querySelectorAll("figure svg").forEach((svg) => {
     const view = svg.viewBox.baseVal;
@@ -255,6 +327,7 @@ window.addEventListener("DOMContentLoaded", () => {
       svg.setAttribute("viewBox", (part >= 1 ? whole : at).join(" "));
       svg.dataset.zoom = (1 / Math.min(part, 1)).toPrecision(3);
       svg.classList.toggle("zoomed", part < 1);
+      drawAxes(svg, part);
     };
     const zoom = (factor, [u, v] = [0.5, 0.5]) => {
       const [width, height] = [view.width / factor, view.height / factor];

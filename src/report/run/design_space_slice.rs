@@ -188,8 +188,7 @@ fn window(problem: &Problem, state: &RunState, k: usize) -> [f64; 2] {
 fn evaluate(problem: &Problem, state: &RunState, variables: &[usize], values: &[f64]) -> Option<Evaluation> {
     let mut design = state.design.clone();
     variables.iter().zip(values).for_each(|(k, value)| design[*k] = *value);
-    let responses = problem.analyze(&design).ok()?;
-    problem.evaluate(&design, &responses).ok()
+    Some(problem.analyze_values(&design).ok()?.evaluation)
 }
 
 /// The peak: the smallest β for which its two constraints are satisfied, β + s·max c.

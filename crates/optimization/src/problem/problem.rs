@@ -171,6 +171,17 @@ impl Problem {
         Ok(AnalyzedDesign { design: b.to_vec(), responses, evaluation })
     }
 
+    /// As [`analyze_design`](Self::analyze_design), without the trace: for a design at which no derivatives are needed. A program is not asked for
+    /// them.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`analyze_design`](Self::analyze_design).
+    pub fn analyze_values(&self, b: &[f64]) -> Result<AnalyzedDesign> {
+        let one = self.analyze_designs(&[b.to_vec()]).pop();
+        one.unwrap_or_else(|| self.analyze_design(b))
+    }
+
     /// Analyses and evaluates many designs by [`Analysis::analyze_many`], by default in parallel: the result of
     /// [`analyze_design`](Self::analyze_design) for each, without traces.
     pub fn analyze_designs(&self, designs: &[Vec<f64>]) -> Vec<Result<AnalyzedDesign>> {

@@ -8,14 +8,15 @@ use crate::problem::{Analysis, ContinuousTime, GradientMethod, ResponseAt, Respo
 use crate::storage::Directory;
 use error::{Error, Result};
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// An [`Analysis`] by another program: see [the module](super).
 ///
 /// Answers are stored (up to 2²⁴ numbers, the oldest are removed first), so that no design is analysed twice. Derivatives are
-/// those that the program gives; for a program that gives none, use
-/// [`Differences`](crate::responses::Differences) of this analysis, in [`WithThreads`] for several processes at once.
+/// those that the program gives, for which [`with_derivatives`](Self::with_derivatives) asks together with the values; for a program that gives
+/// none, use [`Differences`](crate::responses::Differences) of this analysis, in [`WithThreads`] for several processes at once.
 ///
 /// The program receives the first design variables, those with names; no response depends on further ones, such as the bound of a
 /// peak.
@@ -23,6 +24,8 @@ pub struct ProgramAnalysis {
     declared: Declared,
     processes: Processes,
     answers: Mutex<Answers>,
+    /// True if the analysis of one design asks for derivatives, too.
+    has_derivatives: bool,
 }
 
 impl ProgramAnalysis {
@@ -59,7 +62,14 @@ impl ProgramAnalysis {
             }
         }
         let processes = Processes::new(program, &declared);
-        Ok(Self { declared, processes, answers: Mutex::default() })
+        Ok(Self { declared, processes, answers: Mutex::default(), has_derivatives: false })
+    }
+
+    /// The analysis whose [`analyze`](Analysis::analyze) asks for values and derivatives in one request, as an optimization needs both. Without, a
+    /// design at which derivatives are needed is sent a second time. [`analyze_many`](Analysis::analyze_many) asks for values only.
+    #[must_use]
+    pub fn with_derivatives(self) -> Self {
+        Self { has_derivatives: true, ..self }
     }
 
     /// The answer at a design, from the stored ones if possible.
@@ -106,7 +116,12 @@ impl ProgramAnalysis {
 
 impl Analysis for ProgramAnalysis {
     fn analyze(&self, b: &[f64]) -> Result<Responses> {
-        Ok(Responses::new(self.answer(b, false)?.values.clone()))
+        Ok(Responses::new(self.answer(b, self.has_derivatives)?.values.clone()))
+    }
+
+    fn analyze_many(&self, designs: &[Vec<f64>]) -> Vec<Result<Responses>> {
+        let values = |b: &Vec<f64>| Ok(Responses::new(self.answer(b, false)?.values.clone()));
+        designs.par_iter().map(values).collect()
     }
 
     fn sensitivities(&self, b: &[f64], _: &Responses, wanted: &[ResponseAt]) -> Result<DMatrix<f64>> {

@@ -88,6 +88,26 @@ fn its_derivatives_are_asked_for_once() {
 }
 
 #[test]
+fn values_and_derivatives_are_one_request() {
+    let folder = Folder::new("together");
+    // Derivatives as requested only.
+    let work = r#"echo "$line" >> requests
+        case "$line" in *'"derivatives":true'*) d=',"derivatives":{"r":{"x":[1,0]},"m":{"x":0}}';; *) d=;; esac
+        printf '{"id":%d,"responses":{"r":[%s,1],"m":1}%s}\n' "$id" "$x" "$d""#;
+    let analysis = analysis(program(&folder, &script(work))).with_derivatives();
+    for x in [0.5, 3.0] {
+        let responses = analysis.analyze(&[x]).unwrap();
+        let rows = analysis.sensitivities(&[x], &responses, &[ResponseAt { response: 0, point: 0 }]).unwrap();
+        assert_eq!((responses.values[0][0], rows[(0, 0)]), (x, 1.0));
+    }
+    assert_eq!(folder.read("requests").lines().count(), 2);
+    // Values of many designs are all that is asked for.
+    analysis.analyze_many(&[vec![0.5], vec![0.25]]);
+    let requests = folder.read("requests");
+    assert!(requests.lines().count() == 3 && requests.ends_with("\"derivatives\":false}\n"), "{requests}");
+}
+
+#[test]
 fn a_program_without_derivatives_says_so() {
     let folder = Folder::new("none");
     let analysis = analysis(program(&folder, &script(GOOD)));

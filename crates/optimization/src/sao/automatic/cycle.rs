@@ -318,7 +318,8 @@ impl CycleContext<'_> {
     fn stalled(&self, proposal: &Proposal) -> Option<String> {
         let step: Vec<f64> = proposal.design.iter().zip(&self.state.design).map(|(to, from)| to - from).collect();
         let reason = stalled(&step, &self.memory.widths, &self.units.lengths)?;
-        let kink = || self.has_kink().then(|| noise::KINK.to_owned());
+        let words = || if self.differences().is_some() { noise::KINK_OR_DIFFERENCES } else { noise::KINK };
+        let kink = || self.has_kink().then(|| words().to_owned());
         Some(self.noise(true).map(noise::in_words).or_else(kink).unwrap_or(reason))
     }
 
@@ -371,8 +372,14 @@ impl CycleContext<'_> {
 
     /// True if the analysis is differentiated by forward differences, whose error is of the first order in their step.
     fn has_forward_differences(&self) -> bool {
+        self.differences() == Some("forward")
+    }
+
+    /// The name of the finite differences that differentiate the analysis; `None` for other methods.
+    fn differences(&self) -> Option<&'static str> {
         let needed = CycleData::needed(self.problem, &self.data.retained);
-        self.problem.analysis.differentiation(self.n(), &needed) == Some("forward")
+        let method = self.problem.analysis.differentiation(self.n(), &needed)?;
+        ["forward", "central", "richardson", "noise-aware"].contains(&method).then_some(method)
     }
 
     /// The rows with a multiplier.

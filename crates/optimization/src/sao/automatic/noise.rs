@@ -12,6 +12,8 @@ const SHORTER: f64 = 64.0;
 /// Least ratio of the errors at the shorter half of the steps to those at the longer half. Errors of a smooth response fall with the
 /// square of the step, those at a kink only in proportion to the step.
 const REMAINS: f64 = 0.25;
+/// Least exponent of the step with which errors at a kink fall along the shorter half of the steps, where those of noise do not fall.
+const FALLS: f64 = 0.5;
 /// Largest error from rounding, relative to the number and to its change along the step; and relative to its largest known value.
 const ROUNDING: [f64; 2] = [1e-11, 1e-14];
 
@@ -33,13 +35,14 @@ impl CycleContext<'_> {
         self.remaining_error(is_at_end, 0)
     }
 
-    /// True if the errors along the steps that were rejected here fall with the step, not with its square.
+    /// True if the errors along the steps that were rejected here fall with the step: not with its square, as those of a smooth response, and not
+    /// to a constant, as those of noise.
     pub(super) fn has_kink(&self) -> bool {
         self.remaining_error(false, 1).is_some()
     }
 
     /// The error that remains along trial steps that become shorter, divided by the step to the power of `order`, relative to the largest
-    /// known value of the number; `None` if it falls.
+    /// known value of the number; `None` if it falls, or of the first order if it rises.
     fn remaining_error(&self, is_at_end: bool, order: i32) -> Option<f64> {
         let known: Vec<f64> = (0..self.current().numbers.len()).map(|k| self.largest_known(k)).collect();
         let mut trials = if is_at_end { self.accepted_trials(&known) } else { vec![] };
@@ -50,13 +53,14 @@ impl CycleContext<'_> {
         if !(longest > SHORTER * shortest && shortest > 0.0) {
             return None;
         }
+        let sizes: Vec<f64> = trials.iter().map(|trial| trial.size).collect();
         let of = |k: usize| {
             let error = |trial: &TrialErrors| Some(trial.errors[k]? / trial.size.powi(order));
             let errors = trials.iter().map(error).collect::<Option<Vec<f64>>>()?;
             let (longer, shorter) = errors.split_at(STEPS / 2);
             let remaining = shorter.iter().fold(f64::INFINITY, |a, e| a.min(*e));
             let does_remain = remaining > 0.0 && longer.iter().all(|e| remaining >= REMAINS * e);
-            does_remain.then(|| remaining / known[k].max(remaining))
+            (does_remain && (order == 0 || !rises(&errors, &sizes))).then(|| remaining / known[k].max(remaining))
         };
         (0..known.len()).filter_map(of).reduce(f64::max)
     }
@@ -110,6 +114,18 @@ impl CycleContext<'_> {
     }
 }
 
+/// True if errors over their steps rise as the steps become shorter: as a whole, or along the shorter half. Noise does so, and a response whose
+/// curvature makes the errors of the longer steps may hide it as a whole.
+fn rises(ratios: &[f64], sizes: &[f64]) -> bool {
+    let (longer, shorter) = ratios.split_at(STEPS / 2);
+    let least = longer.iter().fold(f64::INFINITY, |a, e| a.min(*e));
+    let largest = |a: f64, e: &f64| a.max(*e);
+    let [first, last] = [STEPS / 2, STEPS - 1];
+    let allowed = (sizes[first] / sizes[last]).powf(1.0 - FALLS);
+    REMAINS * shorter.iter().fold(0.0, largest) > least
+        || shorter.iter().skip(1).fold(0.0, largest) > allowed.max(2.0) * ratios[first]
+}
+
 /// The reason in words for an end because of noise.
 pub(super) fn in_words(noise: f64) -> String {
     format!(
@@ -122,3 +138,27 @@ pub(super) fn in_words(noise: f64) -> String {
 /// Remedy for a run that stalls at a kink of a response.
 pub(super) const KINK: &str = "shorter steps make the errors of predictions smaller only in proportion: a response has a kink here, as |x| \
                                and max have; write a largest or an absolute value as constraints with a bound, which is minimized";
+/// As [`KINK`] for finite differences, whose errors from noise make predictions wrong in the same way.
+pub(super) const KINK_OR_DIFFERENCES: &str = "shorter steps make the errors of predictions smaller only in proportion: the differences have errors \
+     from noise of the analysis, or a response has a kink, as |x| and max have; give derivatives, noise-aware differences, or finer tolerances \
+     of the analysis, and write a largest or an absolute value as constraints with a bound, which is minimized";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors c s² + k s + n over steps that become shorter by `factor`.
+    #[test]
+    fn errors_of_noise_rise_over_the_step_and_those_at_a_kink_do_not() {
+        for factor in [2.5, 4.0, 10.0] {
+            let sizes: Vec<f64> = (0..STEPS as i32).map(|k| f64::powi(factor, -k)).collect();
+            let ratios = |curvature: f64, kink: f64, noise: f64| -> Vec<f64> {
+                sizes.iter().map(|s| curvature * s + kink + noise / s).collect()
+            };
+            assert!(!rises(&ratios(0.0, 1.0, 0.0), &sizes) && !rises(&ratios(2.0, 1.0, 0.0), &sizes));
+            assert!(rises(&ratios(0.0, 0.0, 0.01), &sizes));
+            // The errors of the longest and of the shortest step have one ratio.
+            assert!(rises(&ratios(1.0, 0.0, sizes[STEPS - 1]), &sizes), "{factor}");
+        }
+    }
+}
