@@ -53,7 +53,7 @@ impl StabilityWatch {
     pub fn add(&mut self, mechanism: &Mechanism<f64>, state: &State<f64>) {
         let Some(system) = &mut self.system else { return };
         self.count += 1;
-        if (self.count - 1) % self.stride != 0 {
+        if !(self.count - 1).is_multiple_of(self.stride) {
             return;
         }
         if let Some(coordinate) = unstable_coordinate(system, mechanism, state) {
