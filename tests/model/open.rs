@@ -116,6 +116,16 @@ impl Drop for Server {
     }
 }
 
+/// Draws a limit on the first history, which becomes a constraint. Returns the number of constraints.
+pub fn draw_limit(page: &mut Page) -> u64 {
+    let count = 1 + page.value("document.querySelectorAll('.margin').length").as_u64().unwrap();
+    page.click(".plot .tools button");
+    let [x, y] = page.middle(".plot svg");
+    page.drag([x - 60.0, y], [x + 60.0, y]);
+    page.wait(&format!("document.querySelectorAll('.margin').length === {count}"));
+    count
+}
+
 /// Output of `linkwright analyze --json`.
 pub fn analyzed(place: &TempFolder, arguments: &[&str]) -> Value {
     serde_json::from_str(&place.run(&[&["analyze", "--json"][..], arguments].concat(), 0)).unwrap()

@@ -119,7 +119,7 @@ fn histories_show_values() {
     page.wait(&format!("{text} === ''"));
 }
 
-/// What a variable moves begins at the end of the bar of its margin, has its scale, and is marked as an approximation.
+/// The bar of the change that a variable causes begins at the end of the bar of the margin, has its scale, and is marked as an approximation.
 #[test]
 fn bars_of_a_variable_have_the_scale_of_the_margins() {
     let Some((_place, _server, mut page)) = opened("open-bars", "shaper", [1400, 1000]) else { return };

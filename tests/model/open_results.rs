@@ -2,7 +2,7 @@
 
 use crate::browser::browser;
 use crate::devtools::Page;
-use crate::open::{SETTLED, Server, rests, start_design, wait};
+use crate::open::{SETTLED, Server, draw_limit, rests, start_design, wait};
 use crate::shell::{TempFolder, linkwright};
 use serde_json::{Value, json};
 
@@ -217,11 +217,7 @@ fn runs_with_other_limits_are_listed_with_them() {
     let mut page = Page::open(&program, &place.0, [1400, 1200]);
     page.show(&server.address());
     page.wait(SETTLED);
-    let limits = page.value("document.querySelectorAll('.margin').length").as_u64().unwrap();
-    page.click(".plot .tools button");
-    let [x, y] = page.middle(".plot svg");
-    page.drag([x - 60.0, y], [x + 60.0, y]);
-    page.wait(&format!("document.querySelectorAll('.margin').length === {}", limits + 1));
+    draw_limit(&mut page);
     page.wait(SETTLED);
     page.click("[data-action=start]");
     page.wait("document.getElementById('run').dataset.status === 'Paused'");

@@ -2,7 +2,7 @@
 
 use crate::browser::browser;
 use crate::devtools::Page;
-use crate::open::{SETTLED, Server, analyzed, rests, served, shown, start_design, wait};
+use crate::open::{SETTLED, Server, analyzed, draw_limit, rests, served, shown, start_design, wait};
 use crate::shell::TempFolder;
 use serde_json::{Value, json};
 
@@ -316,11 +316,7 @@ fn the_page_steers_edits_and_draws() {
     page.wait(SETTLED);
 
     // A limit is drawn on the first history: it is a constraint of the edited text, and of the file once it is saved.
-    let limits = page.value("document.querySelectorAll('.margin').length").as_u64().unwrap();
-    page.click(".plot .tools button");
-    let [x, y] = page.middle(".plot svg");
-    page.drag([x - 60.0, y], [x + 60.0, y]);
-    page.wait(&format!("document.querySelectorAll('.margin').length === {}", limits + 1));
+    let limits = draw_limit(&mut page);
     assert!(page.text("document.getElementById('text').value").contains("drawn limit 1"));
     assert!(!place.read("lift.toml").contains("drawn limit"));
     page.click("#save");
@@ -339,7 +335,7 @@ fn the_page_steers_edits_and_draws() {
     page.value(
         "(() => { document.querySelector('.plot svg').dispatchEvent(new MouseEvent('dblclick')); return 0; })()",
     );
-    page.wait(&format!("document.querySelectorAll('.margin').length === {}", limits + 2));
+    page.wait(&format!("document.querySelectorAll('.margin').length === {}", limits + 1));
     page.wait("document.querySelectorAll('.plot:first-of-type path.limit').length >= 2");
     page.views("limits", ".plot");
     page.click("#save");

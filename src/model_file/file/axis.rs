@@ -131,7 +131,7 @@ fn grid(section: &Section<'_>, names: &Names, what: &str) -> Read<TimeGrid> {
     TimeGrid::new("", "", points).map_err(|e| section.error_at("at", e.to_string()))
 }
 
-/// What to write for a sweep whose points are to decrease.
+/// Remedy for a sweep whose points are to decrease.
 fn decreasing(names: &Names) -> Option<String> {
     let sweep = names.axis().sweep()?;
     Some(format!(
