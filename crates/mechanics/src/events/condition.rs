@@ -130,21 +130,29 @@ impl<S: Scalar> Mechanism<S> {
 impl<S> EventCondition<S> {
     /// Returns whether the condition uses forces or accelerations.
     pub fn uses_forces(&self) -> bool {
+        self.has_term(|unit| !UNITS_OF_POSITION.contains(&unit) && !UNITS_OF_VELOCITY.contains(&unit))
+    }
+
+    /// Returns whether the condition uses more than positions.
+    pub fn uses_velocities(&self) -> bool {
+        self.has_term(|unit| !UNITS_OF_POSITION.contains(&unit))
+    }
+
+    /// Returns whether a quantity of the condition has a unit, or one of several, for which `is_such` is true.
+    fn has_term(&self, is_such: impl Fn(&str) -> bool) -> bool {
         self.terms.iter().any(|term| {
             let MeasuredQuantity::Measure { element, measure } = term.source else { return false };
             let instance = self.measured.iter().find(|(k, _)| *k == element);
-            instance.is_some_and(|(_, instance)| !is_of_motion(instance.element.measures()[measure].unit))
+            instance.is_some_and(|(_, instance)| instance.element.measures()[measure].unit.split(" or ").any(&is_such))
         })
     }
 }
 
-/// Returns whether a measure with this `unit` depends on positions and velocities only.
-fn is_of_motion(unit: &str) -> bool {
-    unit.split(" or ").all(|unit| UNITS_OF_MOTION.contains(&unit))
-}
+/// Units of measures that depend on positions only.
+const UNITS_OF_POSITION: [&str; 3] = ["m", "rad", "1"];
 
-/// Units of positions, velocities and energies.
-const UNITS_OF_MOTION: [&str; 6] = ["m", "rad", "m/s", "rad/s", "J", "1"];
+/// Units of measures that depend on positions and velocities only.
+const UNITS_OF_VELOCITY: [&str; 3] = ["m/s", "rad/s", "J"];
 
 impl EventCondition<f64> {
     /// A small positive value that the function g of a condition at its border passes almost at once; `None` for other

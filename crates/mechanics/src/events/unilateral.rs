@@ -248,12 +248,12 @@ const AT_JUMP: [f64; 2] = [1e-4, 1e-9];
 impl<S> Mechanism<S> {
     /// Returns whether the velocities at events of implicit steps are made consistent with the constraints, which those
     /// of the steps satisfy only up to an error. Dry friction needs this, because other parts that stick may hold it at
-    /// rest. Conditions that use forces or accelerations need it, because their rates would have an error of the order
-    /// of the step.
+    /// rest. Conditions that use velocities, accelerations or forces need it, because their rates would have an error of
+    /// the order of the step.
     pub(crate) fn has_consistent_velocities(&self) -> bool {
         let is_friction = |event: &EventElement<S>| matches!(event.unilateral, Some(Unilateral::Friction { .. }));
-        let uses_forces = |event: &EventElement<S>| event.when.as_ref().is_some_and(|when| when.uses_forces());
-        self.events.iter().any(|event| is_friction(event) || uses_forces(event))
+        let uses_velocities = |event: &EventElement<S>| event.when.as_ref().is_some_and(|when| when.uses_velocities());
+        self.events.iter().any(|event| is_friction(event) || uses_velocities(event))
     }
 }
 

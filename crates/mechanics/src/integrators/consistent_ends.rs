@@ -1,4 +1,4 @@
-//! Forces and accelerations at the ends of implicit steps, where events depend on them, and velocities of friction.
+//! Velocities, accelerations and forces at the ends of implicit steps, where events depend on them.
 
 use crate::Result;
 use crate::events::impact::make_consistent;
@@ -11,13 +11,13 @@ use crate::system::state::State;
 ///
 /// The accelerations and multipliers of a step have errors that change their sign from step to step. Whether a contact opens, or a force
 /// exceeds a limit, is therefore decided by those that the equations of motion give at its positions and velocities; the motion also
-/// continues with these. The velocities of a step satisfy the constraints up to its error; whether friction begins or ceases to slide is
-/// decided by velocities that satisfy them.
+/// continues with these. The velocities of a step satisfy the constraints up to its error; whether friction begins or ceases to slide, and
+/// whether a condition on velocities is true, is decided by velocities that satisfy them.
 pub(crate) struct ConsistentEnds {
     system: System,
     solver: AccelerationSolver,
     states: [State<f64>; 2],
-    /// True if there is dry friction, or a condition that uses forces.
+    /// True if there is dry friction, or a condition that uses velocities or forces.
     is_projected: bool,
     /// True if there is such a part, or if a contact is held in the current step.
     is_used: bool,
@@ -27,9 +27,9 @@ impl ConsistentEnds {
     /// Ends for steps of the `mechanism` from the state `start` on; `None` if no event depends on forces.
     pub fn new(mechanism: &Mechanism<f64>, system: &System, start: &State<f64>) -> Option<Box<Self>> {
         let needs_forces = |event: &EventElement<f64>| event.unilateral.is_some() || event.needs_forces(&start.modes);
-        mechanism.events.iter().any(needs_forces).then(|| {
+        let is_projected = mechanism.has_consistent_velocities();
+        (is_projected || mechanism.events.iter().any(needs_forces)).then(|| {
             let (system, solver) = (system.clone(), AccelerationSolver::default());
-            let is_projected = mechanism.has_consistent_velocities();
             Box::new(Self { system, solver, states: [start.clone(), start.clone()], is_projected, is_used: false })
         })
     }
@@ -65,14 +65,15 @@ impl ConsistentEnds {
     }
 }
 
-/// The state `end` of a step that ends at an event, with the accelerations and multipliers of the equations of motion.
+/// The state `end` of a step that ends at an event, with velocities that satisfy the joints and the accelerations and multipliers of the
+/// equations of motion.
 ///
-/// Such a step may be so short that its accelerations consist of errors of positions, divided by the square of its length. In
-/// singular positions, where the equations have no solution, the values of the step are returned.
+/// Such a step may be so short that its accelerations consist of errors of positions, divided by the square of its length. Its velocities
+/// violate the joints by the square of its length, which depends on the design: their derivatives would have an error of the order of the
+/// step. In singular positions, where the equations have no solution, the values of the step are returned.
 pub(crate) fn at_event(system: &mut System, mechanism: &Mechanism<f64>, end: &State<f64>) -> State<f64> {
     let mut state = end.clone();
-    match AccelerationSolver::default().solve(system, mechanism, &mut state) {
-        Ok(()) => state,
-        Err(_) => end.clone(),
-    }
+    let solved = make_consistent(system, mechanism, &mut state)
+        .and_then(|_| AccelerationSolver::default().solve(system, mechanism, &mut state));
+    if solved.is_ok() { state } else { end.clone() }
 }

@@ -262,27 +262,32 @@ impl<'m> TimeStepper<'m> {
         if rest - trial < 1e-6 * h {
             trial = rest;
         }
+        let (mut inspected, mut shortened) = (None, None);
         loop {
             match self.integrator.solve(trial) {
                 Ok(()) => match self.first_miss(None)? {
-                    Some(t) => trial = t - self.integrator.step.old.t,
+                    Some(t) => {
+                        trial = t - self.integrator.step.old.t;
+                        inspected = Some(trial);
+                    }
                     None => break,
                 },
                 Err(error) if trial < h * SMALLEST => return Err(self.with_turn(error, h)),
                 Err(_) => {
                     self.failed_steps += 1;
-                    trial *= 0.5;
+                    trial = fraction(h, 0.5 * trial);
+                    shortened = Some(trial);
                 }
             }
         }
         let taken = self.locator.locate(&mut self.integrator, trial)?;
-        self.is_on_grid = taken == rest;
-        if self.is_on_grid {
+        self.is_on_grid = taken == rest || inspected == Some(taken);
+        if taken == rest {
             self.grid_steps += 1;
             self.integrator.step.new.t = target;
         }
-        // The step after an event is the rest of a grid step: its length is not an estimate of the next step size.
-        let length = if self.locator.opened.is_some() { self.next } else { trial };
+        // The rest of a grid step, or the time to an event, is no estimate of the length of the next one.
+        let length = shortened.unwrap_or(self.next);
         self.next = (2.0 * length).min(h);
         Ok(taken)
     }
@@ -381,6 +386,18 @@ impl<'m> TimeStepper<'m> {
     pub fn end(&self) -> f64 {
         self.end
     }
+}
+
+/// The longest of the lengths h, h/2, h/4, … that is not above `length` (s), except by rounding.
+///
+/// Lengths of steps that do not end on the grid are such fractions. They do not depend on the design, as the time since an event does:
+/// derivatives keep them.
+fn fraction(h: f64, length: f64) -> f64 {
+    let mut fraction = h;
+    while fraction > length * (1.0 + 1e-6) {
+        fraction *= 0.5;
+    }
+    fraction
 }
 
 /// Remedy for rigid contacts that matter in the equilibrium at the start.

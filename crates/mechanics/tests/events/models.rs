@@ -200,3 +200,41 @@ impl ParametricMechanism for DoublePendulum {
         Ok(m)
     }
 }
+
+/// Two hinged bars that fall from an inclined position, with outputs at an event: the angle of the lower bar, or the vertical
+/// velocity of its tip, passes a limit.
+///
+/// Design: mass, inertia and half length of both bars, gravity. Outputs: time, two velocities of the tip, an acceleration and a reaction.
+pub struct FallingBars {
+    pub by_velocity: bool,
+}
+
+pub const FALLING: [f64; 4] = [1.2, 0.05, 0.35, 9.81];
+
+impl ParametricMechanism for FallingBars {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::with_gravity(zero, -b[3]);
+        let angle = S::from(-0.3);
+        let (sin, cos) = angle.sin_cos();
+        let upper = m.body("upper", b[0], b[1], Pose { x: b[2] * cos, y: b[2] * sin, theta: angle });
+        let lower = m.body("lower", b[0], b[1], Pose { x: b[2] * cos * 3.0, y: b[2] * sin * 3.0, theta: angle });
+        let ground = m.ground();
+        m.revolute("hinge", ground.at(zero, zero), upper.at(-b[2], zero));
+        let knee = m.revolute("knee", upper.at(b[2], zero), lower.at(-b[2], zero));
+        let (tip, turn) = (m.sensor("tip", lower.at(b[2], zero)), m.coordinate_sensor("turn", ground.theta, lower.theta));
+        let (vy, theta) = (m.measure(tip, "vy")?, m.measure(turn, "position")?);
+        let (of, limit) = if self.by_velocity { (vy, 3.0) } else { (theta, 1.3) };
+        let event = m.when("event", Above(limit), &[of.times(S::from(-1.0))], &[])?;
+        m.output_formula("time", Linear(vec![], 1.0), &[]);
+        m.hold_output(event);
+        for (name, element, measure) in
+            [("vx", tip, "vx"), ("vy", tip, "vy"), ("ay", tip, "ay"), ("reaction", knee, "force_x")]
+        {
+            let quantity = m.measure(element, measure)?;
+            m.output(name, &[quantity]);
+            m.hold_output(event);
+        }
+        Ok(m)
+    }
+}

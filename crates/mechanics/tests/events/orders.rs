@@ -1,9 +1,13 @@
 //! Orders of convergence of values and of derivatives of first and second order in motions with events.
 
-use crate::models::{BOUNCING, Bouncing, PUSHED, Pushed, SLING, Sling, bouncing, pushed, sling};
+use crate::models::{
+    BOUNCING, Bouncing, FALLING, FallingBars, PUSHED, Pushed, SLING, Sling, bouncing, pushed, sling,
+};
 use autodiff::{gradient, hessian};
+use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
 use linkwright_mechanics::derivatives::second_order::{HessianPart, differentiate_twice};
+use linkwright_mechanics::integrators::explicit::Explicit;
 use linkwright_mechanics::integrators::generalized_alpha::Newton;
 use linkwright_mechanics::{Dynamics, GeneralizedAlpha, ParametricMechanism, Result};
 
@@ -82,4 +86,33 @@ fn derivatives_through_a_joint_that_lets_go_converge_with_the_step() {
         (value, slopes, hessian(|b| sling(b)[output], &SLING).2.iter().copied().collect())
     };
     check((&Sling, 3.0), &SLING, &[(0, exact(0)), (2, exact(1))]);
+}
+
+/// The velocities of implicit steps violate the joints by the square of the step, which at an event depends on the design.
+#[test]
+fn derivatives_of_velocities_and_reactions_at_an_event_converge_with_the_square_of_the_step() {
+    for by_velocity in [false, true] {
+        let (model, end) = (FallingBars { by_velocity }, [0.6]);
+        let exact = differentiate_explicitly(&model, &FALLING, &Explicit::eighth_order(1e-13), &end).unwrap();
+        let errors = |h: f64| -> Vec<[f64; 2]> {
+            let newton = Newton { tolerance: 1e-13, iterations: 30 };
+            let found = differentiate(&model, &FALLING, &Dynamics { newton, ..Dynamics::fixed(h) }, &end).unwrap();
+            let error = |output: usize| {
+                let slopes = found.gradients[output][0].iter().zip(&exact.gradients[output][0]);
+                let size = exact.gradients[output][0].iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+                let slope = slopes.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs() / size));
+                [(found.values[output][0] - exact.values[output][0]).abs(), slope]
+            };
+            (0..found.names.len()).map(error).collect()
+        };
+        let (coarse, fine) = (errors(1.6e-3), errors(1e-4));
+        for ((name, coarse), fine) in exact.names.iter().zip(&coarse).zip(&fine) {
+            if by_velocity && name == "vy" {
+                continue; // the limit of the event
+            }
+            let orders = [0, 1].map(|k| (coarse[k] / fine[k]).log2() / 4.0);
+            println!("by velocity {by_velocity}, {name}: errors {coarse:?} and {fine:?}, orders {orders:.2?}");
+            assert!(coarse[1] < 1e-3 && orders[0] > 1.8 && orders[1] > 1.6, "{name}: {coarse:?} {fine:?} {orders:?}");
+        }
+    }
 }

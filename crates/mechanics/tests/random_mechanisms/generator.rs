@@ -17,7 +17,7 @@ use linkwright_mechanics::{Dynamics, Error, Result};
 /// Group of the seeds, in eights, whose mechanisms have friction in their joints.
 const RUBBING: u64 = 5;
 
-/// Group of the seeds, in eights, whose mechanisms of rigid bodies have events.
+/// Group of the seeds, in eights, whose mechanisms in motion have events.
 const EVENTFUL: u64 = 2;
 
 /// A body, by number; `None` is the ground.
@@ -234,7 +234,7 @@ impl RandomMechanism {
             mechanism.rub(random);
         }
         mechanism.variables = mechanism.choose_variables(random);
-        if group == EVENTFUL && class == Class::Rigid {
+        if group == EVENTFUL && matches!(class, Class::Rigid | Class::Contact | Class::Flexible) {
             mechanism.add_events(random)?;
         }
         let plain = mechanism.build(&mechanism.design()).ok()?;

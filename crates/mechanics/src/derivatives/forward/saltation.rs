@@ -113,8 +113,8 @@ where
     Ok(mechanism.events[event].gap(&state))
 }
 
-/// The `state` at the end of an implicit step that ends at an event, with the accelerations and multipliers of the equations of motion, as
-/// [`at_event`](crate::integrators::consistent_ends::at_event); `values` is the state in `f64`.
+/// The `state` at the end of an implicit step that ends at an event, with velocities that satisfy the joints and the accelerations and
+/// multipliers of the equations of motion, as [`at_event`](crate::integrators::consistent_ends::at_event); `values` is the state in `f64`.
 pub(crate) fn consistent_at_event<T: DerivativeScalar<L>, const L: usize>(
     plain: &Mechanism<f64>,
     mechanism: &Mechanism<T>,
@@ -125,11 +125,15 @@ pub(crate) fn consistent_at_event<T: DerivativeScalar<L>, const L: usize>(
 where
     Jet2<T>: ElementScalar,
 {
-    let (mut values, mut state) = (values.clone(), state.clone());
-    if AccelerationSolver::default().solve(system, plain, &mut values).is_ok() {
-        InitialDerivatives::new(plain, mechanism, system).accelerations(&values, &mut state)?;
+    let mut consistent = state.clone();
+    let Ok(mut values) = make_consistent(plain, mechanism, system, values, &mut consistent) else {
+        return Ok(state.clone());
+    };
+    if AccelerationSolver::default().solve(system, plain, &mut values).is_err() {
+        return Ok(state.clone());
     }
-    Ok(state)
+    InitialDerivatives::new(plain, mechanism, system).accelerations(&values, &mut consistent)?;
+    Ok(consistent)
 }
 
 /// The event at the end of a step.
