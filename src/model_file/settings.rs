@@ -146,7 +146,7 @@ pub fn with_setting(file: &str, text: &str, key: &str, value: &str) -> Result<St
     }
     let mut here = &table;
     for (depth, part) in path.iter().enumerate() {
-        let Some(found) = here.get(part.as_str()).or_else(|| named_item(&table, &path[..=depth])) else {
+        let Some(found) = value_at(&table, here, &path[..=depth]) else {
             let exists = depth > 0;
             let header = path.iter().map(|part| written(part)).collect::<Vec<_>>().join(".");
             return if exists || parts.len() > 3 {
@@ -204,8 +204,8 @@ fn without_setting(text: &str, table: &DeTable<'_>, key: &str) -> Result<String,
     let (last, path) = parts.split_last().expect("there is a first part");
     let absent = || Diagnostic::new(0..0, format!("there is no `{key}` in the file that could be removed"));
     let mut here = table;
-    for (depth, part) in path.iter().enumerate() {
-        let found = here.get(part.as_str()).or_else(|| named_item(table, &path[..=depth])).ok_or_else(absent)?;
+    for depth in 0..path.len() {
+        let found = value_at(table, here, &path[..=depth]).ok_or_else(absent)?;
         match found.get_ref() {
             DeValue::Table(inner) => here = inner,
             DeValue::Array(_) if depth + 1 < path.len() => {}
@@ -307,6 +307,20 @@ pub(crate) fn with_constant_as_variable(text: &str, name: &str) -> Option<String
     let (start, without) = (&text[value.span()], format!("{}{}", &text[..key.span().start], &text[value.span().end..]));
     let (own, attached) = without.split_at(text_parts::split(&without).0);
     Some(format!("{}\n\n[design.{name}]\nstart = {start}\n{attached}", own.trim_end()))
+}
+
+/// The value of the last part of a `path`, in the table `here` that the parts before it lead to, or in the list that the path begins with.
+fn value_at<'t, 'i>(
+    file: &'t DeTable<'i>,
+    here: &'t DeTable<'i>,
+    path: &[String],
+) -> Option<&'t toml::Spanned<DeValue<'i>>> {
+    let (last, before) = path.split_last()?;
+    let is_in_list = |list: &String| file.get(list.as_str()).is_some_and(|value| value.get_ref().is_array());
+    match before {
+        [list] if is_in_list(list) => named_item(file, path),
+        _ => here.get(last.as_str()),
+    }
 }
 
 /// The table of a list that a path names: `joint`, `pin` is the table `[[joint]]` with this name or number.
@@ -441,6 +455,19 @@ mod tests {
             let report = without(key).unwrap_err().to_string();
             assert!(report.contains(part), "{key}: {report}");
         }
+    }
+
+    /// The name of a part may be that of a table.
+    #[test]
+    fn a_part_may_have_the_name_of_a_table() {
+        let file = "[[force]]\nname = \"a\"\n[[constraint]]\nname = \"force\"\nat_most = 5\nat_least = 1\n";
+        let larger =
+            with_setting("f", file, "constraint.force.at_most", "7").unwrap_or_else(|report| panic!("{report}"));
+        assert_eq!(larger, file.replace('5', "7"));
+        let without =
+            with_setting("f", file, "constraint.force.at_least", "").unwrap_or_else(|report| panic!("{report}"));
+        assert_eq!(without, file.replace("at_least = 1\n", ""));
+        assert!(with_setting("f", file, "constraint.a.at_most", "7").is_err());
     }
 
     #[test]

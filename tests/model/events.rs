@@ -511,3 +511,77 @@ fn an_equilibrium_at_the_start_says_that_it_has_no_rigid_contacts() {
     let error = run(0.0, "").err().unwrap().to_string();
     assert!(error.contains("such as floor") && error.contains("stiffness and damping"), "{error}");
 }
+
+/// A slider of 1 kg with 10 m/s that a damper of the coefficient c slows down from x = 1 m on: its force is 10 c there, and decreases. The end of
+/// the motion after 2 s is x = 1 + 10/c (1 − exp(−1.9 c)).
+fn braked(objective: &str) -> String {
+    format!(
+        "version = 2\n[design]\nc = {{ start = 2, lower = 0.5, upper = 20 }}\n\
+         [[body]]\nname = \"car\"\nkind = \"slider\"\nmass = 1\nvelocity = 10\n\
+         [[force]]\nname = \"brake\"\nkind = \"coordinate-spring\"\nb = \"car\"\nstiffness = 0\ndamping = \"c\"\n\
+         [[event]]\nname = \"on\"\nwhen = \"car.position > 1\"\nswitch_on = \"brake\"\n\
+         [[output]]\nname = \"x\"\nvalue = \"car.position\"\n[[output]]\nname = \"force\"\nvalue = \"brake.generalized_force\"\n\
+         [time]\nto = 2\npoints = 31\n[analysis]\nkind = \"dynamics\"\n{objective}"
+    )
+}
+
+/// The design and the objective where the model converges.
+fn optimum(text: &str) -> (Vec<f64>, f64) {
+    let model = read("m.toml", text).unwrap_or_else(|report| panic!("{report}"));
+    let outcome = model.method().solve(&model.problem().unwrap(), |_| ()).unwrap();
+    assert!(outcome.status.is_success(), "{:?}: {text}", outcome.status);
+    (outcome.design, outcome.evaluation.objective)
+}
+
+/// The largest force is the one just after the event, which no time point has.
+#[test]
+fn limited_histories_include_both_sides_of_events() {
+    let limit = |value: &str, limits: &str| {
+        format!(
+            "[objective]\nminimize = \"final(x)\"\n[[constraint]]\nname = \"limit\"\nvalue = \"{value}\"\n{limits}\n"
+        )
+    };
+    let schemes = ["", "tolerance = 1e-9\n", "scheme = \"rk8\"\ntolerance = 1e-10\n"];
+    let cases = [
+        limit("force", "at_most = 50"),
+        limit("abs(force)", "at_most = 50"),
+        limit("-force", "at_least = -50\nat_most = 1"),
+        limit("force", "at_most = 50\ncontinuous = true"),
+        limit("max(force)", "at_most = 50"),
+        limit("force^2 + time", "at_most = 2500.1"), // the event is at 0.1 s
+    ];
+    for scheme in schemes {
+        for objective in &cases {
+            let (design, _) = optimum(&braked(&format!("{scheme}{objective}")));
+            assert!((design[0] - 5.0).abs() < 2e-4, "{scheme} {objective}: {design:?}");
+        }
+        let objective = "[objective]\nminimize = \"peak(force)\"\n[[constraint]]\nname = \"way\"\nvalue = \"final(x)\"\nat_most = 3\n";
+        let (design, peak) = optimum(&braked(&format!("{scheme}{objective}")));
+        // 10/c (1 − exp(−1.9 c)) = 2
+        let exact = (0..50).fold(5.0f64, |c, _| 5.0 * (1.0 - (-1.9 * c).exp()));
+        assert!((design[0] - exact).abs() < 2e-4 && (peak - 10.0 * exact).abs() < 2e-3, "{scheme}: {design:?} {peak}");
+    }
+}
+
+/// A value just after an event is one with the forces that begin there, by every method of differentiation.
+#[test]
+fn outputs_just_after_an_event_have_exact_derivatives() {
+    let sides = "[[output]]\nname = \"before\"\nvalue = \"brake.generalized_force\"\nat_event = \"on\"\n\
+                 [[output]]\nname = \"after\"\nvalue = \"brake.generalized_force\"\nafter_event = \"on\"\n";
+    for scheme in ["", "tolerance = 1e-9\n", "scheme = \"rk8\"\ntolerance = 1e-10\n"] {
+        let text = braked(&format!("{scheme}[objective]\nminimize = \"after\"\n{sides}"));
+        let problem = problem(&text);
+        let responses = problem.analyze(&[2.0]).unwrap();
+        assert!(responses.values[2] == [0.0] && (responses.values[3][0] - 20.0).abs() < 1e-9, "{:?}", responses.values);
+        let wanted = [2, 3].map(|response| ResponseAt { response, point: 0 });
+        let methods = problem.analysis.gradient_methods();
+        assert!(methods.len() >= 2);
+        for method in methods {
+            let rows = method.sensitivities(&[2.0], &responses, &wanted).unwrap();
+            assert!(rows[(0, 0)].abs() < 1e-9 && (rows[(1, 0)] - 10.0).abs() < 1e-6, "{}: {rows}", method.name);
+        }
+    }
+    let both = braked("[objective]\nminimize = \"after\"\n")
+        + &sides.replace("\nafter_event", "\nat_event = \"on\"\nafter_event");
+    assert!(read("m.toml", &both).map(drop).unwrap_err().to_string().contains("exclude each other"));
+}

@@ -117,6 +117,11 @@ impl CompiledExpression {
         Self { operations: vec![Design(i)], tables: vec![], height: 1 }
     }
 
+    /// The time, or the quantity of a sweep.
+    pub fn time() -> Self {
+        Self { operations: vec![Time], tables: vec![], height: 1 }
+    }
+
     /// Other name number `i`.
     pub fn other(i: usize) -> Self {
         Self { operations: vec![Other(i)], tables: vec![], height: 1 }

@@ -58,14 +58,19 @@ pub struct EventSpec {
     is_terminal: bool,
 }
 
-#[cfg(feature = "report")]
 impl EventSpec {
+    /// The name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// Returns whether the event releases or switches something, so that forces may jump.
     pub fn changes_forces(&self) -> bool {
         !self.changes.is_empty()
     }
 
     /// Numbers of the released joints and drives.
+    #[cfg(feature = "report")]
     pub fn released(&self) -> impl Iterator<Item = usize> {
         self.changes.iter().filter(|(change, _)| *change == EventEffect::Release).map(|(_, element)| *element)
     }

@@ -29,6 +29,11 @@ impl MeasuredFormula {
         Self { expression: CompiledExpression::constant(value), measures: vec![] }
     }
 
+    /// The time in s.
+    pub fn time() -> Self {
+        Self { expression: CompiledExpression::time(), measures: vec![] }
+    }
+
     /// Compiles the formula at `place`, a key in backquotes, after `finish` has seen it and its dimension.
     pub fn compile(
         tree: ExpressionTree,

@@ -14,6 +14,7 @@
 //! | `axis` | the points of all histories, over time or over another quantity |
 //! | `analysis`, `program` | the analysis; analysis by another program |
 //! | `quantity`, `objective`, `constraints` | objective and constraints as formulas of outputs |
+//! | `event_sides` | limited histories at events |
 //! | `method` | the optimization method |
 //! | `drawing`, `drawing3`, `symbols` | drawings of the mechanism in motion, in the plane and in space, and shapes of its elements |
 
@@ -31,6 +32,7 @@ mod drawing3;
 mod element_kinds;
 mod element_spec;
 mod elements;
+mod event_sides;
 mod events;
 mod feedback;
 mod joint_checks;
@@ -76,6 +78,7 @@ use crate::responses::program::ProgramAnalysis;
 use crate::sao::Method;
 use crate::{Error, Result};
 use autodiff::Scalar;
+use event_sides::EventSides;
 use label::Labels;
 use mechanics::SimulationClock;
 use mechanism::{MechanismSpec, MechanismTemplate};
@@ -348,7 +351,12 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     let title = section.text("title")?;
     let title = if title.is_empty() { file_name(file) } else { title };
     source.log.check()?;
-    let (objective, method) = (objective.expect("no error was logged"), method.expect("no error was logged"));
+    let (mut objective, method) = (objective.expect("no error was logged"), method.expect("no error was logged"));
+    let events = mechanism.as_ref().map_or(&[][..], |(mechanism, _)| &mechanism.events);
+    let mut sides = EventSides::new(events, outputs);
+    objective.iter_mut().for_each(|objective| objective.add_sides(&mut sides));
+    let constraints = sides.constrain(constraints);
+    let outputs = sides.into_outputs();
     Ok(Model {
         title,
         units: variables.iter().map(|variable| names.unit_of(&variable.name).cloned()).collect(),

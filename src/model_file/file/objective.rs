@@ -1,5 +1,6 @@
 //! `[objective]`: the function that is minimized.
 
+use super::event_sides::EventSides;
 use super::key::{Accepts, Key, TableKeys, default, optional};
 use super::naming;
 use super::outputs::{OutputSpec, SHOWN_IN, converted, shown_in};
@@ -470,12 +471,24 @@ impl BoundedHistory {
             Some([from, to]) => side.during(from, to),
             None => side,
         };
+        let is_continuous = is_continuous && self.quantity.is_transient();
         let continued = |side: Constraint| if is_continuous { side.in_continuous_time() } else { side };
         sides.into_iter().map(|side| continued(held(side.scaled_by(scale)))).collect()
     }
 }
 
 impl PeakSpec {
+    /// Adds the values of whole histories on both sides of each event.
+    fn add_sides(&mut self, sides: &mut EventSides<'_>) {
+        let at_events = |history: &BoundedHistory| -> Vec<BoundedHistory> {
+            let values = if history.window.is_none() { sides.values(&history.quantity) } else { vec![] };
+            let of_value = |(_, quantity)| BoundedHistory { quantity, is_maximum: history.is_maximum, window: None };
+            values.into_iter().map(of_value).collect()
+        };
+        let added: Vec<BoundedHistory> = self.histories.iter().flat_map(at_events).collect();
+        self.histories.extend(added);
+    }
+
     fn build(&self, parts: &mut ProblemBuilder) {
         let scale = self.scale.unwrap_or(1.0);
         let Some((first, others)) = self.histories.split_first() else { return };
@@ -497,6 +510,13 @@ impl ObjectiveSpec {
             Self::Number { name, unit, quantity, goal: Goal::Maximize } => parts.maximize(name, unit, quantity.clone()),
             Self::Number { name, unit, quantity, .. } => parts.minimize(name, unit, quantity.clone()),
             Self::Peak(peak) => peak.build(parts),
+        }
+    }
+
+    /// Adds the values on both sides of each event to the histories of a peak.
+    pub fn add_sides(&mut self, sides: &mut EventSides<'_>) {
+        if let Self::Peak(peak) = self {
+            peak.add_sides(sides);
         }
     }
 

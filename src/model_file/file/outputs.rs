@@ -15,6 +15,7 @@ use crate::model_file::{Diagnostic, limits};
 use crate::problem::{DesignVariable, Intermediate, IntermediateMap, Intermediates, TimeGrid};
 use crate::responses::mechanism::{ModalQuantity, NaturalFrequency};
 use autodiff::Scalar;
+use mechanics::mechanism::EventSide;
 use std::f64::consts::PI;
 use toml::de::DeValue;
 
@@ -42,6 +43,11 @@ const KEYS: &[Key] = &[
         "at_event",
         Accepts::Name,
         "an event: the output is a number, its value just before this event; of `time` it is the time of the event",
+    ),
+    optional(
+        "after_event",
+        Accepts::Name,
+        "an event: the output is a number, its value just after this event, with the forces and joints that it changes",
     ),
     default("unit", Accepts::Text, "", "unit, for tables and axes"),
     SHOWN_IN,
@@ -92,6 +98,14 @@ pub fn converted(tree: ExpressionTree, known: Option<KnownDimension>, unit: &Uni
 pub const TABLES: &[TableKeys] =
     &[TableKeys { name: "output", kind: None, about: "a response of the analysis", keys: KEYS }];
 
+/// The event, by its number, and the side of it at which an output has its value; whether it is an error that it does not happen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AtEvent {
+    pub event: usize,
+    pub side: EventSide,
+    pub is_required: bool,
+}
+
 /// A response.
 #[derive(Clone, Debug)]
 pub struct OutputSpec {
@@ -104,14 +118,34 @@ pub struct OutputSpec {
     pub formula: MeasuredFormula,
     /// The quantity of a natural mode: a natural frequency in place of the formula, or the amplitude of the formula.
     pub modal: Option<ModalQuantity>,
-    /// Number of the event at which the output has its value.
-    event: Option<usize>,
+    /// The event at which the output has its value.
+    event: Option<AtEvent>,
     /// `true` if the output has a value at each time point.
     pub is_transient: bool,
     pub intermediates: Intermediates,
 }
 
 impl OutputSpec {
+    /// This history at an event, as a number.
+    pub fn at_event(&self, name: String, at: AtEvent) -> Self {
+        Self { name, event: Some(at), is_transient: false, ..self.clone() }
+    }
+
+    /// The time of an event in s.
+    pub fn time_of_event(name: String, at: AtEvent) -> Self {
+        Self {
+            name,
+            unit: "s".to_owned(),
+            shown_in: None,
+            known: None,
+            formula: MeasuredFormula::time(),
+            modal: None,
+            event: Some(at),
+            is_transient: false,
+            intermediates: Intermediates::Identity,
+        }
+    }
+
     /// True for an ordinary value of the formula: neither a quantity of a natural mode nor a value at an event.
     pub fn is_plain(&self) -> bool {
         self.modal.is_none() && self.event.is_none()
@@ -184,11 +218,7 @@ fn output(
             None => Ok(tree),
         }
     })?;
-    let event = match (section.word("at_event")?, parts) {
-        (None, _) => None,
-        (Some(word), Some(parts)) => Some(parts.event(&word)?),
-        (Some(word), None) => return Err(Diagnostic::new(word.span, "events belong to a mechanism")),
-    };
+    let event = at_event(section, parts)?;
     let unit = match (modal, &shown_in) {
         // The unit of an amplitude is that of the value per unit of the modal coordinate.
         (Some(_), _) => {
@@ -211,14 +241,35 @@ fn output(
     })
 }
 
+/// The keys of [`AtEvent`], for its two sides.
+const EVENT_KEYS: [&str; 2] = ["at_event", "after_event"];
+
+/// The event at which an output has its value, if the section has one.
+fn at_event(section: &Section<'_>, parts: Option<&Parts>) -> Read<Option<AtEvent>> {
+    if EVENT_KEYS.into_iter().all(|key| section.has(key)) {
+        let error = section.error_at("after_event", "`at_event` and `after_event` exclude each other");
+        return Err(error.help("write two outputs for the two sides of an event"));
+    }
+    for (key, side) in EVENT_KEYS.into_iter().zip([EventSide::Before, EventSide::After]) {
+        match (section.word(key)?, parts) {
+            (None, _) => {}
+            (Some(word), Some(parts)) => {
+                return Ok(Some(AtEvent { event: parts.event(&word)?, side, is_required: true }));
+            }
+            (Some(word), None) => return Err(Diagnostic::new(word.span, "events belong to a mechanism")),
+        }
+    }
+    Ok(None)
+}
+
 fn output_of_program(
     name: String,
     section: &Section<'_>,
     names: &Names,
     variables: &[DesignVariable],
 ) -> Read<OutputSpec> {
-    if section.has("at_event") {
-        return Err(section.error_at("at_event", "events belong to a mechanism, and a program computes this output"));
+    if let Some(key) = EVENT_KEYS.into_iter().find(|key| section.has(key)) {
+        return Err(section.error_at(key, "events belong to a mechanism, and a program computes this output"));
     }
     if section.has("shown_in") {
         return Err(section
@@ -253,7 +304,7 @@ fn mode(section: &Section<'_>, is_static: bool) -> Read<Option<usize>> {
         let message = "modes are those of small vibrations about a static equilibrium";
         return Err(section.error_at("mode", message).help("use [analysis] with kind = \"statics\""));
     }
-    if let Some(key) = ["at_event", "shown_in"].into_iter().find(|key| section.has(key)) {
+    if let Some(key) = ["at_event", "after_event", "shown_in"].into_iter().find(|key| section.has(key)) {
         let message = format!("`{key}` and `mode` exclude each other");
         return Err(section.error_at(key, message).help("`unit` is the label of an amplitude, such as \"1/√kg\""));
     }
@@ -275,7 +326,8 @@ fn natural_frequency(
         let message = "natural frequencies are those of small vibrations about a static equilibrium";
         return Err(section.error_at("frequency", message).help("use [analysis] with kind = \"statics\""));
     }
-    if let Some(key) = ["value", "mode", "at_event", "program"].into_iter().find(|key| section.has(key)) {
+    if let Some(key) = ["value", "mode", "at_event", "after_event", "program"].into_iter().find(|key| section.has(key))
+    {
         return Err(section.error_at(key, format!("`{key}` and `frequency` exclude each other")));
     }
     let number = section.count("frequency", limits::ELEMENTS)?.unwrap_or(1);
@@ -401,7 +453,8 @@ impl OutputSpec {
             Some(formula) => context.mechanism.output_formula(&self.name, formula, &terms),
         }
         if let Some(event) = self.event {
-            context.mechanism.hold_output(context.events[event]);
+            let AtEvent { event, side, is_required } = event;
+            context.mechanism.hold_output_on(side, context.events[event], is_required);
         }
         Ok(())
     }

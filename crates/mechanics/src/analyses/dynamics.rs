@@ -16,6 +16,7 @@ use crate::integrators::explicit::mechanism::{MechanismRhs, sample, start};
 use crate::integrators::explicit::{Coordinates, Explicit, OdeDriver, OdeRhs, ReplayedStep};
 use crate::integrators::time_stepper::TimeStepper;
 use crate::mechanism::Mechanism;
+use crate::mechanism::output::HeldFrom;
 use crate::system::state::State;
 use error::Seconds;
 
@@ -153,7 +154,8 @@ fn add_events(
     let is_open = |k: &usize| mechanism.events[*k].when.is_some() && !state.modes.has_happened(*k) && last != Some(*k);
     for event in (0..mechanism.events.len()).filter(is_open) {
         let (name, holds) = (&mechanism.events[event].gap.name, locator.held_from_start.contains(&event));
-        if mechanism.outputs.iter().any(|output| output.held_from == Some(event)) {
+        let is_of_event = |held: HeldFrom| held.event == event && held.is_required;
+        if mechanism.outputs.iter().any(|output| output.held.is_some_and(is_of_event)) {
             let ended_by = last.filter(|_| has_ended).map(|k| mechanism.events[k].gap.name.as_str());
             return Err(not_happened(name, if has_ended { state.t } else { end }, (holds, ended_by)));
         }

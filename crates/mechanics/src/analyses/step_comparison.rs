@@ -61,7 +61,7 @@ impl StepComparison {
         };
         let compared = (0..values.len()).filter_map(|output| {
             // A held output is compared at its event.
-            let is_held = mechanism.outputs[output].held_from.is_some();
+            let is_held = mechanism.outputs[output].held.is_some();
             let at = |p: usize| if is_held { times.len() - 1 } else { p };
             let change = |p: usize| (values[output][at(p)] - coarse.values[output][at(p)]).abs();
             let relative = root_mean_square(&mut (0..times.len()).map(change)) / size(output);

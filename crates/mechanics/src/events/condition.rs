@@ -3,6 +3,7 @@
 use crate::elements::element::ElementWorkspace;
 use crate::events::impact::{POSITION_ROUNDING, TIME_ROUNDING};
 use crate::mechanism::element::{Element, ElementState};
+use crate::mechanism::output::{EventSide, HeldFrom};
 use crate::mechanism::scalars::StateScalar;
 use crate::mechanism::{
     AnyFormula, ElementIndex, ElementInstance, EventCondition, EventElement, Formula, MeasuredQuantity, Mechanism,
@@ -104,12 +105,21 @@ impl<S: Scalar> Mechanism<S> {
         Ok(changes)
     }
 
-    /// Makes the output that was added last keep the value that it has at the `event`, from the event on.
+    /// Makes the output that was added last keep the value that it has just before the `event`, from the event on.
     ///
-    /// With the time as its formula it is the time of the event. Its derivatives include that of the time of the event.
+    /// With the time as its formula it is the time of the event. Its derivatives include that of the time of the event. It is an error
+    /// of the analysis if the event does not happen.
     pub fn hold_output(&mut self, event: EventIndex) {
+        self.hold_output_on(EventSide::Before, event, true);
+    }
+
+    /// Makes the output that was added last keep the value that it has on this `side` of the `event`, from the event on.
+    ///
+    /// If the event does not happen, the output keeps changing, or the analysis fails if the event `is_required`. After an event that ends
+    /// the motion, the value is the one before it.
+    pub fn hold_output_on(&mut self, side: EventSide, event: EventIndex, is_required: bool) {
         if let Some(output) = self.outputs.last_mut() {
-            output.held_from = Some(event.0);
+            output.held = Some(HeldFrom { event: event.0, side, is_required });
         }
     }
 

@@ -1,6 +1,7 @@
 //! Outputs that keep their value from an event on.
 
 use crate::mechanism::Mechanism;
+use crate::mechanism::output::EventSide;
 use crate::mechanism::scalars::StateScalar;
 use crate::system::outputs::Sampler;
 use crate::system::state::State;
@@ -17,16 +18,18 @@ pub(crate) struct HeldOutputs<T> {
 impl<T: StateScalar> HeldOutputs<T> {
     /// Held outputs at the start of the motion; `None` if `mechanism` has no such output.
     pub fn new(mechanism: &Mechanism<T>) -> Option<Self> {
-        mechanism.outputs.iter().any(|output| output.held_from.is_some()).then(|| Self {
+        mechanism.outputs.iter().any(|output| output.held.is_some()).then(|| Self {
             sampler: Sampler::new(mechanism),
             outputs: Vec::new(),
             values: vec![None; mechanism.outputs.len()],
         })
     }
 
-    /// Stores the outputs that are held from one of the `events` on, in the `state` before it.
-    pub fn hold(&mut self, mechanism: &Mechanism<T>, events: &[usize], state: &State<T>) {
-        let is_held = |output: usize| mechanism.outputs[output].held_from.is_some_and(|event| events.contains(&event));
+    /// Stores the outputs that are held from one of the `events` on, in the `state` on this `side` of it.
+    pub fn hold(&mut self, mechanism: &Mechanism<T>, side: EventSide, events: &[usize], state: &State<T>) {
+        let is_held = |output: usize| {
+            mechanism.outputs[output].held.is_some_and(|from| from.side == side && events.contains(&from.event))
+        };
         if !(0..self.values.len()).any(is_held) {
             return;
         }

@@ -10,6 +10,7 @@ use crate::events::unilateral::{AT_REST, TOUCHING};
 use crate::integrators::consistent_ends;
 use crate::integrators::generalized_alpha::{Integrator, Step};
 use crate::integrators::settings::StepSize;
+use crate::mechanism::output::EventSide;
 use crate::mechanism::{EventCondition, EventElement, Mechanism, Unilateral};
 use crate::system::System;
 use crate::system::state::State;
@@ -226,13 +227,16 @@ impl EventLocator {
         let at_event = self.at_event(system, mechanism, contact, (end, h))?;
         self.simultaneous = at_event.iter().copied().filter(|k| *k != contact).collect();
         if let Some(held) = &mut self.held {
-            held.hold(mechanism, &at_event, &consistent_ends::at_event(system, mechanism, end));
+            held.hold(mechanism, EventSide::Before, &at_event, &consistent_ends::at_event(system, mechanism, end));
         }
         let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
         let transition = find_transition(system, mechanism, (contact, &at_event), end, self.step.nominal())?;
         self.is_bounce = is_impact && !transition.stays;
         let longest = self.step.switch_offset();
         let state = state_after(system, mechanism, (contact, &at_event), transition, end, longest)?;
+        if let Some(held) = &mut self.held {
+            held.hold(mechanism, EventSide::After, &at_event, &state);
+        }
         for &k in &at_event {
             let event = Event { contact: mechanism.events[k].gap.name.clone(), t: state.t };
             let is_same =

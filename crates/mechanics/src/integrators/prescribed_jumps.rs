@@ -1,13 +1,18 @@
 //! Rejection of jumps of prescribed positions, which no finite force can cause, and of jumps of prescribed velocities along explicit
-//! and adaptive steps, which do not have their impulses.
+//! and adaptive steps, which do not have their impulses. A motion is prescribed of a coordinate, or by a drive between two bodies.
 
-use crate::events::impact::{Jump, joint_rows};
-use crate::mechanism::Mechanism;
+use crate::constraint_rank::ConstraintRank;
+use crate::elements::element::ElementWorkspace;
+use crate::events::impact::{Jump, factorize_jump, joint_rows};
+use crate::mechanism::element::Family;
 use crate::mechanism::scalars::StateScalar;
-use crate::system::System;
+use crate::mechanism::scalars::{ElementScalar, Jet2};
+use crate::mechanism::{ElementInstance, Mechanism};
 use crate::system::state::State;
+use crate::system::{System, Unknown};
 use crate::{Error, Result};
 use error::Seconds;
+use std::cell::OnceCell;
 
 /// Number of halvings of a step in the search for a jump.
 const HALVINGS: usize = 24;
@@ -57,12 +62,14 @@ pub(crate) fn refuse_velocity_jumps(
     kind: StepKind,
     state: impl Fn() -> State<f64>,
 ) -> Result<()> {
-    for i in moving(mechanism) {
-        let Some((t, jump)) = velocity_jump(motion_of(mechanism, i), ends) else { continue };
-        if jump.abs() <= BEGINNING * soon_after(motion_of(mechanism, i), ends) {
+    let end = Lazy::new(state);
+    for drive in PrescribedMotion::all(mechanism) {
+        let motion = |t: f64| drive.at(mechanism, &end, t);
+        let Some((t, jump)) = velocity_jump(motion, ends) else { continue };
+        if jump.abs() <= BEGINNING * soon_after(motion, ends) {
             continue;
         }
-        if moves_others(system, mechanism, &state(), (i, jump)) {
+        if drive.takes_impulse(system, mechanism, end.get(), jump) {
             let (lost, scheme) = match kind {
                 StepKind::Explicit => ("explicit steps have none", "an implicit scheme with fixed steps"),
                 StepKind::Adaptive => {
@@ -74,7 +81,7 @@ pub(crate) fn refuse_velocity_jumps(
                 t = Seconds(t)
             );
             let remedy = format!("use {scheme}, or a motion with a continuous velocity, such as a smooth ramp");
-            return Err(Error::unsupported(&mechanism.coordinates[i].name, why, remedy));
+            return Err(Error::unsupported(drive.name(mechanism), why, remedy));
         }
     }
     Ok(())
@@ -92,41 +99,146 @@ pub(crate) fn refuse_position_jumps(
     ends: [f64; 2],
     state: impl Fn() -> State<f64>,
 ) -> Result<()> {
-    for i in moving(mechanism) {
-        let Some((t, jump)) = position_jump(motion_of(mechanism, i), ends) else { continue };
-        if moves_others(system, mechanism, &state(), (i, jump)) {
+    let end = Lazy::new(state);
+    for drive in PrescribedMotion::all(mechanism) {
+        let Some((t, jump)) = position_jump(|t| drive.at(mechanism, &end, t), ends) else { continue };
+        if drive.moves_others(system, mechanism, end.get(), jump) {
             let why = format!(
                 "its prescribed position jumps by {jump:.3e} m or rad at t = {t}: no finite force does that",
                 t = Seconds(t)
             );
             let remedy = "use a motion with a continuous position, such as a ramp over a short time";
-            return Err(Error::unsupported(&mechanism.coordinates[i].name, why, remedy));
+            return Err(Error::unsupported(drive.name(mechanism), why, remedy));
         }
     }
     Ok(())
 }
 
-/// The coordinates with a prescribed motion.
-fn moving(mechanism: &Mechanism<f64>) -> impl Iterator<Item = usize> + use<'_> {
-    let is_moving = |i: &usize| mechanism.coordinates[*i].motion.as_ref().is_some_and(|(motion, _)| !motion.is_fixed());
-    (0..mechanism.coordinates.len()).filter(is_moving)
+/// A state that is computed when it is needed.
+struct Lazy<F> {
+    state: OnceCell<State<f64>>,
+    compute: F,
 }
+
+impl<F: Fn() -> State<f64>> Lazy<F> {
+    fn new(compute: F) -> Self {
+        Self { state: OnceCell::new(), compute }
+    }
+
+    fn get(&self) -> &State<f64> {
+        self.state.get_or_init(&self.compute)
+    }
+}
+
+/// A motion that is a function of time.
+#[derive(Clone, Copy)]
+enum PrescribedMotion<'m> {
+    /// Of a coordinate.
+    Coordinate(usize),
+    /// Of a drive, an element with one constraint that depends on time.
+    Drive(&'m ElementInstance<f64>),
+}
+
+impl<'m> PrescribedMotion<'m> {
+    /// All motions of a mechanism that are not at rest.
+    fn all(mechanism: &'m Mechanism<f64>) -> impl Iterator<Item = Self> {
+        let is_moving =
+            |i: &usize| mechanism.coordinates[*i].motion.as_ref().is_some_and(|(motion, _)| !motion.is_fixed());
+        let is_drive = |instance: &&ElementInstance<f64>| {
+            instance.num_constraints == 1
+                && instance.element.descriptor().is_some_and(|descriptor| descriptor.family == Family::Drive)
+        };
+        let coordinates = (0..mechanism.coordinates.len()).filter(is_moving).map(Self::Coordinate);
+        coordinates.chain(mechanism.elements.iter().filter(is_drive).map(Self::Drive))
+    }
+
+    fn name(self, mechanism: &'m Mechanism<f64>) -> &'m str {
+        match self {
+            Self::Coordinate(i) => &mechanism.coordinates[i].name,
+            Self::Drive(instance) => &instance.name,
+        }
+    }
+
+    /// Position and velocity at the time `t` (s). Those of a drive are minus its constraint and its rate with the positions of `end`.
+    fn at(self, mechanism: &Mechanism<f64>, end: &Lazy<impl Fn() -> State<f64>>, t: f64) -> [f64; 2] {
+        match self {
+            Self::Coordinate(i) => {
+                let (motion, parameters) = mechanism.coordinates[i].motion.as_ref().expect("it is prescribed");
+                let [q, v, _] = f64::motion(motion.as_ref(), parameters, t);
+                [q, v]
+            }
+            Self::Drive(instance) => {
+                let constant = |x: f64| Jet2::new(x, 0.0, 0.0);
+                let count = instance.coordinates.len();
+                let mut workspace = ElementWorkspace::<Jet2<f64>> {
+                    p: instance.parameters.iter().map(|&p| constant(p)).collect(),
+                    q: instance.coordinates.iter().map(|&i| constant(end.get().q[i])).collect(),
+                    v: vec![constant(0.0); count],
+                    a: vec![constant(0.0); count],
+                    l: vec![constant(0.0)],
+                    ..ElementWorkspace::default()
+                };
+                Jet2::<f64>::residual(instance.element.as_ref(), Jet2::new(t, 1.0, 0.0), &mut workspace);
+                let constraint = workspace.constraint[0];
+                [-constraint.re, -constraint.v1]
+            }
+        }
+    }
+
+    /// Returns whether a jump `by` of the position or the velocity violates constraints, or changes the momentum of free coordinates.
+    fn moves_others(self, system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, by: f64) -> bool {
+        let i = match self {
+            Self::Coordinate(i) => i,
+            Self::Drive(instance) => return state.modes.is_active(instance),
+        };
+        let rows = |by: f64| {
+            let mut rows = vec![0.0; system.size()];
+            let mut jump = Jump::none(state);
+            jump.velocity[i] = by;
+            joint_rows(system, mechanism, state, &jump, &mut rows);
+            rows
+        };
+        rows(by).iter().zip(rows(0.0)).any(|(with, without)| (with - without).abs() > ROUNDING * by.abs())
+    }
+
+    /// Returns whether a jump of the velocity `by` takes an impulse that changes velocities other than those that the constraints determine.
+    ///
+    /// The velocities of bodies that a drive moves follow from its constraint, in steps of any kind.
+    fn takes_impulse(self, system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, by: f64) -> bool {
+        let Self::Drive(instance) = self else { return self.moves_others(system, mechanism, state, by) };
+        let mut system = system.clone();
+        if !state.modes.is_active(instance) || factorize_jump(&mut system, mechanism, state).is_err() {
+            return false;
+        }
+        let is_of_drive = |unknown: &Unknown| *unknown == Unknown::Multiplier(instance.first_multiplier);
+        let mut change: Vec<[f64; 1]> =
+            system.unknowns().iter().map(|unknown| [if is_of_drive(unknown) { by } else { 0.0 }]).collect();
+        system.factor().solve(&mut change);
+        let rank = ConstraintRank::of(&system, mechanism, state);
+        let is_determined = |i: usize| {
+            let mut row = vec![0.0; state.q.len()];
+            row[i] = 1.0;
+            rank.depends(row)
+        };
+        let changes = system.unknowns().iter().zip(&change);
+        let coordinates = changes.filter_map(|(unknown, [change])| match unknown {
+            Unknown::Coordinate(i) => Some((*i, change.abs())),
+            Unknown::Multiplier(_) => None,
+        });
+        let coordinates: Vec<(usize, f64)> = coordinates.collect();
+        let largest = coordinates.iter().fold(0.0, |largest: f64, (_, change)| largest.max(*change));
+        coordinates.into_iter().any(|(i, change)| change > FOLLOWED * largest && !is_determined(i))
+    }
+}
+
+/// Change of a velocity, as a fraction of the largest one, that counts as rounding.
+const FOLLOWED: f64 = 1e-9;
 
 /// The largest velocity (m/s or rad/s) within a step after the one with these `ends` (s).
 fn soon_after(at: impl Fn(f64) -> [f64; 2], [begin, end]: [f64; 2]) -> f64 {
     [1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 1.0]
         .iter()
         .fold(0.0, |largest: f64, part| largest.max(at(end + part * (end - begin))[1].abs()))
-}
-
-/// Position and velocity of the prescribed coordinate number `i` at a time.
-fn motion_of(mechanism: &Mechanism<f64>, i: usize) -> impl Fn(f64) -> [f64; 2] + use<'_> {
-    move |t| {
-        let coordinate = &mechanism.coordinates[i];
-        let (motion, parameters) = coordinate.motion.as_ref().expect("it is prescribed");
-        let [q, v, _] = f64::motion(motion.as_ref(), parameters, t);
-        [q, v]
-    }
 }
 
 /// Time in s of a jump of the position between the `ends` (s), and the jump: a change that remains in intervals of vanishing length.
@@ -189,18 +301,6 @@ fn velocity_jump(at: impl Fn(f64) -> [f64; 2], [mut begin, mut end]: [f64; 2]) -
     }
     let jump = last[1] - first[1];
     (jump.abs() > LEAST * size).then_some((end, jump))
-}
-
-/// Returns whether a jump of the velocity of coordinate number `i` violates constraints, or changes the momentum of free coordinates.
-fn moves_others(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, (i, by): (usize, f64)) -> bool {
-    let rows = |by: f64| {
-        let mut rows = vec![0.0; system.size()];
-        let mut jump = Jump::none(state);
-        jump.velocity[i] = by;
-        joint_rows(system, mechanism, state, &jump, &mut rows);
-        rows
-    };
-    rows(by).iter().zip(rows(0.0)).any(|(with, without)| (with - without).abs() > ROUNDING * by.abs())
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ pub mod element;
 mod element_instance;
 pub mod frame;
 pub(crate) mod frame3;
-mod output;
+pub(crate) mod output;
 pub mod rotation;
 pub mod scalars;
 mod spatial;
@@ -16,7 +16,7 @@ pub use body::{Body, Body3, Coordinate, Marker, Marker3, Pose, Pose3};
 pub use clock::SimulationClock;
 pub use element_instance::ElementIndex;
 pub(crate) use element_instance::{ElementInstance, EventCondition, EventElement, Unilateral, refuse_switches};
-pub use output::{AnyFormula, Formula, FormulaIn, WeightedQuantity};
+pub use output::{AnyFormula, EventSide, Formula, FormulaIn, WeightedQuantity};
 pub(crate) use output::{MeasuredQuantity, OutputData};
 pub use rotation::{EulerSequence, Rotation};
 
@@ -381,7 +381,7 @@ impl<S: Scalar> Mechanism<S> {
 
     fn add_output(&mut self, name: String, formula: Option<Arc<dyn AnyFormula>>, terms: &[WeightedQuantity<S>]) {
         let terms = terms.to_vec();
-        self.outputs.push(OutputData { name, terms, formula, held_from: None, is_differentiated: true });
+        self.outputs.push(OutputData { name, terms, formula, held: None, is_differentiated: true });
     }
 
     /// Excludes the outputs for whose number `is_wanted` is false from derivatives: theirs may be undefined, as those of reactions that

@@ -9,9 +9,29 @@ pub(crate) struct OutputData<S> {
     pub terms: Vec<WeightedQuantity<S>>,
     pub formula: Option<Arc<dyn AnyFormula>>,
     /// Event from which on the output keeps its value.
-    pub held_from: Option<usize>,
+    pub held: Option<HeldFrom>,
     /// False if its derivatives are not needed, so that they may be undefined.
     pub is_differentiated: bool,
+}
+
+/// One of the two sides of an event, at which forces, velocities and accelerations may differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EventSide {
+    /// Just before the event.
+    Before,
+    /// Just after the event, with the forces and joints that it changes.
+    After,
+}
+
+/// The event from which on an output keeps the value that it has there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct HeldFrom {
+    /// Number of the event.
+    pub event: usize,
+    /// Side of the event.
+    pub side: EventSide,
+    /// True if it is an error that the event does not happen.
+    pub is_required: bool,
 }
 
 /// An output as a function of time and measured quantities, written once over the scalar type.

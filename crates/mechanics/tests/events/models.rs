@@ -222,7 +222,8 @@ impl ParametricMechanism for FallingBars {
         let ground = m.ground();
         m.revolute("hinge", ground.at(zero, zero), upper.at(-b[2], zero));
         let knee = m.revolute("knee", upper.at(b[2], zero), lower.at(-b[2], zero));
-        let (tip, turn) = (m.sensor("tip", lower.at(b[2], zero)), m.coordinate_sensor("turn", ground.theta, lower.theta));
+        let (tip, turn) =
+            (m.sensor("tip", lower.at(b[2], zero)), m.coordinate_sensor("turn", ground.theta, lower.theta));
         let (vy, theta) = (m.measure(tip, "vy")?, m.measure(turn, "position")?);
         let (of, limit) = if self.by_velocity { (vy, 3.0) } else { (theta, 1.3) };
         let event = m.when("event", Above(limit), &[of.times(S::from(-1.0))], &[])?;

@@ -1,11 +1,9 @@
 //! Orders of convergence of values and of derivatives of first and second order in motions with events.
 
-use crate::models::{
-    BOUNCING, Bouncing, FALLING, FallingBars, PUSHED, Pushed, SLING, Sling, bouncing, pushed, sling,
-};
+use crate::models::{BOUNCING, Bouncing, FALLING, FallingBars, PUSHED, Pushed, SLING, Sling, bouncing, pushed, sling};
 use autodiff::{gradient, hessian};
-use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright_mechanics::derivatives::forward::dynamics::differentiate;
+use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
 use linkwright_mechanics::derivatives::second_order::{HessianPart, differentiate_twice};
 use linkwright_mechanics::integrators::explicit::Explicit;
 use linkwright_mechanics::integrators::generalized_alpha::Newton;

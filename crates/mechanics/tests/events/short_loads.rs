@@ -208,6 +208,52 @@ fn adaptive_implicit_steps_refuse_jumps_of_prescribed_velocities_that_take_impul
     }
 }
 
+/// A drive between two bodies has the same impulses as a prescribed coordinate; bodies that only follow it have none.
+#[test]
+fn jumps_of_the_velocity_of_a_drive_are_refused_where_they_take_impulses() {
+    let cart = |has_pin: bool, length: bool| {
+        let mut m = Mechanism::<f64>::with_gravity(0.0, -9.81);
+        let cart = m.body("cart", 1.0, 1.0, Pose { x: 0.5, y: 0.0, theta: 0.0 });
+        let rod = m.body("rod", 1.0, 1.0, Pose { x: 0.5, y: -0.5, theta: 0.0 });
+        let ground = m.ground();
+        m.prismatic("guide", ground.origin(), 0.0, cart.origin(), 0.0);
+        match has_pin {
+            true => drop(m.revolute("pin", cart.origin(), rod.at(0.0, 0.5))),
+            false => {
+                m.prismatic("slide", ground.at(0.0, -0.5), 0.0, rod.origin(), 0.0);
+                m.coordinate_spring("spring", cart.x, rod.x, [30.0, 0.0, 0.0, 0.0]);
+            }
+        }
+        let motion = [0.5, 0.5, 0.505, 1.0];
+        match length {
+            true => m.drive_length("drive", ground.origin(), cart.origin(), Ramp::Linear, &motion),
+            false => m.driver("drive", ground.x, cart.x, Ramp::Linear, &motion),
+        };
+        outputs(&mut m, rod.x).unwrap();
+        m
+    };
+    let times = [0.0, 1.0, 2.0];
+    for length in [false, true] {
+        let (pinned, sprung) = (cart(true, length), cart(false, length));
+        let fixed = simulate(&sprung, &Dynamics::fixed(1e-3), &times).unwrap().values[0][2];
+        for tolerance in [1e-6, 1e-8] {
+            let error = simulate(&pinned, &Dynamics::adaptive(tolerance), &times).unwrap_err().to_string();
+            let words = ["drive", "jumps by 5.000e-1", "0.505 s", "fixed steps"];
+            assert!(words.iter().all(|word| error.contains(word)), "{error}");
+            let found = simulate(&sprung, &Dynamics::adaptive(tolerance), &times).unwrap().values[0][2];
+            assert!((found - fixed).abs() < 1e-3, "{found} {fixed}");
+        }
+        let steps = Explicit::eighth_order(1e-9).with_step_control(StepControl::Fixed(1e-2));
+        for settings in [Explicit::adaptive(1e-9), Explicit::eighth_order(1e-9), steps] {
+            let error = simulate_explicitly(&pinned, &settings, &times).unwrap_err().to_string();
+            assert!(error.contains("drive: its prescribed velocity jumps") && error.contains("0.505 s"), "{error}");
+        }
+        let found = simulate_explicitly(&sprung, &Explicit::eighth_order(1e-9), &times).unwrap().values[0][2];
+        assert!((found - fixed).abs() < 1e-3, "{found} {fixed}");
+        assert!(simulate(&pinned, &Dynamics::fixed(1e-3), &times).is_ok());
+    }
+}
+
 /// A rod hangs on a cart that a ramp moves by 0.1 m within 0.3 ms, between two outputs.
 #[test]
 fn short_ramps_of_drives_are_not_passed_over() {

@@ -120,8 +120,15 @@ impl CheckedDerivative {
     /// Returns whether a method deviates from the differences by more than their error.
     fn is_undecided(&self) -> bool {
         let is_off =
-            |slope: DifferenceEstimate| self.computed.iter().any(|x| (x - slope.value).abs() > MARGIN * slope.error);
+            |slope: DifferenceEstimate| self.computed.iter().any(|x| (x - slope.value).abs() > DOUBTFUL * slope.error);
         self.difference.is_some_and(is_off)
+    }
+
+    /// Returns whether the analysis' own method deviates from the differences by more than their error, but not by so much that it is wrong,
+    /// and by more than `negligible`.
+    fn is_doubtful(&self, slope: &DifferenceEstimate, negligible: f64) -> bool {
+        let deviation = (self.computed[0] - slope.value).abs();
+        deviation > DOUBTFUL * slope.error + MARGIN * self.uncertainty[0] && deviation > negligible
     }
 
     /// Returns whether all derivatives are smaller than the error of the differences.
@@ -269,6 +276,9 @@ impl GradientCheck {
 /// Allowed deviation of a derivative, in errors of the differences.
 pub(super) const MARGIN: f64 = 10.0;
 
+/// Deviation of a derivative, in errors of the differences, from which on they do not confirm it.
+const DOUBTFUL: f64 = 3.0;
+
 /// Deviation that is ignored, relative to the largest scaled derivative of the response: rounding of terms that cancel.
 const NEGLIGIBLE: f64 = 1e-9;
 
@@ -319,6 +329,7 @@ fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
             d.disagreeing = contradictions(d, CONTRADICTION * size + floor);
         }
         let is_noise = error > CLEAR * size && error > floor.max(CLEAR * largest);
+        let is_doubtful = d.is_doubtful(&slope, CONTRADICTION * largest.max(size) + floor);
         d.status = match () {
             () if d.drift > 0.0 => GradientStatus::NotRepeatable,
             () if d.slope_discontinuity.is_some_and(|jump| !(jump.abs() <= floor) && !d.is_beyond(jump)) => {
@@ -326,7 +337,7 @@ fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
             }
             () if !d.disagreeing.is_empty() => GradientStatus::Wrong,
             () if d.is_constant => GradientStatus::Constant,
-            () if is_noise => GradientStatus::Unclear,
+            () if is_noise || is_doubtful => GradientStatus::Unclear,
             () => GradientStatus::Right,
         };
         if matches!(d.status, GradientStatus::NotRepeatable | GradientStatus::Kink) {
@@ -388,6 +399,16 @@ mod tests {
         let mut derivatives = [checked(vec![0.0, 0.0, 1.57e5], vec![0.0, 0.0, 1.6e5], 366.5, 400.0)];
         decide(&mut derivatives, &[1.0]);
         assert_eq!(derivatives[0].status, GradientStatus::Unclear);
+    }
+
+    /// A force that begins at a design variable, `if(time > T, F, 0)`: the methods miss its effect, and the differences are noisy.
+    #[test]
+    fn noisy_differences_do_not_confirm_a_derivative_of_zero() {
+        let mut derivatives = [checked(vec![0.0], vec![0.0], -0.61, 0.1), checked(vec![20.0], vec![0.0], 20.0, 1e-6)];
+        decide(&mut derivatives, &[1.0]);
+        assert_eq!(derivatives.each_ref().map(|d| d.status), [GradientStatus::Unclear, GradientStatus::Right]);
+        let words = derivatives[0].explanation(&["direct".to_owned()]);
+        assert!(words.starts_with("the derivatives differ from the differences"), "{words}");
     }
 
     /// Statics and kinematics have no steps that could be smaller: a derivative of zero needs no remedy.

@@ -56,7 +56,7 @@ impl Problem {
     pub fn points_of(&self, quantity: &Quantity) -> usize {
         match quantity.form {
             QuantityForm::EachPoint(grid, _) => self.grids[grid].len(),
-            QuantityForm::Plain(_) | QuantityForm::Whole(..) => 1,
+            QuantityForm::Plain(_) | QuantityForm::AtTime(_) | QuantityForm::Whole(..) => 1,
         }
     }
 

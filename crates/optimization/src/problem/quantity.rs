@@ -16,6 +16,8 @@ pub(crate) enum QuantityForm {
     Plain(Arc<dyn AnyFunction>),
     /// g(r(t), b, t) at every point of a grid.
     EachPoint(usize, Arc<dyn AnyFunction>),
+    /// g(r, b, t) at the time t, which is the last response: of responses that are numbers, such as values at an event.
+    AtTime(Arc<dyn AnyFunction>),
     /// One number from a whole history.
     Whole(usize, Arc<dyn AnyFunctional>),
 }
@@ -68,6 +70,24 @@ impl Quantity {
         Self::new(QuantityForm::Whole(grid, Arc::new(functional)))
     }
 
+    /// The value of a quantity that changes with time at one instant: of the `responses`, numbers that stand for the histories in their
+    /// order, at the time that is the response `time`. `None` for a quantity that is a number, or that is approximated
+    /// [directly](Self::directly).
+    ///
+    /// With the values of histories just before and just after an event it is a value of the history that no time point has.
+    #[must_use]
+    pub fn at_instant(&self, responses: &[usize], time: usize) -> Option<Self> {
+        let QuantityForm::EachPoint(_, function) = &self.form else { return None };
+        if self.direct.is_some() {
+            return None;
+        }
+        if self.is_response {
+            return Some(Self::response(None, responses[0]));
+        }
+        let uses = [responses, &[time]].concat();
+        Some(Self { uses, ..Self::new(QuantityForm::AtTime(function.clone())) })
+    }
+
     fn new(form: QuantityForm) -> Self {
         Self { form, uses: vec![], direct: None, is_response: false }
     }
@@ -118,7 +138,7 @@ impl Quantity {
     /// The grid over which the quantity is evaluated, if any.
     pub fn grid(&self) -> Option<usize> {
         match self.form {
-            QuantityForm::Plain(_) => None,
+            QuantityForm::Plain(_) | QuantityForm::AtTime(_) => None,
             QuantityForm::EachPoint(grid, _) | QuantityForm::Whole(grid, _) => Some(grid),
         }
     }
@@ -145,7 +165,7 @@ impl SignedQuantity<'_> {
     ) -> S {
         let gather = |p: usize| -> Vec<S> { self.quantity.uses.iter().map(|&h| response(h, p)).collect() };
         match &self.quantity.form {
-            QuantityForm::Plain(_) => self.value_at(&gather(0), design, S::from(f64::NAN)),
+            QuantityForm::Plain(_) | QuantityForm::AtTime(_) => self.value_at(&gather(0), design, S::from(f64::NAN)),
             QuantityForm::EachPoint(g, _) => self.value_at(&gather(p), design, S::from(grids[*g].points[p])),
             QuantityForm::Whole(g, f) => {
                 let times = &grids[*g].points;
@@ -169,6 +189,10 @@ impl SignedQuantity<'_> {
     pub(crate) fn value_at<S: ProblemScalar>(&self, response: &[S], design: &[S], time: S) -> S {
         match &self.quantity.form {
             QuantityForm::Plain(f) | QuantityForm::EachPoint(_, f) => {
+                self.signed(S::call(&**f, &Point { response, design, time }), design)
+            }
+            QuantityForm::AtTime(f) => {
+                let (&time, response) = response.split_last().expect("its last response is the time");
                 self.signed(S::call(&**f, &Point { response, design, time }), design)
             }
             QuantityForm::Whole(..) => unreachable!("a functional has no value at one time"),

@@ -44,7 +44,7 @@ impl EventWindow {
 
     /// Returns whether an output has the value of an event before the step that ends at `end`.
     pub fn is_held(&self, problem: &AdjointProblem<'_>, end: &State<f64>, output: usize) -> bool {
-        problem.mechanism.outputs[output].held_from.is_some_and(|event| end.modes.has_happened(event))
+        problem.mechanism.outputs[output].held.is_some_and(|held| end.modes.has_happened(held.event))
     }
 
     /// Adds the `term` of an output that has the value of its event.
@@ -99,7 +99,7 @@ impl EventWindow {
         // Backward in time, the steps before these precede the events: their outputs are not held yet.
         let end = &self.steps[0].end;
         for (output, data) in problem.mechanism.outputs.iter().enumerate() {
-            if data.held_from.is_some_and(|event| !end.modes.has_happened(event)) {
+            if data.held.is_some_and(|held| !end.modes.has_happened(held.event)) {
                 self.held.iter_mut().for_each(|held| held[output] = [0.0; BATCH]);
             }
         }

@@ -20,6 +20,7 @@ use crate::events::mode_transition::find_transition;
 use crate::initial_conditions::AccelerationSolver;
 use crate::integrators::settings::StepSize;
 use crate::mechanism::Mechanism;
+use crate::mechanism::output::EventSide;
 use crate::mechanism::scalars::{DerivativeScalar, ElementScalar, Jet2, StateScalar};
 use crate::system::System;
 use crate::system::state::State;
@@ -71,7 +72,7 @@ where
     let ClosedContact { contact, at_event, mut values } = closed;
     if let Some(held) = held {
         let before = consistent_at_event(plain, mechanism, system, &values, state)?;
-        held.hold(mechanism, &at_event, &before);
+        held.hold(mechanism, EventSide::Before, &at_event, &before);
     }
     let is_impact = plain.events[contact].is_open_contact(&values.modes);
     let transition = find_transition(system, plain, (contact, &at_event), &values, step.nominal())?;
@@ -82,7 +83,11 @@ where
     };
     (state.modes, values.modes) = (transition.after.clone(), transition.after);
     let offset = switch_offset(plain, &at_event, &values, step.switch_offset());
-    apply_switch(plain, mechanism, system, offset, &values, state)
+    apply_switch(plain, mechanism, system, offset, &values, state)?;
+    if let Some(held) = held {
+        held.hold(mechanism, EventSide::After, &at_event, state);
+    }
+    Ok(())
 }
 
 /// The function of event number `event` at `state`, the end of an implicit step, with its values in `values`.

@@ -19,6 +19,7 @@ use crate::integrators::consistent_ends::at_event;
 use crate::integrators::generalized_alpha::Step;
 use crate::integrators::velocity_violation::consistent_velocities;
 use crate::linalg::factor::SolveWorkspace;
+use crate::mechanism::output::{EventSide, HeldFrom};
 use crate::mechanism::{Mechanism, ParametricMechanism, refuse_switches};
 use crate::system::System;
 use crate::system::outputs::Sampler;
@@ -322,7 +323,7 @@ impl<'m> DifferenceSensitivity<'m> {
     /// Applies the event at the end of the last step, if any, to the state and to the states on both sides of it.
     fn apply_event(&mut self) -> Result<()> {
         let Some(ClosedContact { contact, at_event, values }) = self.closed.take() else { return Ok(()) };
-        self.hold_outputs(&at_event, &values);
+        self.hold_outputs(EventSide::Before, &at_event, &values);
         let Self { difference, sensitivity, plain, settings, time_rates, .. } = self;
         let is_impact = plain.events[contact].is_open_contact(&values.modes);
         let transition = find_transition(
@@ -354,21 +355,25 @@ impl<'m> DifferenceSensitivity<'m> {
         set_difference(&mut derivatives, [&above?, &below?], difference.width());
         sensitivity.restart(&derivatives);
         self.values.restart(&after);
+        self.hold_outputs(EventSide::After, &at_event, &after);
         Ok(())
     }
 
-    /// Differentiates the outputs that are held from one of the `events` on, in the state `values` before it.
-    fn hold_outputs(&mut self, events: &[usize], values: &State<f64>) {
-        let is_held = |from: Option<usize>| from.is_some_and(|event| events.contains(&event));
-        if !self.plain.outputs.iter().any(|output| is_held(output.held_from)) {
+    /// Differentiates the outputs that are held from one of the `events` on, in the state `values` on this `side` of it.
+    fn hold_outputs(&mut self, side: EventSide, events: &[usize], values: &State<f64>) {
+        let is_held =
+            |from: Option<HeldFrom>| from.is_some_and(|from| from.side == side && events.contains(&from.event));
+        if !self.plain.outputs.iter().any(|output| is_held(output.held)) {
             return;
         }
         let (sampler, start) = (&mut self.sampler, self.settings.start);
-        let derivatives = self.difference.derivatives(values, &self.sensitivity.new, |mechanism, state, outputs| {
-            sampler.outputs(mechanism, &consistent_at_event(mechanism, state, start), outputs);
-        });
+        let derivatives =
+            self.difference.derivatives(values, &self.sensitivity.new, |mechanism, state, outputs| match side {
+                EventSide::Before => sampler.outputs(mechanism, &consistent_at_event(mechanism, state, start), outputs),
+                EventSide::After => sampler.outputs(mechanism, state, outputs),
+            });
         for ((held, output), derivative) in self.held.iter_mut().zip(&self.plain.outputs).zip(derivatives) {
-            if is_held(output.held_from) {
+            if is_held(output.held) {
                 held.get_or_insert(derivative);
             }
         }

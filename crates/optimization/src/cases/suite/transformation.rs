@@ -415,6 +415,7 @@ fn wrap(form: &mut QuantityForm, variables: &[f64], affine: [f64; 2]) {
     let variables: Arc<[f64]> = variables.into();
     *form = match &*form {
         QuantityForm::Plain(f) => QuantityForm::Plain(Arc::new(Wrapped { inner: f.clone(), variables, affine })),
+        QuantityForm::AtTime(f) => QuantityForm::AtTime(Arc::new(Wrapped { inner: f.clone(), variables, affine })),
         QuantityForm::EachPoint(grid, f) => {
             QuantityForm::EachPoint(*grid, Arc::new(Wrapped { inner: f.clone(), variables, affine }))
         }
