@@ -140,6 +140,12 @@ fn values_are_shown_as_they_are_written() {
     let all = outcome::constraints(&problem, &problem.start(), &here.evaluation);
     let of = |k: usize| (all[k].unit.as_str(), all[k].limit);
     assert_eq!([of(0), of(1)], [("mm", -300.0), ("kN", 4.0)]);
+    // A limit that is a constant has its unit.
+    let text = in_units().replace("at_most = \"4 kN\"", "at_most = \"strength\"");
+    let text = text.replace("load = \"2000 N*mm\"", "load = \"2000 N*mm\"\nstrength = \"4 kN\"");
+    let by_constant = self::problem(&text);
+    let all = outcome::constraints(&by_constant, &problem.start(), &here.evaluation);
+    assert_eq!((all[1].unit.as_str(), all[1].limit), ("kN", 4.0));
     // An explicit unit converts, and the command line takes units.
     let text = with_setting("m", &in_units(), "design.length.unit", "cm").unwrap();
     let text = with_setting("m", &text, "design.length.start", "0.35 m").unwrap();

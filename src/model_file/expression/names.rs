@@ -1,6 +1,6 @@
 //! Names in expressions: design variables, constants and named expressions.
 
-use super::ExpressionTree;
+use super::{ExpressionTree, Node};
 use super::axis::Axis;
 use super::function::FUNCTIONS;
 use super::table::TableFunction;
@@ -32,6 +32,8 @@ pub struct Names {
     pub(super) units: HashMap<String, Unit>,
     /// Functions through given points.
     pub(super) tables: HashMap<String, Arc<TableFunction>>,
+    /// Units with which constants are written; their values are in SI.
+    constant_units: HashMap<String, Unit>,
     /// Dimensions of constants.
     pub(super) dimensions: HashMap<String, KnownDimension>,
     /// The independent variable of histories.
@@ -81,6 +83,14 @@ impl Names {
         self.units.get(design)
     }
 
+    /// The unit with which a number is written: its own, or that of the constant that it is.
+    pub fn written_unit<'a>(&'a self, tree: &'a ExpressionTree) -> Option<&'a Unit> {
+        tree.unit().or_else(|| match &tree.node {
+            Node::Name(name) => self.constant_units.get(name),
+            _ => None,
+        })
+    }
+
     /// Returns `true` if an expression that was compiled, or a named one that it uses, contains this design variable.
     pub fn is_in_use(&self, design: &str) -> bool {
         matches!(self.meanings.get(design), Some(Meaning::Design(k)) if self.designs_in_use.borrow().contains(k))
@@ -128,6 +138,11 @@ impl Names {
     pub fn define_constant(&mut self, name: &str, value: f64, known: Option<KnownDimension>) {
         self.dimensions.extend(known.map(|known| (name.to_owned(), known)));
         self.meanings.insert(name.to_owned(), Meaning::Constant(value));
+    }
+
+    /// Sets the unit with which a constant is written; its value is in SI.
+    pub fn set_constant_unit(&mut self, name: &str, unit: Unit) {
+        self.constant_units.insert(name.to_owned(), unit);
     }
 
     fn add(&mut self, name: &str, meaning: Meaning) {

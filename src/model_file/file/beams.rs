@@ -66,7 +66,13 @@ const SECTION: &[Key] = &[
 
 /// Declarations for documentation and schema.
 pub const TABLES: &[TableKeys] = &[
-    TableKeys { name: "beam", kind: None, about: "a flexible beam, straight or an arc without load", keys: COMMON },
+    TableKeys {
+        name: "beam",
+        kind: None,
+        about: "a flexible beam, straight or an arc without load; `theta` of a node is the angle of the axis there, in the direction from the first \
+                end to the last one, so that a `fixed` joint to a body at another angle needs `angle`",
+        keys: COMMON,
+    },
     TableKeys { name: "beam", kind: Some("circular"), about: "a solid round bar", keys: CIRCULAR },
     TableKeys { name: "beam", kind: Some("circular"), about: "a solid round bar", keys: MATERIAL },
     TableKeys { name: "beam", kind: Some("rectangular"), about: "a solid rectangular bar", keys: RECTANGULAR },

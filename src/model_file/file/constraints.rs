@@ -144,7 +144,7 @@ fn unit(section: &Section<'_>, tree: &ExpressionTree, known: &QuantityContext<'_
             let error = Diagnostic::new(limit.span, message).label(format!("expected {}", dimension.dimension));
             return Err(if own.dimension.is_like(dimension.dimension) { error.help(CYCLES) } else { error });
         }
-        if let (None, Some(unit)) = (&first, limit.unit()) {
+        if let (None, Some(unit)) = (&first, known.names.written_unit(&limit)) {
             // A unit whose symbol is a name of the file is an error here, not in the value.
             known.names.evaluate_in(&limit, key, unit)?;
             first = Some(unit.clone());

@@ -278,6 +278,7 @@ fn constants(file: &Section<'_>, names: &mut Names) -> Read<Vec<Constant>> {
                 names.define_constant(&name, si, known);
                 let unit = unit_of_number(&tree, known, vec![]);
                 let value = unit.as_ref().map_or(si, |unit| tree.number_of(unit, si));
+                unit.iter().for_each(|unit| names.set_constant_unit(&name, unit.clone()));
                 all.push(Constant { name, value, unit });
             }
             // Bounds and limits need the constants, so reading ends with the first wrong one.

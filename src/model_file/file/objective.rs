@@ -449,7 +449,7 @@ fn number(
 
 /// Weights of a sum, an integral or a mean.
 fn weights(section: &Section<'_>, over: Over, grid: &TimeGrid) -> Read<Vec<f64>> {
-    if over == Over::Sum {
+    if over == Over::Sum || (over == Over::Mean && grid.len() == 1) {
         return Ok(vec![1.0; grid.len()]);
     }
     let is_simpson = section.choice("rule", &[("simpson", true), ("trapezoid", false)])?;

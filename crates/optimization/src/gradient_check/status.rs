@@ -131,6 +131,13 @@ impl CheckedDerivative {
         deviation > DOUBTFUL * slope.error + MARGIN * self.uncertainty[0] && deviation > negligible
     }
 
+    /// Returns whether all methods return zero, and the differences are rounding errors of zero for a change by the `scale` of the variable: of
+    /// a conserved quantity such as a momentum that is zero.
+    fn is_zero(&self, scale: f64) -> bool {
+        let is_rounding = |slope: DifferenceEstimate| (slope.value.abs() + slope.error) * scale <= ZERO;
+        self.computed.iter().all(|x| *x == 0.0) && self.difference.is_some_and(is_rounding)
+    }
+
     /// Returns whether all derivatives are smaller than the error of the differences.
     fn may_be_zero(&self) -> bool {
         self.difference.is_some_and(|slope| self.computed.iter().all(|x| x.abs() <= slope.error))
@@ -279,6 +286,9 @@ pub(super) const MARGIN: f64 = 10.0;
 /// Deviation of a derivative, in errors of the differences, from which on they do not confirm it.
 const DOUBTFUL: f64 = 3.0;
 
+/// Change of a response in SI units that is a rounding error of zero.
+const ZERO: f64 = 1e-15;
+
 /// Deviation that is ignored, relative to the largest scaled derivative of the response: rounding of terms that cancel.
 const NEGLIGIBLE: f64 = 1e-9;
 
@@ -336,7 +346,7 @@ fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
                 GradientStatus::Kink
             }
             () if !d.disagreeing.is_empty() => GradientStatus::Wrong,
-            () if d.is_constant => GradientStatus::Constant,
+            () if d.is_constant || d.is_zero(scales[d.variable]) => GradientStatus::Constant,
             () if is_noise || is_doubtful => GradientStatus::Unclear,
             () => GradientStatus::Right,
         };
@@ -420,6 +430,14 @@ mod tests {
         assert_eq!(derivatives[0].status, GradientStatus::Unclear);
         let words = derivatives[0].explanation(&["direct".to_owned(), "adjoint".to_owned()]);
         assert!(words.starts_with("the derivative is zero, or smaller") && !words.contains("steps"), "{words}");
+    }
+
+    /// The momentum of a mechanism at rest stays zero up to rounding.
+    #[test]
+    fn a_quantity_that_stays_zero_is_constant() {
+        let mut derivatives = [checked(vec![0.0, 0.0], vec![0.0, 0.0], 1e-23, 5e-22)];
+        decide(&mut derivatives, &[1.0]);
+        assert_eq!(derivatives[0].status, GradientStatus::Constant);
     }
 
     /// A semi-analytical derivative with a large error estimate agrees with the exact ones, not with the differences.
