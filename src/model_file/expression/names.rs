@@ -1,9 +1,9 @@
 //! Names in expressions: design variables, constants and named expressions.
 
-use super::{ExpressionTree, Node};
 use super::axis::Axis;
 use super::function::FUNCTIONS;
 use super::table::TableFunction;
+use super::{ExpressionTree, Node};
 use crate::model_file::unit::{KnownDimension, Unit};
 use crate::model_file::{Diagnostic, limits};
 use std::cell::{Cell, RefCell};

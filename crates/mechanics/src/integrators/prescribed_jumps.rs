@@ -12,7 +12,7 @@ use crate::system::state::State;
 use crate::system::{System, Unknown};
 use crate::{Error, Result};
 use error::Seconds;
-use std::cell::OnceCell;
+use std::cell::LazyCell;
 
 /// Number of halvings of a step in the search for a jump.
 const HALVINGS: usize = 24;
@@ -62,14 +62,14 @@ pub(crate) fn refuse_velocity_jumps(
     kind: StepKind,
     state: impl Fn() -> State<f64>,
 ) -> Result<()> {
-    let end = Lazy::new(state);
+    let end = LazyCell::new(state);
     for drive in PrescribedMotion::all(mechanism) {
         let motion = |t: f64| drive.at(mechanism, &end, t);
         let Some((t, jump)) = velocity_jump(motion, ends) else { continue };
         if jump.abs() <= BEGINNING * soon_after(motion, ends) {
             continue;
         }
-        if drive.takes_impulse(system, mechanism, end.get(), jump) {
+        if drive.takes_impulse(system, mechanism, &end, jump) {
             let (lost, scheme) = match kind {
                 StepKind::Explicit => ("explicit steps have none", "an implicit scheme with fixed steps"),
                 StepKind::Adaptive => {
@@ -99,10 +99,10 @@ pub(crate) fn refuse_position_jumps(
     ends: [f64; 2],
     state: impl Fn() -> State<f64>,
 ) -> Result<()> {
-    let end = Lazy::new(state);
+    let end = LazyCell::new(state);
     for drive in PrescribedMotion::all(mechanism) {
         let Some((t, jump)) = position_jump(|t| drive.at(mechanism, &end, t), ends) else { continue };
-        if drive.moves_others(system, mechanism, end.get(), jump) {
+        if drive.moves_others(system, mechanism, &end, jump) {
             let why = format!(
                 "its prescribed position jumps by {jump:.3e} m or rad at t = {t}: no finite force does that",
                 t = Seconds(t)
@@ -112,22 +112,6 @@ pub(crate) fn refuse_position_jumps(
         }
     }
     Ok(())
-}
-
-/// A state that is computed when it is needed.
-struct Lazy<F> {
-    state: OnceCell<State<f64>>,
-    compute: F,
-}
-
-impl<F: Fn() -> State<f64>> Lazy<F> {
-    fn new(compute: F) -> Self {
-        Self { state: OnceCell::new(), compute }
-    }
-
-    fn get(&self) -> &State<f64> {
-        self.state.get_or_init(&self.compute)
-    }
 }
 
 /// A motion that is a function of time.
@@ -160,7 +144,12 @@ impl<'m> PrescribedMotion<'m> {
     }
 
     /// Position and velocity at the time `t` (s). Those of a drive are minus its constraint and its rate with the positions of `end`.
-    fn at(self, mechanism: &Mechanism<f64>, end: &Lazy<impl Fn() -> State<f64>>, t: f64) -> [f64; 2] {
+    fn at(
+        self,
+        mechanism: &Mechanism<f64>,
+        end: &LazyCell<State<f64>, impl FnOnce() -> State<f64>>,
+        t: f64,
+    ) -> [f64; 2] {
         match self {
             Self::Coordinate(i) => {
                 let (motion, parameters) = mechanism.coordinates[i].motion.as_ref().expect("it is prescribed");
@@ -172,7 +161,7 @@ impl<'m> PrescribedMotion<'m> {
                 let count = instance.coordinates.len();
                 let mut workspace = ElementWorkspace::<Jet2<f64>> {
                     p: instance.parameters.iter().map(|&p| constant(p)).collect(),
-                    q: instance.coordinates.iter().map(|&i| constant(end.get().q[i])).collect(),
+                    q: instance.coordinates.iter().map(|&i| constant(end.q[i])).collect(),
                     v: vec![constant(0.0); count],
                     a: vec![constant(0.0); count],
                     l: vec![constant(0.0)],
