@@ -224,7 +224,7 @@ fn jumps_of_the_velocity_of_a_drive_are_refused_where_they_take_impulses() {
                 m.coordinate_spring("spring", cart.x, rod.x, [30.0, 0.0, 0.0, 0.0]);
             }
         }
-        let motion = [0.5, 0.5, 0.505, 1.0];
+        let motion = [0.5, 1.0, 0.505, 1.0];
         match length {
             true => m.drive_length("drive", ground.origin(), cart.origin(), Ramp::Linear, &motion),
             false => m.driver("drive", ground.x, cart.x, Ramp::Linear, &motion),
