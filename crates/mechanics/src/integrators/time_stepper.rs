@@ -259,7 +259,7 @@ impl<'m> TimeStepper<'m> {
         let target = grid(self.grid_steps + 1);
         let rest = target - self.integrator.step.old.t;
         let mut trial = self.next.min(rest);
-        if rest - trial < 1e-6 * h {
+        if rest - trial < TINY * h {
             trial = rest;
         }
         let (mut inspected, mut shortened) = (None, None);
