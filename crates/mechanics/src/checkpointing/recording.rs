@@ -89,7 +89,7 @@ impl StepInterval {
             rest = others;
         }
         if rest.is_empty() {
-            let events = StepEvents { is_on_grid: true, since_event: WITHOUT_HISTORY, ..StepEvents::default() };
+            let events = StepEvents { has_given_end: true, since_event: WITHOUT_HISTORY, ..StepEvents::default() };
             return Self { h: row[1], events };
         }
         let (events, rest) = rest.split_at(StepEvents::VALUES);

@@ -8,7 +8,7 @@ pub(crate) struct StepEvents {
     /// The contact or event at the end.
     pub closed: Option<usize>,
     /// True if the end is at a given time, which does not depend on the design.
-    pub is_on_grid: bool,
+    pub has_given_end: bool,
     /// Number of steps since the last event at the beginning.
     pub since_event: usize,
     /// True if the time of the beginning depends on the design, by an event.
@@ -40,7 +40,7 @@ impl StepEvents {
     pub fn moves(&self) -> [bool; 2] {
         match self.closed {
             Some(_) => [true, true],
-            None => [self.is_moved && !self.is_on_grid, self.is_moved && self.is_on_grid],
+            None => [self.is_moved && !self.has_given_end, self.is_moved && self.has_given_end],
         }
     }
 
@@ -48,7 +48,7 @@ impl StepEvents {
     pub fn write(&self, to: &mut Vec<f64>) {
         let flag = |is_set: bool| f64::from(u8::from(is_set));
         let closed = self.closed.map_or(-1.0, |contact| contact as f64);
-        let flags = [self.is_on_grid, self.is_moved, self.has_moved_history].map(flag);
+        let flags = [self.has_given_end, self.is_moved, self.has_moved_history].map(flag);
         to.extend([closed, self.since_event as f64]);
         to.extend(flags);
     }
@@ -56,7 +56,7 @@ impl StepEvents {
     /// Reads the values of [`StepEvents::write`].
     pub fn read(values: &[f64]) -> Self {
         let closed = (values[0] >= 0.0).then_some(values[0] as usize);
-        let [is_on_grid, is_moved, has_moved_history] = [2, 3, 4].map(|k| values[k] != 0.0);
-        Self { closed, is_on_grid, since_event: values[1] as usize, is_moved, has_moved_history }
+        let [has_given_end, is_moved, has_moved_history] = [2, 3, 4].map(|k| values[k] != 0.0);
+        Self { closed, has_given_end, since_event: values[1] as usize, is_moved, has_moved_history }
     }
 }

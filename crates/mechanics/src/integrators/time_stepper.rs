@@ -29,8 +29,8 @@ pub struct TimeStepper<'m> {
     /// Multipliers of the initial projections.
     pub projection: Projection,
     pub(crate) locator: EventLocator,
-    /// True if the current step ends at a time of the grid of fixed steps.
-    is_on_grid: bool,
+    /// True if the current step ends at a given time: of the grid of fixed steps, or an inspected one.
+    has_given_end: bool,
     /// Events at the ends of the current step.
     pub(crate) events: StepEvents,
     /// True if several events have ended one of the steps.
@@ -113,7 +113,7 @@ impl<'m> TimeStepper<'m> {
             integrator,
             projection,
             locator,
-            is_on_grid: false,
+            has_given_end: false,
             events: StepEvents::default(),
             has_simultaneous_events: false,
             inspections,
@@ -220,10 +220,10 @@ impl<'m> TimeStepper<'m> {
         mechanism.tick(step.new.t);
         let ([is_moved, has_moved_history], [since_event, _]) =
             (self.events.moves(), self.integrator.step.steps_since_event());
-        let (closed, is_on_grid) = (self.locator.closed, self.is_on_grid);
+        let (closed, has_given_end) = (self.locator.closed, self.has_given_end);
         let simultaneous = closed.map(|event| simultaneous_switches(mechanism, event, &step.new, self.length));
         self.has_simultaneous_events |= simultaneous.is_some_and(|events| !events.is_empty());
-        self.events = StepEvents { closed, is_on_grid, since_event, is_moved, has_moved_history };
+        self.events = StepEvents { closed, has_given_end, since_event, is_moved, has_moved_history };
         Ok(self.length)
     }
 
@@ -281,7 +281,7 @@ impl<'m> TimeStepper<'m> {
             }
         }
         let taken = self.locator.locate(&mut self.integrator, trial)?;
-        self.is_on_grid = taken == rest || inspected == Some(taken);
+        self.has_given_end = taken == rest || inspected == Some(taken);
         if taken == rest {
             self.grid_steps += 1;
             self.integrator.step.new.t = target;

@@ -6,7 +6,7 @@ use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright_mechanics::events::Action;
 use linkwright_mechanics::integrators::explicit::{Explicit, StepControl};
 use linkwright_mechanics::motion::{Fixed, Harmonic, Motion, Ramp};
-use linkwright_mechanics::{Coordinate, Dynamics, Mechanism, Pose};
+use linkwright_mechanics::{Body, Coordinate, Dynamics, Mechanism, Pose};
 
 /// A pulse p₁ exp(−((t − p₂)/p₃)²) added to the constant p₀.
 struct Pulse;
@@ -155,11 +155,11 @@ fn prescribed_motions_touch_and_switch_within_a_long_step() {
     compare("switched on", &switched_on(), 10.0, 1e-3);
 }
 
-/// A body that a linear ramp drives, with another one on it: on a pin, or on a spring.
-fn driven_cart(has_pin: bool) -> Mechanism<f64> {
+/// A body at `x` on a guide, and another one with it: on a pin, or on a spring.
+fn cart_with_rod(x: f64, has_pin: bool) -> (Mechanism<f64>, Body, Body) {
     let mut m = Mechanism::with_gravity(0.0, -9.81);
-    let cart = m.body("cart", 1.0, 1.0, Pose { x: 0.0, y: 0.0, theta: 0.0 });
-    let rod = m.body("rod", 1.0, 1.0 / 12.0, Pose { x: 0.0, y: -0.5, theta: 0.0 });
+    let cart = m.body("cart", 1.0, 1.0, Pose { x, y: 0.0, theta: 0.0 });
+    let rod = m.body("rod", 1.0, 1.0 / 12.0, Pose { x, y: -0.5, theta: 0.0 });
     let ground = m.ground();
     m.prismatic("guide", ground.origin(), 0.0, cart.origin(), 0.0);
     match has_pin {
@@ -169,6 +169,12 @@ fn driven_cart(has_pin: bool) -> Mechanism<f64> {
             m.coordinate_spring("spring", cart.x, rod.x, [30.0, 0.0, 0.5, 0.0]);
         }
     }
+    (m, cart, rod)
+}
+
+/// [`cart_with_rod`], driven by a linear ramp.
+fn driven_cart(has_pin: bool) -> Mechanism<f64> {
+    let (mut m, cart, rod) = cart_with_rod(0.0, has_pin);
     m.drive(cart.x, Ramp::Linear, &[0.0, 0.5, 0.505, 1.0]);
     let sensor = m.sensor("motion", rod.origin());
     let x = m.measure(sensor, "x").unwrap();
@@ -212,18 +218,8 @@ fn adaptive_implicit_steps_refuse_jumps_of_prescribed_velocities_that_take_impul
 #[test]
 fn jumps_of_the_velocity_of_a_drive_are_refused_where_they_take_impulses() {
     let cart = |has_pin: bool, length: bool| {
-        let mut m = Mechanism::<f64>::with_gravity(0.0, -9.81);
-        let cart = m.body("cart", 1.0, 1.0, Pose { x: 0.5, y: 0.0, theta: 0.0 });
-        let rod = m.body("rod", 1.0, 1.0, Pose { x: 0.5, y: -0.5, theta: 0.0 });
+        let (mut m, cart, rod) = cart_with_rod(0.5, has_pin);
         let ground = m.ground();
-        m.prismatic("guide", ground.origin(), 0.0, cart.origin(), 0.0);
-        match has_pin {
-            true => drop(m.revolute("pin", cart.origin(), rod.at(0.0, 0.5))),
-            false => {
-                m.prismatic("slide", ground.at(0.0, -0.5), 0.0, rod.origin(), 0.0);
-                m.coordinate_spring("spring", cart.x, rod.x, [30.0, 0.0, 0.0, 0.0]);
-            }
-        }
         let motion = [0.5, 1.0, 0.505, 1.0];
         match length {
             true => m.drive_length("drive", ground.origin(), cart.origin(), Ramp::Linear, &motion),

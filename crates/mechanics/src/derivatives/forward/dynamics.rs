@@ -226,7 +226,7 @@ where
         let begin = self.step.old.t;
         match step.events.closed {
             Some(contact) => self.close_contact(step, contact)?,
-            None if begin.is_constant() || !step.events.is_on_grid => self.differentiate_step(step),
+            None if begin.is_constant() || !step.events.has_given_end => self.differentiate_step(step),
             // The beginning depends on the design, the end does not.
             None => self.differentiate_step_of(step, -begin + step.end.t),
         }

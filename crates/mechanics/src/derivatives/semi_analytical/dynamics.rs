@@ -189,7 +189,7 @@ impl<'m> DifferenceSensitivity<'m> {
         match step.events.closed {
             Some(contact) => self.close_contact(step, contact),
             // The end is at a given time.
-            None if step.events.is_on_grid => self.differentiate_step(step, -self.time_rates[0]),
+            None if step.events.has_given_end => self.differentiate_step(step, -self.time_rates[0]),
             None => self.differentiate_step(step, 0.0),
         }
     }
