@@ -85,7 +85,12 @@ impl Directory {
         let handle = match self.entry(name)? {
             Some(EntryKind::Folder) => system::open_subfolder(&self.handle, name),
             Some(other) => Err(other.unsuitable()),
-            None => system::make_folder(&self.handle, name).and_then(|()| system::open_subfolder(&self.handle, name)),
+            None => match system::make_folder(&self.handle, name) {
+                // Another process has made it since.
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
+                made => made,
+            }
+            .and_then(|()| system::open_subfolder(&self.handle, name)),
         }?;
         Ok(Self { path: self.path.join(name), handle: Arc::new(handle), watch: self.watch.clone() })
     }
@@ -445,6 +450,25 @@ mod tests {
     }
 
     #[cfg(unix)]
+    #[test]
+    fn a_folder_that_is_made_by_several_at_once_is_opened_by_all() {
+        let folder = folder("made-at-once");
+        let start = std::sync::Barrier::new(8);
+        for round in 0..100 {
+            let name = format!("figures-{round}");
+            std::thread::scope(|scope| {
+                let make = || {
+                    start.wait();
+                    folder.subfolder(&name).map(drop)
+                };
+                let all: Vec<_> = (0..8).map(|_| scope.spawn(make)).collect();
+                for one in all {
+                    one.join().unwrap().unwrap();
+                }
+            });
+        }
+    }
+
     #[test]
     fn the_lock_of_a_folder_belongs_to_one_and_leaves_no_file() {
         let folder = folder("lock-folder");
