@@ -2,7 +2,6 @@
 
 use crate::differences::differences;
 use crate::random::{Class, RandomModel};
-use autodiff::differences::DifferenceEstimate;
 use linkwright_mechanics::analyses::dynamics::{simulate, simulate_explicitly};
 use linkwright_mechanics::analyses::kinematics::kinematics;
 use linkwright_mechanics::analyses::statics::equilibria;
@@ -110,41 +109,42 @@ impl Comparison<'_> {
         group: impl Fn(usize) -> usize,
         values: impl Fn(&[f64]) -> Option<Vec<f64>>,
     ) {
-        let size = |k: usize| self.b[k].abs().max(1e-2);
+        let (b, values) = (self.b, &values);
+        let size = |k: usize| b[k].abs().max(1e-2);
         let along = |k: usize| {
-            let at = |h: f64| {
-                let mut moved = self.b.to_vec();
+            let at = move |h: f64| {
+                let mut moved = b.to_vec();
                 moved[k] += h;
                 values(&moved)
             };
             differences(2e-2 * size(k), at)
         };
-        let all: Vec<Option<Vec<DifferenceEstimate>>> = (0..self.b.len()).map(along).collect();
-        let Some(count) = all.iter().flatten().map(Vec::len).next() else {
+        let all: Vec<_> = (0..b.len()).map(along).collect();
+        let Some(count) = all.iter().flatten().map(|found| found.wide.len()).next() else {
             self.findings.unclear += 1;
             return;
         };
         let groups = (0..count).map(&group).max().map_or(0, |last| last + 1);
-        let here = values(self.b).unwrap_or_default();
+        let here = values(b).unwrap_or_default();
         let mut largest = vec![FLOOR; groups];
         here.iter().enumerate().for_each(|(i, x)| largest[group(i)] = largest[group(i)].max(FLOOR * x.abs()));
         for (k, row) in all.iter().enumerate() {
-            for (i, difference) in row.iter().flatten().enumerate() {
+            for (i, difference) in row.iter().flat_map(|found| &found.wide).enumerate() {
                 largest[group(i)] = largest[group(i)].max((difference.value * size(k)).abs());
             }
         }
         let of_all = largest.iter().fold(0.0f64, |a, x| a.max(*x));
         largest.iter_mut().for_each(|largest| *largest = largest.max(LOST * of_all));
-        for (k, row) in all.iter().enumerate() {
-            for (i, difference) in row.iter().flatten().enumerate() {
+        for (k, found) in all.iter().enumerate().filter_map(|(k, found)| Some((k, found.as_ref()?))) {
+            for (i, difference) in found.wide.iter().enumerate() {
                 let unit = largest[group(i)] / size(k);
-                if !(difference.error < 1e-4 * unit) {
+                if !(difference.error < ACCURATE * unit) {
                     self.findings.unclear += 1;
                     continue;
                 }
                 self.findings.compared += 1;
                 let off = |(_, tolerance, rows): &(&str, f64, Rows)| {
-                    !((rows[i][k] - difference.value).abs() <= 20.0 * difference.error + tolerance * unit)
+                    found.contradict(i, rows[i][k], tolerance * unit, ACCURATE * unit)
                 };
                 for (name, _, rows) in methods.iter().filter(|method| off(method)) {
                     if methods.iter().filter(|(other, ..)| other == name).all(off) {
@@ -171,6 +171,9 @@ fn rows_of_matrix(matrix: &DMatrix<f64>) -> Rows {
 fn functionals(outputs: usize, times: usize) -> Vec<AdjointFunctional> {
     (0..outputs).flat_map(|output| (0..times).map(move |p| AdjointFunctional::at(output, p))).collect()
 }
+
+/// Largest error of differences that are compared, in units of a derivative.
+const ACCURATE: f64 = 1e-4;
 
 const TIMES: [f64; 2] = [0.09, 0.16];
 const EXACT: f64 = 1e-6;
@@ -345,10 +348,11 @@ fn check_second(
         let moved: Vec<f64> = b.iter().zip(v).map(|(b, v)| b + h * v).collect();
         Some(rows_of(&gradients(&moved)?).concat())
     };
-    let Some(all) = differences(1e-2, along) else {
+    let Some(found) = differences(1e-2, along) else {
         findings.unclear += 1;
         return;
     };
+    let all = &found.wide;
     let (n, points) = (b.len(), twice.times.len());
     let scaled = all.iter().enumerate().map(|(i, entry)| (entry.value * b[i % n].abs().max(1e-2)).abs());
     let tolerance = if label.starts_with("Flexible") { 1e-4 } else { 1e-5 };
@@ -360,13 +364,13 @@ fn check_second(
         let largest = entries.clone().map(|(p, k)| (all[at(p, k)].value * size(k)).abs()).fold(floor, f64::max);
         for (p, k) in entries {
             let (difference, unit) = (all[at(p, k)], largest / size(k));
-            if !(difference.error < 1e-4 * unit) {
+            if !(difference.error < ACCURATE * unit) {
                 findings.unclear += 1;
                 continue;
             }
             findings.compared += 1;
             let exact = twice.second_derivatives(output, p)[k];
-            if !((exact - difference.value).abs() <= 20.0 * difference.error + tolerance * unit) {
+            if found.contradict(at(p, k), exact, tolerance * unit, ACCURATE * unit) {
                 findings.wrong.push(format!(
                     "{label}: second derivative of output {output} ({}) at point {p} by variable {k} is {exact:.9e}, differences {:.9e} ± {:.1e}, unit {unit:.2e}",
                     twice.names[output], difference.value, difference.error
