@@ -2,6 +2,7 @@
 
 use crate::elements::element::ElementWorkspace;
 use crate::mechanism::Mechanism;
+use crate::system::coordinate_scales::CoordinateScales;
 use crate::system::linearization::Linearization;
 use crate::system::state::{State, evaluate};
 use crate::system::{System, Unknown};
@@ -9,13 +10,16 @@ use crate::{Error, Result, diagnostics};
 use error::Seconds;
 
 /// Settings of Newton's iteration for a static equilibrium.
+///
+/// Changes of positions of bodies are in m, or in the extent of the mechanism if it is larger than 1 m: the largest distance of two bodies
+/// along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statics {
-    /// Largest correction (m or rad) of the last iteration.
+    /// Largest correction (m, extents or rad) of the last iteration.
     pub tolerance: f64,
     /// Largest number of Newton iterations at one time.
     pub iterations: usize,
-    /// Largest change of a position (m or rad) in one iteration.
+    /// Largest change of a position (m, extents or rad) in one iteration.
     pub longest: f64,
 }
 
@@ -103,13 +107,13 @@ pub(crate) fn advance_equilibrium(
 /// Smallest substep, as a fraction of the interval.
 const SMALLEST_SUBSTEP: f64 = 1.0 / 256.0;
 
-/// Largest motion of a prescribed coordinate in a substep (m or rad).
+/// Largest motion of a prescribed coordinate in a substep (m, extents or rad).
 const LONGEST_MOTION: f64 = 0.5;
 
 /// Largest error of a predicted equilibrium for which a substep is accepted, relative to the predicted change.
 const GOOD_PREDICTION: f64 = 0.2;
 
-/// Violation of a constraint (m or rad) by which a drive has moved.
+/// Violation of a constraint (m, extents or rad) by which a drive has moved.
 const MOVED: f64 = 1e-9;
 
 /// Returns whether the drives are elsewhere at the time `t` (s) than at the equilibrium `state`.
@@ -120,8 +124,9 @@ fn is_driven_until(system: &mut System, mechanism: &Mechanism<f64>, state: &Stat
     moved.v.fill(0.0);
     moved.a.fill(0.0);
     system.assemble(mechanism, &moved, Linearization::statics(), &mut rows);
+    let gap = MOVED * CoordinateScales::at(mechanism, &moved.q).length();
     let is_open =
-        |(unknown, row): (&Unknown, &[f64; 1])| matches!(unknown, Unknown::Multiplier(_)) && row[0].abs() > MOVED;
+        |(unknown, row): (&Unknown, &[f64; 1])| matches!(unknown, Unknown::Multiplier(_)) && row[0].abs() > gap;
     moved.q != state.q || system.unknowns().iter().zip(&rows).any(is_open)
 }
 
@@ -173,8 +178,8 @@ fn advance_substep(
     state.prescribe(mechanism);
     state.v.fill(0.0);
     state.a.fill(0.0);
-    let distance = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    let is_short = distance(&state.q, &before) <= LONGEST_MOTION;
+    let scales = CoordinateScales::at(mechanism, &before);
+    let is_short = scales.distance(&state.q, &before) <= LONGEST_MOTION;
     system.assemble(mechanism, state, Linearization::statics(), &mut rows);
     diagnostics::factorize_stiffness(system, mechanism, state)?;
     system.factor().solve(&mut rows);
@@ -187,7 +192,7 @@ fn advance_substep(
     if !newton(system, mechanism, state, settings, &mut rows)? {
         return Ok(Substep::Failed);
     }
-    let is_near = distance(&state.q, &predicted) <= GOOD_PREDICTION * distance(&predicted, &before);
+    let is_near = scales.distance(&state.q, &predicted) <= GOOD_PREDICTION * scales.distance(&predicted, &before);
     Ok(if is_short && is_near { Substep::Predicted } else { Substep::Distant })
 }
 
@@ -199,11 +204,12 @@ fn newton(
     settings: &Statics,
     rows: &mut [[f64; 1]],
 ) -> Result<bool> {
+    let scales = CoordinateScales::at(mechanism, &state.q);
     for _ in 0..settings.iterations {
         system.assemble(mechanism, state, Linearization::statics(), rows);
         diagnostics::factorize_stiffness(system, mechanism, state)?;
         system.factor().solve(rows);
-        let largest = system.largest_coordinate_row(rows);
+        let largest = scales.largest(system.unknowns(), rows.as_flattened());
         if !largest.is_finite() {
             return Ok(false);
         }
@@ -214,7 +220,7 @@ fn newton(
                 Unknown::Multiplier(m) => state.l[m] -= change[0],
             }
         }
-        if largest <= settings.tolerance {
+        if largest <= settings.tolerance.max(scales.rounding()) {
             return Ok(true);
         }
     }
@@ -264,8 +270,7 @@ struct LoadPath<'s, 'm> {
     /// ω, the weight of the load fraction in the arc length: the largest unbalanced force relative to the largest force of the parts. A
     /// small change of a large load may lead along a path on which the whole load is reversed.
     weight: f64,
-    /// For each equation, true for a coordinate.
-    coordinates: Vec<bool>,
+    scales: CoordinateScales,
     rows: Vec<[f64; 1]>,
 }
 
@@ -276,7 +281,7 @@ struct PathDirection {
     load: f64,
 }
 
-/// First and largest step along the path, in m or rad (root mean square over the coordinates) and weighted load fraction.
+/// First and largest step along the path, in scaled coordinates (root mean square over all) and weighted load fraction.
 const FIRST_STEP: f64 = 0.02;
 const LONGEST_STEP: f64 = 0.2;
 
@@ -293,20 +298,19 @@ const LARGEST_REVERSAL: f64 = 10.0;
 /// Smallest weight of the load fraction.
 const SMALLEST_WEIGHT: f64 = 1e-6;
 
-/// Largest correction (m or rad) of the last iteration at an intermediate load.
+/// Largest correction (m, extents or rad) of the last iteration at an intermediate load.
 const ON_THE_WAY: f64 = 1e-7;
 
 impl<'s, 'm> LoadPath<'s, 'm> {
     fn new(system: &'s mut System, mechanism: &'m Mechanism<f64>, settings: &'s Statics, start: &State<f64>) -> Self {
         let mut rows = vec![[0.0]; system.size()];
         system.assemble(mechanism, start, Linearization::statics(), &mut rows);
-        let coordinates: Vec<bool> = system.unknowns().iter().map(|u| matches!(u, Unknown::Coordinate(_))).collect();
-        let is_force = rows.as_flattened().iter().zip(&coordinates).filter(|(_, is)| **is);
-        let unbalanced = is_force.map(|(r, _)| r.abs()).fold(0.0, f64::max);
+        let unbalanced = system.largest_coordinate_row(&rows);
+        let scales = CoordinateScales::at(mechanism, &start.q);
         let ratio = unbalanced / largest_force(mechanism, start);
         let weight = if ratio > 0.0 { ratio.clamp(SMALLEST_WEIGHT, 1.0) } else { 1.0 };
         let start = rows.as_flattened().to_vec();
-        Self { system, mechanism, settings, start, weight, coordinates, rows }
+        Self { system, mechanism, settings, start, weight, scales, rows }
     }
 
     /// Follows the path. Returns `None` at the load, or else the end of the path.
@@ -380,11 +384,13 @@ impl<'s, 'm> LoadPath<'s, 'm> {
         PathDirection { unknowns: rate.iter().map(|x| x * scale).collect(), load: scale }
     }
 
-    /// Mean product of the coordinates of two directions.
+    /// Mean product of the scaled coordinates of two directions.
     fn product(&self, a: &[f64], b: &[f64]) -> f64 {
         let mut sum = (0.0, 0);
-        for ((a, b), _) in a.iter().zip(b).zip(&self.coordinates).filter(|(_, is)| **is) {
-            sum = (sum.0 + a * b, sum.1 + 1);
+        for ((a, b), unknown) in a.iter().zip(b).zip(self.system.unknowns()) {
+            if let Some(scale) = self.scales.of_unknown(unknown) {
+                sum = (sum.0 + (a / scale) * (b / scale), sum.1 + 1);
+            }
         }
         sum.0 / f64::from(sum.1.max(1))
     }
@@ -426,8 +432,7 @@ impl<'s, 'm> LoadPath<'s, 'm> {
                 at += shift;
             }
             self.add(&change, 1.0, state);
-            let moved = change.iter().zip(&self.coordinates).filter(|(_, is)| **is).map(|(x, _)| x.abs());
-            let largest = moved.fold(0.0, |a, x| if x > a || x.is_nan() { x } else { a });
+            let largest = self.scales.largest(self.system.unknowns(), &change);
             if largest <= ON_THE_WAY {
                 return Ok((at, count));
             }

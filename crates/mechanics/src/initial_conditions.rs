@@ -14,6 +14,7 @@ use crate::elements::element::ElementWorkspace;
 use crate::initial_velocities::{VelocityProjection, solve_velocities};
 use crate::mechanism::scalars::{ElementScalar, Jet2, StateScalar};
 use crate::mechanism::{Mechanism, Unilateral};
+use crate::system::coordinate_scales::CoordinateScales;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
@@ -132,7 +133,7 @@ fn has_redundant_constraints(
 /// Distance of the position (m or rad) in which the rank of the constraints is compared.
 const NEARBY: f64 = 0.02;
 
-/// Largest error of a constraint in m or rad after the assembly with redundant constraints.
+/// Largest error of a constraint in m or rad after the assembly with redundant constraints; in mechanisms of more than 1 m, in their extents.
 const CLOSED: f64 = 1e-9;
 
 /// Why joints cannot be closed.
@@ -192,7 +193,8 @@ fn close_joints(
         // Relative to the size of the mechanism, the next correction of Newton's method is about the square of this one.
         let size = (SMALL * state.q.iter().fold(0.0, |size: f64, q| size.max(q.abs()))).min(1.0);
         if largest <= settings.tolerance || largest * largest <= 0.01 * settings.tolerance * size * size {
-            if system.allows_redundancy() && largest_gap(system, mechanism, state, &mut rows) > CLOSED {
+            let closed = CLOSED * CoordinateScales::at(mechanism, &state.q).length();
+            if system.allows_redundancy() && largest_gap(system, mechanism, state, &mut rows) > closed {
                 break;
             }
             check_independence(system, mechanism, state, &mut rows)?;

@@ -130,18 +130,27 @@ fn drives_keep_the_assembly_and_count_turns() {
         [1.0, 0.3, 0.9, 0.8],
         [1.0, 0.28, 0.75, 1.0],
     ] {
-        let m = four_bar(l, 3.0 * turn);
-        let fine = kinematics(&m, Assembly::default(), &times(1081)).unwrap();
-        for count in [109, 55, 37, 13, 4] {
-            let coarse = equilibria(&m, &Statics::default(), &times(count)).unwrap();
-            let stride = 1080 / (count - 1);
-            for (name, (coarse, fine)) in ["coupler", "rocker"].iter().zip(coarse.iter().zip(&fine)) {
-                for (k, angle) in coarse.iter().enumerate() {
-                    let exact = fine[k * stride];
-                    assert!((angle - exact).abs() < 1e-8, "{l:?}, {count} times: {name} at {k} is {angle} for {exact}");
+        for size in [1.0, 1e-3, 1e3] {
+            let m = four_bar(l.map(|x| x * size), 3.0 * turn);
+            let fine = kinematics(&m, Assembly::default(), &times(1081)).unwrap();
+            for count in [109, 55, 37, 13, 4] {
+                let coarse = equilibria(&m, &Statics::default(), &times(count)).unwrap();
+                let stride = 1080 / (count - 1);
+                for (name, (coarse, fine)) in ["coupler", "rocker"].iter().zip(coarse.iter().zip(&fine)) {
+                    for (k, angle) in coarse.iter().enumerate() {
+                        let exact = fine[k * stride];
+                        assert!(
+                            (angle - exact).abs() < 1e-8,
+                            "{l:?} of {size}, {count} times: {name} at {k} is {angle} for {exact}"
+                        );
+                    }
                 }
+                assert_eq!(
+                    warn_of_equilibrium_jumps(&m, &Statics::default(), &times(count)),
+                    None,
+                    "{l:?}, {count} times"
+                );
             }
-            assert_eq!(warn_of_equilibrium_jumps(&m, &Statics::default(), &times(count)), None, "{l:?}, {count} times");
         }
     }
 }

@@ -49,10 +49,15 @@ fn elastica(load: f64) -> [f64; 2] {
     [end[2], end[3]]
 }
 
-/// A clamped strip with a force at its tip, downwards; returns the tip.
+/// A clamped strip of 1 m with a force at its tip, downwards; returns the tip.
 fn strip(section: &BeamSection<f64>, elements: usize, force: f64) -> Result<[f64; 2]> {
+    strip_of(1.0, section, elements, force)
+}
+
+/// A strip of this length (m).
+fn strip_of(length: f64, section: &BeamSection<f64>, elements: usize, force: f64) -> Result<[f64; 2]> {
     let mut m = Mechanism::<f64>::new();
-    let (nodes, _) = m.beam("strip", [[0.0, 0.0], [1.0, 0.0]], [None, None], elements, section, Shear::Flexible);
+    let (nodes, _) = m.beam("strip", [[0.0, 0.0], [length, 0.0]], [None, None], elements, section, Shear::Flexible);
     nodes[0].coordinates().into_iter().for_each(|c| m.fix(c));
     m.load("force", m.ground().y, nodes[elements].y, Fixed, &[-force]);
     let sensor = m.sensor("tip", nodes[elements].origin());
@@ -102,26 +107,80 @@ fn axial_stiffness_may_be_a_hundred_million_times_the_bending_stiffness() {
     }
 }
 
+/// Sizes of mechanisms, as factors of lengths; forces grow with the square.
+const SIZES: [f64; 4] = [1e-3, 1e2, 1e3, 1e6];
+
+#[test]
+fn strips_of_any_size_bend_alike() {
+    for (elements, load) in [(20, 4.0), (100, 4.0), (33, 30.0)] {
+        let of = |size: f64| {
+            let section = BeamSection::rectangular(0.02 * size, 0.001 * size, 2.1e11, 0.3, 7800.0);
+            let tip = strip_of(size, &section, elements, load * size * size);
+            tip.unwrap_or_else(|error| panic!("{elements} elements of {size}: {error}")).map(|x| x / size)
+        };
+        let one = of(1.0);
+        for size in SIZES {
+            let tip = of(size);
+            let error = (tip[0] - one[0]).hypot(tip[1] - one[1]);
+            assert!(error < 1e-8, "{elements} elements of {size}: {tip:?} instead of {one:?}");
+        }
+    }
+}
+
+/// A beam of 16 elements that a moment at its end bends to a circle.
+#[test]
+fn beams_of_any_size_bend_to_a_circle() {
+    for size in [1.0].into_iter().chain(SIZES) {
+        let section = BeamSection {
+            axial: 1e4 * size.powi(2),
+            shear: 3e3 * size.powi(2),
+            bending: size.powi(4),
+            mass: 1.0,
+            inertia: 1e-3,
+        };
+        let mut m = Mechanism::<f64>::new();
+        let (nodes, _) = m.beam("beam", [[0.0, 0.0], [size, 0.0]], [None, None], 16, &section, Shear::Flexible);
+        nodes[0].coordinates().into_iter().for_each(|c| m.fix(c));
+        let moment = std::f64::consts::TAU * size.powi(3);
+        m.load("moment", m.ground().theta, nodes[16].theta, Fixed, &[moment]);
+        let sensor = m.sensor("end", nodes[16].origin());
+        for name in ["x", "y"] {
+            let term = m.measure(sensor, name).unwrap();
+            m.output(name, &[term]);
+        }
+        let end = equilibria(&m, &Statics::default(), &[0.0]).unwrap_or_else(|error| panic!("{size}: {error}"));
+        assert!(end.iter().all(|x| x[0].abs() < 1e-8 * size), "{size}: {end:?}");
+    }
+}
+
 /// An arch of two rods and springs snaps through: the limit point is passed, or named.
 #[test]
 fn a_shallow_truss_snaps_through_its_limit_point() {
-    let truss = |force: f64| {
-        let mut m = Mechanism::<f64>::new();
-        let (ground, apex) = (m.ground(), m.point_mass("apex", 1.0, 0.0, 0.1));
-        m.fix(apex.x);
-        for side in [-1.0, 1.0] {
-            let length = f64::hypot(1.0, 0.1);
-            m.spring_damper(&format!("rod {side}"), ground.at(side, 0.0), apex.origin(), [100.0, 0.0, length]);
-        }
-        m.load("force", ground.y, apex.y, Fixed, &[-force]);
-        let sensor = m.sensor("apex position", apex.origin());
-        let y = m.measure(sensor, "y").unwrap();
-        m.output("y", &[y]);
-        equilibria(&m, &Statics::default(), &[0.0]).map(|values| values[0][0])
-    };
+    let truss = |force: f64| truss_of(1.0, force);
     // The largest force before the limit point is about 0.0384 N.
     assert!(truss(0.03).unwrap() > 0.05);
     assert!(truss(0.06).unwrap() < -0.1);
+    for (size, force) in SIZES.into_iter().flat_map(|size| [(size, 0.03), (size, 0.06)]) {
+        let [y, one] = [truss_of(size, force).unwrap_or_else(|e| panic!("{size}: {e}")), truss(force).unwrap()];
+        assert!((y - one).abs() < 1e-8, "{size}: {y} instead of {one}");
+    }
+}
+
+/// The height of the loaded arch over its size (m).
+fn truss_of(size: f64, force: f64) -> Result<f64> {
+    let mut m = Mechanism::<f64>::new();
+    let (ground, apex) = (m.ground(), m.point_mass("apex", 1.0, 0.0, 0.1 * size));
+    m.fix(apex.x);
+    for side in [-1.0, 1.0] {
+        let length = size * f64::hypot(1.0, 0.1);
+        let spring = [100.0 * size, 0.0, length];
+        m.spring_damper(&format!("rod {side}"), ground.at(side * size, 0.0), apex.origin(), spring);
+    }
+    m.load("force", ground.y, apex.y, Fixed, &[-force * size * size]);
+    let sensor = m.sensor("apex position", apex.origin());
+    let y = m.measure(sensor, "y")?;
+    m.output("y", &[y]);
+    equilibria(&m, &Statics::default(), &[0.0]).map(|values| values[0][0] / size)
 }
 
 /// A platform on parallel cranks of the same length.

@@ -4,6 +4,7 @@ use crate::analyses::statics::{Statics, follow_equilibria};
 use crate::equilibrium::advance_equilibrium;
 use crate::mechanism::Mechanism;
 use crate::system::System;
+use crate::system::coordinate_scales::CoordinateScales;
 use crate::system::linearization::Linearization;
 use crate::system::state::State;
 use error::two_times;
@@ -32,10 +33,11 @@ pub fn warn_of_equilibrium_jumps(mechanism: &Mechanism<f64>, settings: &Statics,
     };
     follow_equilibria(mechanism, settings, times, add).ok()?;
     let changes: Vec<f64> = path.windows(2).map(|ends| largest_change(&ends[0], &ends[1]).1).collect();
+    let smallest = SMALLEST_CHANGE * settings.tolerance * CoordinateScales::at(mechanism, &path.first()?.q).length();
     let is_large = |k: &usize| {
         let neighbours = [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|i| changes.get(i));
         let larger = neighbours.fold(0.0f64, |a, change| a.max(*change));
-        changes[*k] > SMALLEST_CHANGE * settings.tolerance && changes[*k] > LARGE_CHANGE * larger
+        changes[*k] > smallest && changes[*k] > LARGE_CHANGE * larger
     };
     let mut system = System::at(mechanism, *times.first()?).ok()?;
     let jumps = (0..changes.len()).filter(is_large).filter_map(|k| {

@@ -11,6 +11,7 @@ use crate::events::impact;
 use crate::initial_conditions::{Assembly, CONTRADICTION, LARGE_GAP, assemble, check_contradictions, largest_gap};
 use crate::mechanism::Mechanism;
 use crate::system::System;
+use crate::system::coordinate_scales::CoordinateScales;
 use crate::system::state::State;
 use crate::{Error, Result};
 
@@ -101,11 +102,12 @@ fn check_closed(system: &System, mechanism: &Mechanism<f64>, state: &State<f64>)
         return Ok(());
     }
     let (mut system, mut rows) = (system.clone(), vec![[0.0]; system.size()]);
-    if largest_gap(&mut system, mechanism, state, &mut rows) <= CONTRADICTION {
+    let allowed = CONTRADICTION * CoordinateScales::at(mechanism, &state.q).length();
+    if largest_gap(&mut system, mechanism, state, &mut rows) <= allowed {
         return Ok(());
     }
     conflicting_drives(mechanism, state).map_or(Ok(()), Err)?;
-    check_contradictions(&system, mechanism, state.t, (rows.as_flattened(), "m or rad"), CONTRADICTION)
+    check_contradictions(&system, mechanism, state.t, (rows.as_flattened(), "m or rad"), allowed)
 }
 
 /// Number of positions on the way to the next time at which a failed equilibrium is assembled.

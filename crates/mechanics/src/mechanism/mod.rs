@@ -46,6 +46,8 @@ pub(crate) struct CoordinateData<S> {
     pub is_driven_twice: bool,
     /// True if it is determined by other coordinates: it then has no weight in the distance from the built positions.
     pub is_follower: bool,
+    /// Axis of a position of a body in m: 0, 1, 2 for x, y, z.
+    pub axis: Option<usize>,
     /// The switch that is on while a follower keeps its place, as where friction sticks.
     pub holding: Option<usize>,
 }
@@ -152,29 +154,31 @@ impl<S: Scalar> Mechanism<S> {
             motion: None,
             is_driven_twice: false,
             is_follower: false,
+            axis: None,
             holding: None,
         });
         Coordinate(self.coordinates.len() - 1)
     }
 
+    /// Adds the coordinates of a `point` (m) named `name`, at rest; in the plane two, in space three.
+    pub(crate) fn point<const N: usize>(&mut self, name: &str, point: [S; N]) -> [Coordinate; N] {
+        std::array::from_fn(|axis| {
+            let coordinate = self.coordinate(format!("{name}.{}", ["x", "y", "z"][axis]), point[axis], S::zero());
+            self.coordinates[coordinate.0].axis = Some(axis);
+            coordinate
+        })
+    }
+
     /// Adds a node without mass: three coordinates, to which elements may add inertia.
     pub fn massless_node(&mut self, name: &str, pose: Pose<S>) -> Body {
-        let zero = S::from(0.0);
-        Body {
-            x: self.coordinate(format!("{name}.x"), pose.x, zero),
-            y: self.coordinate(format!("{name}.y"), pose.y, zero),
-            theta: self.coordinate(format!("{name}.theta"), pose.theta, zero),
-        }
+        let [x, y] = self.point(name, [pose.x, pose.y]);
+        Body { x, y, theta: self.coordinate(format!("{name}.theta"), pose.theta, S::zero()) }
     }
 
     /// Adds a point at rest that beam ends can share; its rotation is that of the ground.
     pub fn fixed_node(&mut self, name: &str, x: S, y: S) -> Body {
-        let zero = S::from(0.0);
-        let node = Body {
-            x: self.coordinate(format!("{name}.x"), x, zero),
-            y: self.coordinate(format!("{name}.y"), y, zero),
-            theta: self.ground.theta,
-        };
+        let [x, y] = self.point(name, [x, y]);
+        let node = Body { x, y, theta: self.ground.theta };
         self.fix(node.x);
         self.fix(node.y);
         node
@@ -230,6 +234,25 @@ impl<S: Scalar> Mechanism<S> {
     /// Names and positions of all coordinates, in the order in which they were added.
     pub fn coordinates(&self) -> impl ExactSizeIterator<Item = (&str, S)> {
         self.coordinates.iter().map(|coordinate| (coordinate.name.as_str(), coordinate.position))
+    }
+
+    /// Extent of the mechanism at the positions `q`: the largest distance of two bodies along an axis, in m. Of one body, the largest distance from
+    /// the ground's origin.
+    pub(crate) fn extent(&self, q: &[f64]) -> f64 {
+        let ground3 = self.ground3_coordinates();
+        let is_ground =
+            |i: usize| self.ground.coordinates().iter().any(|c| c.0 == i) || ground3.is_some_and(|of| of.contains(&i));
+        let largest = |includes: &dyn Fn(usize) -> bool| {
+            let [mut least, mut most] = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+            for (i, coordinate) in self.coordinates.iter().enumerate().filter(|(i, _)| includes(*i)) {
+                if let Some(axis) = coordinate.axis {
+                    (least[axis], most[axis]) = (least[axis].min(q[i]), most[axis].max(q[i]));
+                }
+            }
+            least.iter().zip(&most).map(|(least, most)| most - least).fold(0.0, f64::max)
+        };
+        let of_bodies = largest(&|i| !is_ground(i));
+        if of_bodies > 0.0 { of_bodies } else { largest(&|_| true) }
     }
 
     /// Initial position of a coordinate.

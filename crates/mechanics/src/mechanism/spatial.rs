@@ -37,14 +37,8 @@ impl<S: Scalar> Mechanism<S> {
 
     /// The seven coordinates of a body.
     pub(crate) fn coordinates3(&mut self, name: &str, pose: Pose3<S>) -> Body3 {
-        let (zero, e) = (S::zero(), pose.orientation.parameters());
-        let [x, y, z] = pose.position;
-        Body3 {
-            x: self.coordinate(format!("{name}.x"), x, zero),
-            y: self.coordinate(format!("{name}.y"), y, zero),
-            z: self.coordinate(format!("{name}.z"), z, zero),
-            e: [0, 1, 2, 3].map(|k| self.coordinate(format!("{name}.e{k}"), e[k], zero)),
-        }
+        let ([x, y, z], e) = (self.point(name, pose.position), pose.orientation.parameters());
+        Body3 { x, y, z, e: [0, 1, 2, 3].map(|k| self.coordinate(format!("{name}.e{k}"), e[k], S::zero())) }
     }
 
     /// The marker of a body that has this pose in the world at the start.

@@ -5,11 +5,13 @@
 //! | `state` | positions, velocities, accelerations and multipliers at one time; residual of one element |
 //! | `modes` | elements that are active, events that have happened |
 //! | `outputs` | named outputs of a state, energy |
+//! | `coordinate_scales` | units in which changes of different coordinates are compared |
 //! | `dof_map` | rows and columns of each element, and its constant derivatives |
 //! | `linearization` | weights of the derivatives of the residual in the matrix of an analysis |
 //! | `assembly` | residual in any number type, matrix |
 
 pub(crate) mod assembly;
+pub(crate) mod coordinate_scales;
 pub(crate) mod dof_map;
 pub(crate) mod linearization;
 pub(crate) mod modes;

@@ -61,12 +61,8 @@ impl Element for PointMass {
 impl<S: Scalar> Mechanism<S> {
     /// Adds a point mass; as a body it does not rotate.
     pub fn point_mass(&mut self, name: &str, mass: S, x: S, y: S) -> Body {
-        let zero = S::from(0.0);
-        let body = Body {
-            x: self.coordinate(format!("{name}.x"), x, zero),
-            y: self.coordinate(format!("{name}.y"), y, zero),
-            theta: self.ground().theta,
-        };
+        let [x, y] = self.point(name, [x, y]);
+        let body = Body { x, y, theta: self.ground().theta };
         let [gx, gy, _] = self.gravity;
         self.add_object(name.into(), PointMass::object(), &[body.x, body.y], &[mass, gx, gy]);
         body

@@ -70,14 +70,9 @@ impl Element for PointMass3 {
 impl<S: Scalar> Mechanism<S> {
     /// Adds a point mass (kg) at `position` (m) in space; as a body it does not rotate.
     pub fn point_mass3(&mut self, name: &str, mass: S, position: [S; 3]) -> Body3 {
-        let (zero, ground) = (S::zero(), self.ground3());
-        let [x, y, z] = position;
-        let body = Body3 {
-            x: self.coordinate(format!("{name}.x"), x, zero),
-            y: self.coordinate(format!("{name}.y"), y, zero),
-            z: self.coordinate(format!("{name}.z"), z, zero),
-            e: ground.e,
-        };
+        let ground = self.ground3();
+        let [x, y, z] = self.point(name, position);
+        let body = Body3 { x, y, z, e: ground.e };
         let [gx, gy, gz] = self.gravity;
         self.add_object(name.into(), PointMass3::object(), &[body.x, body.y, body.z], &[mass, gx, gy, gz]);
         body
