@@ -50,8 +50,9 @@ pub struct TimeStepper<'m> {
     pub(crate) failed_steps: usize,
 }
 
-/// Fraction of a grid step. After an event, a remainder of the step that is shorter is merged with the next grid step.
-const TINY: f64 = 1e-4;
+/// Fraction of a grid step. After an event, a remainder of the step that is shorter is merged with the next grid step: accelerations at the end
+/// of a short step have rounding errors divided by the square of its length.
+const TINY: f64 = 1e-2;
 
 /// Smallest trial step, as a fraction of the first one.
 const SMALLEST: f64 = 1.0 / 1024.0;

@@ -86,10 +86,11 @@ fn many_random_spatial_mechanisms() {
 /// * 12762, 13882 and 14337: semi-analytical derivatives of accelerations lose digits to rounding, or to curvature, by their step;
 /// * 1006 (friction in driven joints): implicit steps ended when positions had converged, before the reactions had;
 /// * 147 (a contact) and 20 (a beam), with events: fixed steps after an event had lengths that depend on the time of the event;
-/// * 979 and 1555 (contacts with events) are right: differences across jumps of the size of the discretization error were not.
+/// * 979 and 1555 (contacts with events) are right: differences across jumps of the size of the discretization error were not;
+/// * 2128 (a short step after an event): semi-analytical derivatives lost all digits to its rounding errors.
 #[test]
 fn mechanisms_that_had_wrong_derivatives() {
-    let large = [1, 20, 147, 591, 645, 979, 1006, 1555, 2812, 5004, 5047, 5068, 5090, 6683];
+    let large = [1, 20, 147, 591, 645, 979, 1006, 1555, 2128, 2812, 5004, 5047, 5068, 5090, 6683];
     let small = [12762, 13882, 14337];
     for (seed, least) in large.map(|seed| (seed, 200)).into_iter().chain(small.map(|seed| (seed, 100))) {
         let found = check_all::<RandomMechanism>(seed, seed + 1);
