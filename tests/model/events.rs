@@ -549,6 +549,9 @@ fn limited_histories_include_both_sides_of_events() {
         limit("force", "at_most = 50\ncontinuous = true"),
         limit("max(force)", "at_most = 50"),
         limit("force^2 + time", "at_most = 2500.1"), // the event is at 0.1 s
+        limit("force", "at_most = 50\nfrom = 0.05\nto = 0.2"),
+        limit("max(force, 0.05, 2)", "at_most = 50"),
+        limit("force^2 + time", "at_most = 2500.1\nto = 0.12"),
     ];
     for scheme in schemes {
         for objective in &cases {
@@ -560,6 +563,16 @@ fn limited_histories_include_both_sides_of_events() {
         // 10/c (1 − exp(−1.9 c)) = 2
         let exact = (0..50).fold(5.0f64, |c, _| 5.0 * (1.0 - (-1.9 * c).exp()));
         assert!((design[0] - exact).abs() < 2e-4 && (peak - 10.0 * exact).abs() < 2e-3, "{scheme}: {design:?} {peak}");
+        let windowed = objective.replace("peak(force)", "peak(force, 0.05, 2)");
+        let (design, peak) = optimum(&braked(&format!("{scheme}{windowed}")));
+        assert!((design[0] - exact).abs() < 2e-4 && (peak - 10.0 * exact).abs() < 2e-3, "{scheme}: {design:?} {peak}");
+        // The value at the event, 10 c at 0.1 s, has no limit outside the interval: 10 c exp(−0.1 c) = 30 at 0.2 s, or no limit at all.
+        let at_first_point = (0..200).fold(3.0f64, |c, _| 3.0 * (0.1 * c).exp());
+        for (interval, exact) in [("from = 0.19\nto = 2", at_first_point), ("to = 0.07", 8.0)] {
+            let objective = limit("force", &format!("at_most = 30\n{interval}"));
+            let (design, _) = optimum(&braked(&format!("{scheme}{objective}")).replace("upper = 20", "upper = 8"));
+            assert!((design[0] - exact).abs() < 2e-3, "{scheme} {interval}: {design:?} {exact}");
+        }
     }
 }
 

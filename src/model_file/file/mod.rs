@@ -353,7 +353,7 @@ fn model_of_document(file: &str, table: &DeTable<'_>, source: FileSource<'_>) ->
     source.log.check()?;
     let (mut objective, method) = (objective.expect("no error was logged"), method.expect("no error was logged"));
     let events = mechanism.as_ref().map_or(&[][..], |(mechanism, _)| &mechanism.events);
-    let mut sides = EventSides::new(events, outputs);
+    let mut sides = EventSides::new(events, grid.as_ref(), outputs);
     objective.iter_mut().for_each(|objective| objective.add_sides(&mut sides));
     let constraints = sides.constrain(constraints);
     let outputs = sides.into_outputs();

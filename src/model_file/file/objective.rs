@@ -478,10 +478,10 @@ impl BoundedHistory {
 }
 
 impl PeakSpec {
-    /// Adds the values of whole histories on both sides of each event.
+    /// Adds the values of histories on both sides of each event.
     fn add_sides(&mut self, sides: &mut EventSides<'_>) {
         let at_events = |history: &BoundedHistory| -> Vec<BoundedHistory> {
-            let values = if history.window.is_none() { sides.values(&history.quantity) } else { vec![] };
+            let values = sides.values(&history.quantity, history.window);
             let of_value = |(_, quantity)| BoundedHistory { quantity, is_maximum: history.is_maximum, window: None };
             values.into_iter().map(of_value).collect()
         };

@@ -3,7 +3,7 @@
 use super::function::Point;
 use super::problem_scalar::{AnyFunction, AnyFunctional, ProblemScalar};
 use super::{Function, Functional, Intermediates, TimeGrid, WeightedSum};
-use autodiff::Scalar;
+use autodiff::{Dual, HyperDual, PolynomialDegree, Scalar};
 use std::sync::Arc;
 
 /// Relative rounding below which a quantity counts as a response minus a function of time.
@@ -86,6 +86,19 @@ impl Quantity {
         }
         let uses = [responses, &[time]].concat();
         Some(Self { uses, ..Self::new(QuantityForm::AtTime(function.clone())) })
+    }
+
+    /// As [`at_instant`](Self::at_instant), if the instant is between the times of `window`; else the value at time point number `point` of the
+    /// grid, which is one inside the window.
+    #[must_use]
+    pub fn at_instant_within(&self, responses: &[usize], time: usize, window: [f64; 2], point: usize) -> Option<Self> {
+        let QuantityForm::EachPoint(grid, function) = &self.form else { return None };
+        if self.direct.is_some() {
+            return None;
+        }
+        let functional = WithinWindow { function: function.clone(), count: responses.len(), window, point };
+        let uses = [responses, &[time], &self.uses].concat();
+        Some(Self { uses, ..Self::new(QuantityForm::Whole(*grid, Arc::new(functional))) })
     }
 
     fn new(form: QuantityForm) -> Self {
@@ -199,6 +212,39 @@ impl SignedQuantity<'_> {
         }
     }
 }
+
+/// A function at an instant inside a window, or else at a time point.
+///
+/// Its responses are numbers that stand for the histories, the time of the instant, and the histories.
+struct WithinWindow {
+    function: Arc<dyn AnyFunction>,
+    /// Number of the histories.
+    count: usize,
+    window: [f64; 2],
+    point: usize,
+}
+
+impl WithinWindow {
+    fn value<S: ProblemScalar>(&self, history: &[Point<S>]) -> S {
+        let at_point = &history[self.point];
+        let (numbers, others) = at_point.response.split_at(self.count);
+        let (time, histories) = others.split_first().expect("the time of the instant is among them");
+        let [from, to] = self.window;
+        let is_inside = from <= time.re() && time.re() <= to;
+        let (response, time) = if is_inside { (numbers, *time) } else { (histories, at_point.time) };
+        S::call(&*self.function, &Point { response, time, ..*at_point })
+    }
+}
+
+macro_rules! within_window {
+    ($($number:ty => $name:ident),*) => {
+        impl AnyFunctional for WithinWindow {
+            $(fn $name(&self, history: &[Point<$number>]) -> $number { self.value(history) })*
+            fn made_for(&self) -> Option<usize> { None }
+        }
+    };
+}
+within_window!(f64 => real, Dual => dual, HyperDual => hyper_dual, PolynomialDegree => degree);
 
 /// The only response of a quantity.
 struct OnlyResponse;
