@@ -10,9 +10,7 @@ use super::run_directory::{NamedValue, Nearest, PAGE};
 use super::tables;
 use clap::Args;
 use linkwright::model_file::Model;
-use linkwright::problem::{
-    self, AnalyzedDesign, DesignVariable, Problem, ResponseAt, Responses, SignedQuantity, TimeGrid,
-};
+use linkwright::problem::{self, AnalyzedDesign, DesignVariable, Problem, Responses, SignedQuantity, TimeGrid};
 use linkwright::report::number::{readable, unit_of_derivative, with_unit, without_rounding};
 use linkwright::report::outcome;
 use linkwright::report::table::{Cell, Table, one_line};
@@ -448,14 +446,14 @@ impl Sensitivities {
             self.given.head(&analysed)?;
         }
         let AnalysedDesign { problem, analyzed: AnalyzedDesign { design, responses, .. }, .. } = &analysed;
-        let points_of =
-            |(h, values): (usize, &Vec<f64>)| (0..values.len()).map(move |p| ResponseAt { response: h, point: p });
-        let instants: Vec<ResponseAt> = responses.values.iter().enumerate().flat_map(points_of).collect();
         let line = working("differentiating", self.given.show(), &model);
-        let rows = problem.sensitivities(design, responses, &instants)?;
+        let (known, without) = problem.all_sensitivities(design, responses)?;
         drop(line);
-        let table = tables::sensitivities(problem, responses, &instants, &rows)?;
-        let known = problem::Sensitivities { at: instants, rows };
+        let left_out = |(h, why): &(usize, linkwright::Error)| {
+            format!("the output {} is left out of the derivatives: {why}", problem.responses[*h].name)
+        };
+        let left_out: Vec<String> = without.iter().map(left_out).collect();
+        let table = tables::sensitivities(problem, responses, &known)?;
         let (objective, constraints) = self.gradients(&analysed, &known)?;
         if self.given.json {
             let record = SensitivityRecord {
@@ -465,12 +463,13 @@ impl Sensitivities {
                 design: analysed.design_values(),
                 objective,
                 constraints,
-                warnings: responses.warnings.clone(),
+                warnings: responses.warnings.iter().cloned().chain(left_out).collect(),
                 notes: responses.notes.clone(),
             };
             say(&serde_json::to_string(&record)?)?;
         } else {
             self.list(&std::iter::once(&objective).chain(&constraints).collect::<Vec<_>>(), problem)?;
+            warn(&left_out);
         }
         self.given.write("sensitivities.csv", &table.csv())
     }

@@ -237,9 +237,17 @@ const STATUSES: [GradientStatus; 6] = [
 fn summary(checked: &GradientCheck) -> String {
     let counts = STATUSES.map(|f| (checked.count(f), f.text()));
     let without = (checked.without_derivatives.len(), "without derivatives");
-    let words =
-        counts.iter().chain([&without]).filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}"));
-    format!("{}, by {}", words.collect::<Vec<_>>().join(", "), checked.methods.join(", "))
+    let words: Vec<String> = counts
+        .iter()
+        .chain([&without])
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, text)| format!("{count} {text}"))
+        .collect();
+    match words.is_empty() {
+        true => "There is nothing to check: without outputs, objective and constraints are differentiated exactly"
+            .to_owned(),
+        false => format!("{}, by {}", words.join(", "), checked.methods.join(", ")),
+    }
 }
 
 /// The number of derivatives with each verdict, the methods that failed with the reasons, and the advice on scales.

@@ -1,11 +1,10 @@
 //! Cycles, histories and derivatives as tables.
 
-use linkwright::problem::{Evaluation, Problem, ResponseAt, Responses};
+use linkwright::problem::{Evaluation, Problem, Responses, Sensitivities};
 use linkwright::report::outcome;
 use linkwright::report::run::step_cells;
 use linkwright::report::table::{Cell, Table};
 use linkwright::sao::RunState;
-use nalgebra::DMatrix;
 use std::collections::BTreeSet;
 
 /// Table of trial steps from number `from`, accepted and rejected.
@@ -73,23 +72,18 @@ fn over_time(
     Ok(table)
 }
 
-/// Table of the derivatives of all responses at all time points.
-pub fn sensitivities(
-    problem: &Problem,
-    values: &Responses,
-    points: &[ResponseAt],
-    rows: &DMatrix<f64>,
-) -> linkwright::Result<Table> {
+/// Table of the derivatives of responses at time points.
+pub fn sensitivities(problem: &Problem, values: &Responses, known: &Sensitivities) -> linkwright::Result<Table> {
     let names = problem.variables.iter().map(|v| format!("d/d {}", v.name));
     let axis = problem.grids.first().map_or("time", |grid| &grid.name);
     let fixed = ["response", axis, "value"].map(str::to_owned);
     let mut table = Table::new("Sensitivities", fixed.into_iter().chain(names));
-    for (k, at) in points.iter().enumerate() {
+    for (k, at) in known.at.iter().enumerate() {
         let response = &problem.responses[at.response];
         let time = response.grid.map(|g| &problem.grids[g]);
         let time = time.map_or(Cell::Empty, |grid| Cell::from(grid.shown(grid.points[at.point])));
         let fixed = [Cell::from(response.name.as_str()), time, values.at(*at).into()];
-        table.push(fixed.into_iter().chain(rows.row(k).iter().map(|d| Cell::from(*d))))?;
+        table.push(fixed.into_iter().chain(known.rows.row(k).iter().map(|d| Cell::from(*d))))?;
     }
     Ok(table)
 }

@@ -153,11 +153,12 @@ pub struct ConstraintValue {
 }
 
 impl ConstraintValue {
-    /// `violated`, `active` or `satisfied`. Whether it is active does not depend on the scale of the constraint.
+    /// `violated`, `active` or `satisfied`. Whether it is active does not depend on the scale of the constraint, unless limit and value are
+    /// zero: a distance up to which it counts as satisfied is none.
     pub fn status(&self) -> &'static str {
         match self.margin {
             m if m < -self.tolerance => "violated",
-            m if m <= ACTIVE * self.size => "active",
+            m if m <= (ACTIVE * self.size).max(self.tolerance) => "active",
             _ => "satisfied",
         }
     }

@@ -330,6 +330,37 @@ fn one_indeterminate_output_does_not_stop_the_check_of_the_others() {
     }
 }
 
+/// A load that begins at a design variable, on the grid of the steps: the methods miss its effect, and differences are noisy; a driven velocity that jumps on
+/// the grid: derivatives scatter among designs that differ in their last digits.
+#[test]
+fn derivatives_beside_jumps_on_the_grid_are_not_called_right() {
+    let arm = |part: &str| {
+        format!(
+            "version = 2\ngravity = [0, -9.81]\n[design]\ntd = {{ start = 0.4, lower = 0.1, upper = 1 }}\n\
+             [[body]]\nname = \"cart\"\nmass = 2\ninertia = 0.1\nposition = [0, 0]\n\
+             [[body]]\nname = \"bob\"\nmass = 1.3\ninertia = 0.02\nposition = [\"0.6*sin(0.2)\", \"-0.6*cos(0.2)\"]\nangle = 0.2\n\
+             [[joint]]\nname = \"rail\"\nkind = \"prismatic\"\na = \"ground\"\nb = \"cart\"\n\
+             [[joint]]\nname = \"pin\"\na = \"cart\"\nb = {{ body = \"bob\", at = [0, 0.6] }}\n{part}\n\
+             [time]\nto = 1\npoints = 11\n[analysis]\nkind = \"dynamics\"\nstep = 1e-3\n\
+             [[output]]\nname = \"th\"\nvalue = \"bob.theta\"\n[[output]]\nname = \"w\"\nvalue = \"bob.omega\"\n\
+             [objective]\nminimize = \"final(w)\"\n"
+        )
+    };
+    let load =
+        "[[force]]\nname = \"push\"\nkind = \"load\"\nb = \"cart.x\"\ngeneralized_force = \"if(time > td, 10, 0)\"\n";
+    let drive = "[[driver]]\nname = \"run\"\ncoordinate = \"cart.x\"\n\
+                 motion = { kind = \"ramp\", from = 0, to = 0.7, begin = \"td\", duration = 0.45, profile = \"linear\" }\n";
+    for (part, after) in [(load, 0.45), (drive, 0.45)] {
+        let problem = read("m.toml", &arm(part)).unwrap_or_else(|e| panic!("{e}")).problem().unwrap();
+        let checked = problem.check_sensitivities(&problem.start(), 11).unwrap();
+        for d in &checked.derivatives {
+            let is_after = problem.grids[0].points[d.at.point] > after;
+            let is_right = d.status == GradientStatus::Right;
+            assert!(!is_after || !is_right || d.disagreement() < 1e-3 * d.computed[0].abs(), "{part}: {d:?}");
+        }
+    }
+}
+
 #[test]
 #[cfg(feature = "cli")]
 fn an_indeterminate_output_has_a_verdict_of_its_own() {
@@ -341,6 +372,15 @@ fn an_indeterminate_output_has_a_verdict_of_its_own() {
     assert!(shown.contains("share: ") && shown.contains("it has one of many values"), "{shown}");
     let csv = place.read("out/derivatives.csv");
     assert!(csv.lines().any(|line| line.starts_with("share,,,") && line.contains("no derivative")), "{csv}");
+    // The derivatives of all other outputs are printed, unless the objective depends on it.
+    let shown = place.run(&["sensitivities", "m", "--out", "derivatives"], 0);
+    assert!(shown.contains("Warning: the output share is left out of the derivatives: "), "{shown}");
+    let csv = place.read("derivatives/sensitivities.csv");
+    assert!(csv.lines().count() > 3 && !csv.contains("share"), "{csv}");
+    let minimized = hinged_twice(HINGED_SPRING, DYNAMICS).replace("minimize = \"k\"", "minimize = \"final(share)\"");
+    std::fs::write(place.0.join("share.toml"), minimized).unwrap();
+    let shown = place.run(&["sensitivities", "share"], 1);
+    assert!(shown.contains("share") && shown.contains("indeterminate"), "{shown}");
     let json = crate::shell::linkwright(&["check", "m", "--json"], &place.0);
     let lines: Vec<serde_json::Value> =
         String::from_utf8(json.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect();

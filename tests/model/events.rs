@@ -598,3 +598,39 @@ fn outputs_just_after_an_event_have_exact_derivatives() {
         + &sides.replace("\nafter_event", "\nat_event = \"on\"\nafter_event");
     assert!(read("m.toml", &both).map(drop).unwrap_err().to_string().contains("exclude each other"));
 }
+
+/// A table or belt of 7 kg whose speed jumps from 0 to 4/3 m/s and back, and what it moves: an impulse has no limit in steps of any kind, while friction
+/// and contacts have one.
+#[test]
+fn jumps_of_driven_velocities_with_friction_or_contacts_are_refused() {
+    let text = |contact: &str, analysis: &str| {
+        format!(
+            "version = 2\n[[body]]\nname = \"table\"\nkind = \"slider\"\nmass = 7\n[[body]]\nname = \"block\"\nkind = \"slider\"\nmass = 1.5\n\
+             [[driver]]\nname = \"lift\"\ncoordinate = \"table\"\n\
+             motion = {{ kind = \"ramp\", from = 0, to = 0.4, begin = 0.2, duration = 0.3, profile = \"linear\" }}\n\
+             [[force]]\nname = \"weight\"\nkind = \"load\"\nb = \"block\"\ngeneralized_force = -14.7\n\
+             [[force]]\nname = \"contact\"\n{contact}\na = \"table\"\nb = \"block\"\n\
+             [time]\nto = 1\npoints = 21\n[analysis]\nkind = \"dynamics\"\n{analysis}\n[[output]]\nname = \"x\"\nvalue = \"block.position\"\n"
+        )
+    };
+    let stop = "kind = \"rigid-stop\"\nclearance = 0\nrestitution = 0.5";
+    let rub = "kind = \"dry-friction\"\ncoulomb_force = 30\nstatic_ratio = 1.2";
+    for contact in [stop, rub] {
+        for analysis in
+            ["step = 1e-3", "step = 2.7e-4\nscheme = \"hht\"", "tolerance = 1e-6", "scheme = \"rk8\"\ntolerance = 1e-8"]
+        {
+            let error = read("m.toml", &text(contact, analysis)).unwrap().simulate(&[]).err().unwrap().to_string();
+            assert!(error.contains("table") && error.contains("jumps by 1.333"), "{contact} {analysis}: {error}");
+            assert!(
+                error.contains("continuous velocity") && !error.contains("fixed steps"),
+                "{contact} {analysis}: {error}"
+            );
+        }
+        // A smooth ramp is fine.
+        let smooth = text(contact, "step = 1e-3").replace("\"linear\"", "\"smooth\"");
+        assert!(read("m.toml", &smooth).unwrap().simulate(&[]).is_ok(), "{contact}");
+    }
+    // A spring and a damper transmit the motion without a limit.
+    let spring = "kind = \"coordinate-spring\"\nstiffness = 1e3\ndamping = 10";
+    assert!(read("m.toml", &text(spring, "step = 1e-3")).unwrap().simulate(&[]).is_ok());
+}

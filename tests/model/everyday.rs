@@ -558,6 +558,38 @@ fn jumps_that_move_with_the_design_are_told_before_a_run() {
     assert!(!shown(&load("2"), off, "max(x)").contains(integral));
 }
 
+/// Derivatives along explicit and adaptive steps lack the effect of a design variable on the time at which a driven acceleration jumps.
+#[test]
+fn driven_accelerations_that_jump_at_a_design_variable_are_told() {
+    let shown = |motion: &str| {
+        let place = TempFolder::new("everyday-driven");
+        let text = format!(
+            "version = 2\n[design.a]\nstart = 0.5\nlower = 0.1\nupper = 0.9\n[[body]]\nname = \"s\"\nkind = \"slider\"\nmass = 1\n\
+             [[driver]]\nname = \"d\"\ncoordinate = \"s\"\nmotion = {motion}\n[time]\nto = 1\npoints = 3\n[analysis]\nkind = \"dynamics\"\n\
+             [[output]]\nname = \"x\"\nvalue = \"s.position\"\n"
+        );
+        std::fs::write(place.0.join("m.toml"), text).unwrap();
+        place.run(&["analyze", "m"], 0)
+    };
+    let start_up = |duration: &str, profile: &str| {
+        format!("{{ kind = \"start-up\", speed = \"a\", duration = {duration}, profile = \"{profile}\" }}")
+    };
+    let told = "derivatives by explicit and by adaptive steps lack the effect of that time";
+    for motion in
+        [start_up("\"a\"", "linear"), "\"max(0, time - a)^2\"".into(), "\"if(time > a, (time - a)^2, 0)\"".into()]
+    {
+        assert!(shown(&motion).contains(told), "{motion}");
+    }
+    for motion in [
+        start_up("0.3", "linear"),
+        start_up("\"a\"", "cubic"),
+        "\"max(0, time - 0.3)^2*a\"".into(),
+        "\"a*time\"".into(),
+    ] {
+        assert!(!shown(&motion).contains(told), "{motion}");
+    }
+}
+
 /// A simulation has no objective to be checked, and a study is not a run.
 #[test]
 fn simulations_are_checked_and_studies_are_no_runs() {

@@ -97,6 +97,23 @@ fn what_is_no_frequency_is_explained() {
     assert!(error.contains("natural frequency 3") && error.contains("only 2"), "{error}");
 }
 
+/// A product of numbers with an angular velocity is no frequency, however it is written.
+#[test]
+fn an_angular_velocity_is_no_limit_of_a_frequency_in_hertz() {
+    let model = |limit: &str| {
+        chain(&format!(
+            "{OUTPUTS}[objective]\nminimize = 'mass'\n[[constraint]]\nname = 'limit'\nvalue = 'f2'\nat_least = '{limit}'\n"
+        ))
+    };
+    for limit in ["62.8 rad/s", "2*pi*10 rad/s", "600 rpm", "2*300 rpm", "(1 + 1)*(3 rad/s)"] {
+        let error = read("m.toml", &model(limit)).map(drop).unwrap_err().to_string();
+        assert!(error.contains("an angular velocity") && error.contains("1 Hz is 2*pi rad/s"), "{limit}: {error}");
+    }
+    for limit in ["10 Hz", "2*5 Hz", "10", "2*pi", "600 rpm*(1 Hz)/(60 rpm)", "(62.8 rad/s)/(2*pi)"] {
+        assert!(read("m.toml", &model(limit)).is_ok(), "{limit}");
+    }
+}
+
 #[test]
 fn a_mode_shape_is_the_amplitude_of_its_value() {
     let outputs = "[[output]]\nname = 'one'\nvalue = 'one.position'\nmode = 1\n[[output]]\nname = 'ratio'\nvalue = '2*two.position'\nmode = 1\n\

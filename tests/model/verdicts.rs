@@ -361,3 +361,54 @@ fn runs_with_unbounded_variables_can_be_read_again() {
     let resumed = place.run(&["resume", "run", "--quiet"], 3);
     assert!(!resumed.contains("not readable"), "{resumed}");
 }
+
+/// An infeasible design on the way to an optimum has a better objective only by its violation, and is not called better; a constraint whose limit is
+/// zero is active where its value is a rounding error.
+#[test]
+fn a_violation_is_no_improvement() {
+    let place = TempFolder::new("violation");
+    let file = |variables: &str, f: &str, g: &str| {
+        format!(
+            "version = 2\n[design]\n{variables}\n[[output]]\nname = \"f\"\nvalue = \"{f}\"\n[[output]]\nname = \"g\"\nvalue = \"{g}\"\n\
+             [objective]\nminimize = \"f\"\n[[constraint]]\nname = \"limit\"\nvalue = \"g\"\nat_most = 0\n"
+        )
+    };
+    let (x, y) = ("x = { start = 5 }", "x = { start = 5 }\ny = { start = 3 }");
+    for (variables, f, g) in [(x, "-x", "1e-6*(x - 1)"), (y, "(x-4)^2 + (y-4)^2", "1e-7*(x*y - 4)")] {
+        std::fs::write(place.0.join("m.toml"), file(variables, f, g)).unwrap();
+        let shown = place.run(&["optimize", "m", "--force", "--out", "run"], 0);
+        assert!(shown.contains("Converged") && !shown.contains("best design"), "{f}: {shown}");
+        let shown = place.run(&["compare", "m", "--methods", "automatic,slp-filter", "--out", "comparison"], 0);
+        assert!(!shown.contains("before its end") && shown.contains("the end of"), "{f}: {shown}");
+        drop(std::fs::remove_dir_all(place.0.join("comparison")));
+    }
+    for weight in ["0.7", "1.0", "1.3", "1.6", "2.2", "3.1"] {
+        let variables = "x = { start = 3 }\ny = { start = 1 }";
+        let text = file(variables, &format!("(x - {weight})^2 + (y - 0.1)^2"), "x^2 - 3*y");
+        std::fs::write(place.0.join("m.toml"), text).unwrap();
+        let shown = place.run(&["optimize", "m", "--force", "--out", "run"], 0);
+        assert!(shown.contains(", active, margin"), "{weight}: {shown}");
+    }
+}
+
+/// The scale of a peak is that of the start: a start that cannot be analysed ends an optimization, and not the analysis of another design.
+#[test]
+fn a_start_that_fails_does_not_stop_the_analysis_of_another_design() {
+    let place = TempFolder::new("failing-start");
+    let text = "version = 2\n[design]\nm = { start = 0, lower = 0, upper = 5 }\n[[body]]\nname = \"box\"\nkind = \"slider\"\nmass = \"m\"\nvelocity = 1\n\
+        [[force]]\nname = \"s\"\nkind = \"coordinate-spring\"\nb = \"box\"\nstiffness = 10\n[time]\nto = 1\npoints = 11\n\
+        [analysis]\nkind = \"dynamics\"\n[[output]]\nname = \"x\"\nvalue = \"box.position\"\n[objective]\nminimize = \"max(x)\"\n";
+    std::fs::write(place.0.join("m.toml"), text).unwrap();
+    let shown = place.run(&["analyze", "m", "--at", "m=1"], 0);
+    assert!(shown.contains("minimized"), "{shown}");
+    let shown = place.run(&["optimize", "m"], 1);
+    assert!(shown.contains("box") && shown.contains("inertia is 0"), "{shown}");
+}
+
+#[test]
+fn a_file_without_outputs_has_no_derivatives_to_check() {
+    let place = TempFolder::new("nothing-to-check");
+    let text = "version = 2\n[design.x]\nstart = -1.2\n[objective]\nminimize = \"(1 - x)^2\"\n";
+    std::fs::write(place.0.join("m.toml"), text).unwrap();
+    assert!(place.run(&["check", "m"], 0).contains("There is nothing to check: without outputs"));
+}

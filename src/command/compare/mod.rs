@@ -248,6 +248,8 @@ const BETTER: f64 = 1e-4;
 struct BestSeen {
     method: &'static str,
     objective: f64,
+    /// To first order, the part of the objective that is gained by violated constraints.
+    gain: f64,
     cycle: usize,
     /// True if it is the end of the run.
     is_end: bool,
@@ -264,16 +266,18 @@ impl BestSeen {
             let seen = |(k, (cycle, objective)): (usize, (&Cycle, f64))| {
                 let is_feasible =
                     cycle.failure.is_none() && cycle.violation_pct <= 100.0 * tolerance && objective.is_finite();
+                let gain = state.gain_of_violation() * cycle.violation_pct.max(0.0) / 100.0;
                 let (method, cycle, is_end) = (row.method, cycle.cycle, Some(k) == end);
-                is_feasible.then_some(Self { method, objective, cycle, is_end })
+                is_feasible.then_some(Self { method, objective, gain, cycle, is_end })
             };
             state.history.iter().zip(objectives).enumerate().filter_map(seen).collect()
         };
         let all: Vec<Self> = rows.iter().flat_map(of_run).collect();
-        let order = |a: &&Self, b: &&Self| (sign * a.objective).total_cmp(&(sign * b.objective));
+        let merit = |seen: &Self| sign * seen.objective + seen.gain;
+        let order = |a: &&Self, b: &&Self| merit(a).total_cmp(&merit(b));
         let best = all.iter().min_by(order).copied()?;
         let end = all.iter().filter(|seen| seen.is_end).min_by(order).copied();
-        let is_equal = |end: &Self| sign * (end.objective - best.objective) <= BETTER * best.objective.abs();
+        let is_equal = |end: &Self| merit(end) - merit(&best) <= BETTER * best.objective.abs();
         Some(end.filter(is_equal).unwrap_or(best))
     }
 }
@@ -407,7 +411,7 @@ fn file_table(
 /// Sentences below the table: the design to which `above_best` refers, and the meaning of the residuals.
 fn remarks(problem: &Problem, rows: &[FileRun], best: Option<&BestSeen>, digits: usize) -> Vec<String> {
     let mut all = vec![match best {
-        Some(BestSeen { method, objective, cycle, is_end }) => {
+        Some(BestSeen { method, objective, cycle, is_end, .. }) => {
             let value = with_unit(*objective, &problem.objective.unit, digits);
             let place = if *is_end {
                 format!("the end of {method}")

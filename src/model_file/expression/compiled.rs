@@ -68,6 +68,8 @@ struct Dependence {
     depends: bool,
     /// It jumps while it moves.
     jumps: bool,
+    /// It changes its form while it moves.
+    bends: bool,
 }
 
 impl Dependence {
@@ -77,6 +79,7 @@ impl Dependence {
             moves: self.moves || other.moves,
             depends: self.depends || other.depends,
             jumps: self.jumps || other.jumps,
+            bends: self.bends || other.bends,
         }
     }
 }
@@ -256,13 +259,23 @@ impl CompiledExpression {
     /// Returns `true` if the value is certain to jump during a motion, at a time that depends on the design or on other names: by `sign`, or by a
     /// condition between values that do not move. Where a factor may vanish at the jump, the answer is `false`.
     pub fn has_moving_jump(&self) -> bool {
+        self.dependence().jumps
+    }
+
+    /// Returns `true` if the form of the value changes during a motion at a time that depends on the design or on other names, by a condition, or
+    /// by `abs`, `sign`, `min` or `max`: its derivatives may jump there.
+    pub fn has_moving_condition(&self) -> bool {
+        self.dependence().bends
+    }
+
+    fn dependence(&self) -> Dependence {
         let mut stack: Vec<Dependence> = vec![];
         for operation in &self.operations {
             let pushed = match *operation {
                 Constant(_) => Dependence::default(),
                 Time => Dependence { moves: true, ..Dependence::default() },
                 Design(_) => Dependence { depends: true, ..Dependence::default() },
-                Other(_) => Dependence { moves: true, depends: true, jumps: false },
+                Other(_) => Dependence { moves: true, depends: true, ..Dependence::default() },
                 Copy(place) => stack[place],
                 operation => {
                     let operands = stack.split_off(stack.len() - 1 - operation.pops());
@@ -276,12 +289,18 @@ impl CompiledExpression {
                         (Add | Subtract | Negate | AddConstant(_) | Scale(_) | DivideBy(_), _) => joined.jumps,
                         _ => false,
                     };
-                    Dependence { jumps, ..joined }
+                    let bends = match (operation, &operands[..]) {
+                        (Of(MathFunction::Abs | MathFunction::Sign), [x]) => x.moves && x.depends,
+                        (OfTwo(MathFunction::Min | MathFunction::Max), _) => joined.moves && joined.depends,
+                        (Choose(_), [test, ..]) => test.moves && test.depends,
+                        _ => false,
+                    };
+                    Dependence { jumps, bends: bends || joined.bends, ..joined }
                 }
             };
             stack.push(pushed);
         }
-        stack.pop().is_some_and(|value| value.jumps)
+        stack.pop().unwrap_or_default()
     }
 
     /// The number, if the expression is a constant.

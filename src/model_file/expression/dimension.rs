@@ -1,6 +1,7 @@
 //! Dimensions of expressions: a check of units before anything is compiled.
 //!
-//! A plain number may stand for a value of any unit, so its dimension is unknown, and so is that of products with it.
+//! A plain number may stand for a value of any unit, so its dimension is unknown, and so is that of products with it. A product of numbers with an angular
+//! velocity is still no frequency.
 
 use super::names::Meaning;
 use super::tree::{ExpressionTree, Node, Operator};
@@ -18,14 +19,27 @@ impl Names {
     /// # Errors
     /// If quantities of different dimensions are added or compared, or a function takes a number and gets another one.
     pub fn dimension(&self, tree: &ExpressionTree, scope: &Scope<'_>) -> Inferred {
-        Inference { names: self, scope, known: HashMap::new() }.of(tree)
+        Inference { names: self, scope, number: None, divides: false, known: HashMap::new() }.of(tree)
+    }
+
+    /// The dimension of a product whose plain numbers are numbers, if that is an angular velocity and one of the `units` is a frequency. A quotient
+    /// may be a conversion, by 2π.
+    fn mixed_with_cycles(&self, tree: &ExpressionTree, scope: &Scope<'_>, units: &[Unit]) -> Option<KnownDimension> {
+        let number = KnownDimension::loose(Dimension::NUMBER);
+        let mut inference = Inference { names: self, scope, number, divides: false, known: HashMap::new() };
+        let found = inference.of(tree).ok()??;
+        let is_frequency = |unit: &Unit| unit.dimension.counts_cycles() && found.dimension.is_like(unit.dimension);
+        let fits = |unit: &Unit| found.dimension.fits(unit.dimension);
+        let is_mixed = units.iter().any(is_frequency) && !units.iter().any(fits);
+        (found.is_firm && !inference.divides && is_mixed).then_some(found)
     }
 
     /// Checks that the expression of a key has one of its units, such as "N/m or N·m/rad"; no check if these are empty.
     pub(super) fn check_units(&self, tree: &ExpressionTree, scope: &Scope<'_>) -> Result<(), Diagnostic> {
-        let found = self.dimension(tree, scope)?;
+        let found = self.dimension(tree, scope)?.filter(|found| found.is_firm);
         let units = alternatives(scope.units);
-        let (Some(found), false) = (found.filter(|found| found.is_firm), units.is_empty()) else { return Ok(()) };
+        let found = found.or_else(|| self.mixed_with_cycles(tree, scope, &units));
+        let (Some(found), false) = (found, units.is_empty()) else { return Ok(()) };
         let literal = tree.unit();
         let fits = |unit: &Unit| match literal {
             Some(_) => found.dimension.is_written_like(unit.dimension),
@@ -79,6 +93,10 @@ fn of_kind(dimension: Dimension, literal: Option<&Unit>) -> String {
 struct Inference<'a> {
     names: &'a Names,
     scope: &'a Scope<'a>,
+    /// The dimension of plain numbers.
+    number: Option<KnownDimension>,
+    /// True if a quotient or a power was found.
+    divides: bool,
     /// Dimensions of named expressions.
     known: HashMap<usize, Option<KnownDimension>>,
 }
@@ -86,7 +104,8 @@ struct Inference<'a> {
 impl Inference<'_> {
     fn of(&mut self, tree: &ExpressionTree) -> Inferred {
         match &tree.node {
-            Node::Number(_) | Node::Reduced(_) => Ok(None),
+            Node::Number(_) => Ok(self.number),
+            Node::Reduced(_) => Ok(None),
             Node::Quantity(_, unit) => Ok(KnownDimension::firm(unit.dimension)),
             Node::Name(name) => self.of_name(name),
             Node::Negative(inner) => self.of(inner),
@@ -137,6 +156,7 @@ impl Inference<'_> {
         }
         let mut left = self.of(first)?;
         for (operator, right) in links.into_iter().rev() {
+            self.divides |= matches!(operator, Operator::Divide | Operator::Power);
             left = match operator {
                 Operator::Add | Operator::Subtract => {
                     let other = self.of(right)?;

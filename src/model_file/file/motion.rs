@@ -111,6 +111,18 @@ pub struct TimeFunction {
     pub parameters: Vec<CompiledExpression>,
 }
 
+/// The key of a prescribed position, as against a force.
+const MOTION: &str = "motion";
+
+impl TimeFunction {
+    /// Returns whether the time at which the acceleration jumps depends on the design.
+    fn has_moving_end(&self) -> bool {
+        // Its parameters are position, speed and duration.
+        matches!(self.law, MotionLaw::StartUp(StartUp::Linear))
+            && self.parameters.last().is_some_and(|duration| !duration.uses().is_empty())
+    }
+}
+
 /// The function of time at `key` of a part.
 pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunction> {
     let value = section.get(key).expect("the key is required");
@@ -118,7 +130,11 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
         let kind = Section::kind(table, "motion", "", KINDS.iter().map(|k| (*k, *k)))?;
         let keys = TABLES.iter().find(|t| t.kind == Some(kind)).expect("every kind is declared").keys;
         let inner = Section::open(value, &format!("`{key}`"), &[&[KIND], keys], section.source())?;
-        return of_kind(kind, keys, &inner, names);
+        let function = of_kind(kind, keys, &inner, names)?;
+        if key == MOTION && function.has_moving_end() {
+            remark_acceleration(section, &value.span());
+        }
+        return Ok(function);
     }
     if matches!(value.get_ref(), DeValue::Array(_) | DeValue::Boolean(_) | DeValue::Datetime(_)) {
         return Err(wrong_type(value, &format!("`{key}`"), "an expression of time, or a motion"));
@@ -126,7 +142,10 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
     let tree = tree(value, key, section.source())?;
     let scope = Scope { place: &format!("`{key}`"), units: section.unit_of(key), ..Scope::MOTION };
     let expression = names.compile(&tree, &scope)?;
-    remark_jumps(section, &expression, &tree.span);
+    match key == MOTION && expression.has_moving_condition() {
+        true => remark_acceleration(section, &tree.span),
+        false => remark_jumps(section, &expression, &tree.span),
+    }
     let used = expression.uses();
     if used.len() > MOST_MOTION_PARAMETERS {
         let message =
@@ -135,6 +154,14 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
     }
     let parameters = used.iter().map(|&i| CompiledExpression::variable(i)).collect();
     Ok(TimeFunction { law: MotionLaw::Formula(expression.with_design(&used)), parameters })
+}
+
+/// Adds a note about derivatives of a motion whose acceleration jumps at a time that depends on the design.
+fn remark_acceleration(section: &Section<'_>, at: &std::ops::Range<usize>) {
+    let message = "if its acceleration jumps at a time that depends on the design, derivatives by explicit and by adaptive steps lack the effect of that time; \
+                   those by fixed implicit steps have it";
+    let help = "take fixed steps of an implicit scheme, or a motion with a continuous acceleration, such as profile = \"cubic\" or `smooth_step`";
+    section.source().log.remark(Diagnostic::new(at.clone(), message).help(help));
 }
 
 /// Adds a note that derivatives neglect how the place of a jump of a force changes with the design.

@@ -536,7 +536,8 @@ impl ObjectiveSpec {
     }
 
     /// Completes a problem that was made by [`build`](Self::build): the name of a peak, and its scale and the start of its bound,
-    /// which are the peak at the start design if the file has none. Analyses the start of the `variables` if they are needed.
+    /// which are the peak at the start design if the file has none. Analyses the start of the `variables` if they are needed. A start that cannot be
+    /// analysed leaves them as they are: an optimization stops there, and other designs can be analysed.
     pub fn complete(&self, problem: Problem, variables: &[DesignVariable]) -> Result<Problem> {
         let mut problem = self.named(problem);
         let (Self::Peak(spec), Some(peak)) = (self, problem.objective.peak()) else { return Ok(problem) };
@@ -549,7 +550,7 @@ impl ObjectiveSpec {
             variables.iter().map(|variable| variable.start).chain(bound).collect()
         };
         let start = start_of(&problem);
-        let responses = problem.analyze(&start)?;
+        let Ok(responses) = problem.analyze(&start) else { return Ok(problem) };
         let evaluation = problem.evaluate(&start, &responses)?;
         let size = problem.peak_objective(&start, &evaluation).unwrap_or(0.0);
         let sides: Vec<usize> = (0..problem.constraints.len()).filter(|&j| problem.bounds_peak(j)).collect();

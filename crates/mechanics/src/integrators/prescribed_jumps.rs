@@ -1,5 +1,5 @@
 //! Rejection of jumps of prescribed positions, which no finite force can cause, and of jumps of prescribed velocities along explicit
-//! and adaptive steps, which do not have their impulses. A motion is prescribed of a coordinate, or by a drive between two bodies.
+//! and adaptive steps, which do not have their impulses, and along any steps with dry friction and rigid contacts, which have limits. A motion is prescribed of a coordinate, or by a drive between two bodies.
 
 use crate::constraint_rank::ConstraintRank;
 use crate::elements::element::ElementWorkspace;
@@ -47,6 +47,23 @@ pub(crate) enum StepKind {
     Explicit,
     /// Adaptive implicit steps: they have the impulse within a step of constant length, and lose a part of it when the length changes.
     Adaptive,
+    /// Fixed implicit steps with friction or rigid contacts: the impulse is a force that grows with shorter steps, at which they stick.
+    Limited,
+}
+
+impl StepKind {
+    /// The kind of implicit steps, adaptive or fixed; `None` if they have all impulses.
+    pub fn of_implicit(mechanism: &Mechanism<f64>, is_adaptive: bool) -> Option<Self> {
+        match is_adaptive {
+            true => Some(Self::Adaptive),
+            false => has_limits(mechanism).then_some(Self::Limited),
+        }
+    }
+}
+
+/// Returns whether a mechanism has dry friction, friction from reactions, or rigid contacts.
+fn has_limits(mechanism: &Mechanism<f64>) -> bool {
+    mechanism.has_reactions_as_loads() || mechanism.events.iter().any(|event| event.unilateral.is_some())
 }
 
 /// Checks that no prescribed velocity jumps between the `ends` of a step (s), the last one with this `state`, in such a way that free
@@ -70,17 +87,19 @@ pub(crate) fn refuse_velocity_jumps(
             continue;
         }
         if drive.takes_impulse(system, mechanism, &end, jump) {
-            let (lost, scheme) = match kind {
-                StepKind::Explicit => ("explicit steps have none", "an implicit scheme with fixed steps"),
+            let (lost, other) = match kind {
+                StepKind::Explicit => ("explicit steps have none", "an implicit scheme with fixed steps, or "),
                 StepKind::Adaptive => {
-                    ("adaptive steps lose a part of it", "fixed steps (`step` in place of `tolerance`)")
+                    ("adaptive steps lose a part of it", "fixed steps (`step` in place of `tolerance`), or ")
                 }
+                StepKind::Limited => ("friction and rigid contacts have impulses at impacts only", ""),
             };
+            let other = if has_limits(mechanism) { "" } else { other };
             let why = format!(
                 "its prescribed velocity jumps by {jump:.3e} m/s or rad/s at t = {t}, which takes an impulse: {lost}",
                 t = Seconds(t)
             );
-            let remedy = format!("use {scheme}, or a motion with a continuous velocity, such as a smooth ramp");
+            let remedy = format!("use {other}a motion with a continuous velocity, such as a smooth ramp");
             return Err(Error::unsupported(drive.name(mechanism), why, remedy));
         }
     }

@@ -215,8 +215,8 @@ impl<'m> TimeStepper<'m> {
         let Integrator { mechanism, system, step, .. } = &self.integrator;
         let (ends, state) = ([step.old.t, step.new.t], || step.new.clone());
         refuse_position_jumps(system, mechanism, ends, state)?;
-        if let StepSize::Adaptive { .. } = self.settings.step {
-            refuse_velocity_jumps(system, mechanism, ends, StepKind::Adaptive, state)?;
+        if let Some(kind) = StepKind::of_implicit(mechanism, matches!(self.settings.step, StepSize::Adaptive { .. })) {
+            refuse_velocity_jumps(system, mechanism, ends, kind, state)?;
         }
         mechanism.tick(step.new.t);
         let ([is_moved, has_moved_history], [since_event, _]) =

@@ -1,7 +1,8 @@
 //! Second examination of derivatives that disagree with the differences.
 //!
 //! * **Rounding.** A derivative that is zero except for rounding scatters among designs that differ in their last digits. This scatter is
-//!   an estimate of its error; a wrong derivative does not scatter.
+//!   an estimate of its error; a wrong derivative does not scatter. A scatter that is not small for the response has another reason, such as
+//!   steps that change with the last digits: derivatives within it are unclear.
 //! * **Discrete motions.** Where fixed steps end at events, the response is smooth between designs in which an event changes the step in
 //!   which it falls, and has small jumps there. Differences across many of these have the slope of the exact motion, which differs from
 //!   the slope of the discrete motion by the discretization error, with an error estimate that is too small. Narrower differences have the
@@ -20,6 +21,12 @@ use autodiff::differences::{DifferenceEstimate, StepValues, one_sided};
 /// Distances of designs in which derivatives scatter by rounding only, as fractions of the sizes of the variables.
 const ROUNDED: [f64; 3] = [1e-11, -1e-10, 3e-10];
 
+/// Largest scatter of a derivative that is rounding, times the size of the variable, as a fraction of the response.
+const ROUNDING: f64 = 1e-6;
+
+/// Smallest size of a response in SI units.
+const SMALLEST_SIZE: f64 = 1.0;
+
 /// One less than the smallest number of distances from which narrow differences are extrapolated.
 const FEWEST: usize = 4;
 
@@ -32,7 +39,7 @@ pub(super) fn examine(
     checked: &mut [CheckedDerivative],
 ) {
     if checked.iter().any(is_wrong) {
-        estimate_rounding(analysis, (methods, names), b, scales, checked);
+        estimate_rounding(analysis, (methods, names), (b, here), scales, checked);
         decide_all(checked, scales);
     }
     if !checked.iter().any(is_wrong) {
@@ -135,7 +142,7 @@ fn is_wrong(d: &CheckedDerivative) -> bool {
 fn estimate_rounding(
     analysis: &dyn Analysis,
     (methods, names): (&[GradientMethod<'_>], &[String]),
-    b: &[f64],
+    (b, here): (&[f64], &Responses),
     scales: &[f64],
     checked: &mut [CheckedDerivative],
 ) {
@@ -159,7 +166,12 @@ fn estimate_rounding(
                 scatter = one.iter().map(other).fold(scatter, f64::max);
             }
         }
-        one.iter_mut().for_each(|d| d.rounding += MARGIN * scatter / scales[d.variable]);
+        let size = here.values[one[0].at.response].iter().fold(SMALLEST_SIZE, |size: f64, x| size.max(x.abs()));
+        // At a kink the scatter is that of the slopes on its sides.
+        for d in one.iter_mut().filter(|d| d.status != GradientStatus::Kink) {
+            d.is_scattered = is_wrong(d) && scatter > ROUNDING * size;
+            d.rounding += MARGIN * scatter / scales[d.variable];
+        }
     }
 }
 

@@ -151,6 +151,7 @@ pub fn check(
                 drift,
                 rounding: samples.smallest().map_or(0.0, |h| f64::EPSILON * value.abs() / h)
                     + by_steps[at.response] / scales[variable],
+                is_scattered: false,
                 is_constant: !steps.is_empty() && steps.iter().all(|s| s.ahead == s.behind && s.ahead == value),
                 status: GradientStatus::Right,
                 disagreeing: vec![],

@@ -56,6 +56,9 @@ pub struct CheckedDerivative {
     pub rounding: f64,
     /// True if the response has the same bits at all designs along the variable.
     pub is_constant: bool,
+    /// True if a derivative contradicts the differences by no more than it scatters among designs that differ in their last digits, and scatters by
+    /// more than rounding.
+    pub is_scattered: bool,
     /// Result of the check.
     pub status: GradientStatus,
     /// Numbers of the methods that disagree with the differences, or with the other methods.
@@ -76,9 +79,10 @@ impl CheckedDerivative {
         all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min)
     }
 
-    /// The largest of the derivatives by methods and differences, without those that are smaller than their own error.
+    /// The largest of the derivatives by methods and differences, without differences that are smaller than their own error, and estimates of
+    /// methods that are not accurate.
     fn size(&self) -> f64 {
-        let computed = self.computed.iter().zip(&self.uncertainty).map(|(x, error)| [x.abs(), *error]);
+        let computed = self.computed.iter().zip(&self.uncertainty).map(|(x, error)| [x.abs(), error / CLEAR]);
         let difference = self.difference.map(|slope| [slope.value.abs(), slope.error]);
         let known = computed.chain(difference).filter(|[x, error]| x >= error);
         known.fold(0.0, |largest, [x, _]| largest.max(x))
@@ -346,6 +350,7 @@ fn decide(derivatives: &mut [CheckedDerivative], scales: &[f64]) {
                 GradientStatus::Kink
             }
             () if !d.disagreeing.is_empty() => GradientStatus::Wrong,
+            () if d.is_scattered => GradientStatus::Unclear,
             () if d.is_constant || d.is_zero(scales[d.variable]) => GradientStatus::Constant,
             () if is_noise || is_doubtful => GradientStatus::Unclear,
             () => GradientStatus::Right,
@@ -386,6 +391,7 @@ mod tests {
             drift: 0.0,
             rounding: 0.0,
             is_constant: false,
+            is_scattered: false,
             status: GradientStatus::Right,
             disagreeing: vec![],
             inaccurate: vec![],

@@ -53,6 +53,40 @@ impl Problem {
         Ok(rows)
     }
 
+    /// ∂r/∂b of all responses at all their time points. Responses without derivatives, such as reactions that redundant constraints leave
+    /// indeterminate, are left out and returned with the reasons.
+    ///
+    /// # Errors
+    ///
+    /// As [`Problem::sensitivities`]; the reason of a response on which the objective or a constraint depends.
+    pub fn all_sensitivities(&self, b: &[f64], responses: &Responses) -> Result<(Sensitivities, Vec<(usize, Error)>)> {
+        let points = |h: usize| (0..responses.values[h].len()).map(move |point| ResponseAt { response: h, point });
+        let all: Vec<ResponseAt> = (0..self.responses.len()).flat_map(points).collect();
+        let error = match self.sensitivities(b, responses, &all) {
+            Ok(rows) => return Ok((Sensitivities { at: all, rows }, vec![])),
+            Err(error @ Error::Unsupported { .. }) => error,
+            Err(error) => return Err(error),
+        };
+        let reason = |h: usize| match self.sensitivities(b, responses, &points(h).collect::<Vec<_>>()) {
+            Err(error @ Error::Unsupported { .. }) => Some((h, error)),
+            _ => None,
+        };
+        let without: Vec<(usize, Error)> = (0..self.responses.len()).filter_map(reason).collect();
+        let quantities = self.constraints.iter().map(|constraint| &constraint.quantity);
+        let is_used =
+            |h: &usize| quantities.clone().chain([&self.objective.quantity]).any(|q| q.responses().contains(h));
+        if let Some((_, reason)) = without.iter().find(|(h, _)| is_used(h)) {
+            return Err(reason.clone());
+        }
+        let has_derivatives = |at: &ResponseAt| without.iter().all(|(h, _)| *h != at.response);
+        let at: Vec<ResponseAt> = all.into_iter().filter(has_derivatives).collect();
+        if without.is_empty() || at.is_empty() {
+            return Err(error);
+        }
+        let rows = self.sensitivities(b, responses, &at)?;
+        Ok((Sensitivities { at, rows }, without))
+    }
+
     /// Response `h` at time point `p`, or its only value if it is time-independent.
     pub(crate) fn response_at(&self, h: usize, p: usize) -> ResponseAt {
         ResponseAt { response: h, point: if self.responses[h].grid.is_some() { p } else { 0 } }

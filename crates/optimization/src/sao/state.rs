@@ -267,9 +267,16 @@ impl RunState {
         last.map_or_else(Vec::new, |cycle| cycle.active.iter().map(|a| (a.row, a.multiplier)).collect())
     }
 
+    /// Σ |λ| over the active rows of the last accepted cycle: to first order, what the objective gains if all of them are violated by the unit of
+    /// their scales.
+    pub fn gain_of_violation(&self) -> f64 {
+        self.multipliers().iter().map(|(_, multiplier)| multiplier.abs()).sum()
+    }
+
     /// The trial step with the best design if that is better than the last accepted one; not every method descends.
     ///
-    /// Better is a smaller objective, by more than `least` × the range of the objective over the accepted designs, among the
+    /// Better is a smaller objective, by more than `least` × the range of the objective over the accepted designs and by more than
+    /// its violation gains ([`gain_of_violation`](Self::gain_of_violation)), among the
     /// designs that violate no constraint by more than `tolerance` (a fraction of its scale); if the last design violates one, any
     /// design that does not, or the one with a violation smaller by more than `least`. The objective of a min–max problem is the
     /// peak. Among equal ones it is the earliest with the least violation.
@@ -286,7 +293,7 @@ impl RunState {
             last[0] - violation > least
         } else {
             let size = trace.stated.width().min(last[1].abs().max(objective.abs()));
-            violation == 0.0 && last[1] - objective > least * size
+            violation == 0.0 && last[1] - objective > least * size + self.gain_of_violation() * best.violation()
         };
         is_better.then_some(best)
     }
