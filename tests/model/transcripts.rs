@@ -115,6 +115,7 @@ struct Row {
 }
 
 impl Row {
+    /// Numbers agree to 1e-3, or to the 1e-6 up to which a run of another machine may have another rounding error.
     fn is_alike(&self, other: &Self) -> bool {
         let are_close = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-3 * a.abs() + 1e-6;
         self.counts == other.counts

@@ -268,6 +268,7 @@ impl CompiledExpression {
         self.dependence().bends
     }
 
+    /// Dependence of the value on time, the design and other names.
     fn dependence(&self) -> Dependence {
         let mut stack: Vec<Dependence> = vec![];
         for operation in &self.operations {

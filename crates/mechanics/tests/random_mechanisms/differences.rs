@@ -70,3 +70,18 @@ fn after_jumps(here: f64, steps: &[StepValues]) -> Option<DifferenceEstimate> {
     let estimates = (0..=steps.len() - FEWEST).filter_map(|from| ridders(here, &steps[from..]));
     estimates.min_by(|a, b| a.error.total_cmp(&b.error))
 }
+
+/// A smooth function, and one that jumps by its discretization error between close designs: the slope of one piece is right, and no other.
+#[test]
+fn a_slope_is_wrong_if_close_designs_contradict_it() {
+    let smooth = |x: f64| Some(vec![(2.0 * x).sin() + 3.0 * x * x]);
+    let found = differences(2e-2, smooth).unwrap();
+    for (slope, is_wrong) in [(2.0, false), (2.0 + 1e-4, true), (0.0, true), (f64::NAN, true)] {
+        assert_eq!(found.contradict(0, slope, 1e-6, 1e-4), is_wrong, "{slope}");
+    }
+    // The slope 2 has the part 2e-3 from jumps, the nearest of which is 4e-5 away.
+    let pieces = |x: f64| Some(vec![2.0 * x - 2e-3 * x + 2e-7 * ((x + 6e-5) / 1e-4).floor()]);
+    let found = differences(2e-2, pieces).unwrap();
+    assert!(!found.contradict(0, 2.0 - 2e-3, 1e-6, 1e-4));
+    assert!(found.contradict(0, 2.0 - 4e-3, 1e-6, 1e-4) && found.contradict(0, 1.9, 1e-6, 1e-4));
+}

@@ -13,7 +13,7 @@ mod status;
 pub use autodiff::differences::DifferenceEstimate;
 pub use status::{CheckedDerivative, GradientCheck, GradientStatus};
 
-use crate::problem::{Analysis, GradientMethod, Problem, ResponseAt, Responses};
+use crate::problem::{Analysis, GradientMethod, Problem, ResponseAt, Responses, responses_without_derivatives};
 pub(crate) use autodiff::differences::ridders;
 use autodiff::differences::slope_discontinuity;
 use error::{Error, Result};
@@ -111,7 +111,8 @@ pub fn check(
     let (mut failed, mut without_derivatives, mut wanted) = (Vec::new(), Vec::new(), wanted.to_vec());
     let all = match by_methods(methods, b, &here, &wanted, &mut failed) {
         Err(error @ Error::Unsupported { .. }) => {
-            without_derivatives = responses_without_derivatives(&methods[0], b, &here, &wanted);
+            let without = responses_without_derivatives(&wanted, |points| methods[0].sensitivities(b, &here, points));
+            without_derivatives = without.into_iter().map(|(response, why)| (response, why.to_string())).collect();
             wanted.retain(|at| without_derivatives.iter().all(|(response, _)| *response != at.response));
             if without_derivatives.is_empty() || wanted.is_empty() {
                 return Err(error);
@@ -162,20 +163,6 @@ pub fn check(
     decide_all(&mut checked, scales);
     contradictions::examine(analysis, (methods, &names), (b, centre), (scales, &samples), &mut checked);
     Ok(GradientCheck { methods: names, derivatives: checked, without_derivatives, failed })
-}
-
-/// The responses that `method` does not differentiate, each by itself, and the reasons.
-fn responses_without_derivatives(
-    method: &GradientMethod<'_>,
-    b: &[f64],
-    here: &Responses,
-    wanted: &[ResponseAt],
-) -> Vec<(usize, String)> {
-    let reason = |points: &[ResponseAt]| match method.sensitivities(b, here, points) {
-        Err(error @ Error::Unsupported { .. }) => Some((points[0].response, error.to_string())),
-        _ => None,
-    };
-    wanted.chunk_by(|a, b| a.response == b.response).filter_map(reason).collect()
 }
 
 /// Names of the methods, and derivatives with their estimated errors; methods that do not offer these are omitted, and those that

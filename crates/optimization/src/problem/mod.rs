@@ -51,5 +51,6 @@ pub(crate) use quantity::QuantityForm;
 pub use quantity::{Quantity, SignedQuantity};
 pub use scaling::ScalingAdvice;
 pub use sensitivities::Sensitivities;
+pub(crate) use sensitivities::responses_without_derivatives;
 pub use variable::DesignVariable;
 pub use words::not_finite;

@@ -33,6 +33,18 @@ impl Sensitivities {
     }
 }
 
+/// The responses among the `wanted` ones, sorted by response, that `differentiate` does not offer, each by itself, and the reasons.
+pub(crate) fn responses_without_derivatives(
+    wanted: &[ResponseAt],
+    differentiate: impl Fn(&[ResponseAt]) -> Result<DMatrix<f64>>,
+) -> Vec<(usize, Error)> {
+    let reason = |points: &[ResponseAt]| match differentiate(points) {
+        Err(error @ Error::Unsupported { .. }) => Some((points[0].response, error)),
+        _ => None,
+    };
+    wanted.chunk_by(|a, b| a.response == b.response).filter_map(reason).collect()
+}
+
 impl Problem {
     /// ∂r/∂b of the wanted responses (one row for each, n columns), checked for shape and finiteness.
     ///
@@ -67,11 +79,7 @@ impl Problem {
             Err(error @ Error::Unsupported { .. }) => error,
             Err(error) => return Err(error),
         };
-        let reason = |h: usize| match self.sensitivities(b, responses, &points(h).collect::<Vec<_>>()) {
-            Err(error @ Error::Unsupported { .. }) => Some((h, error)),
-            _ => None,
-        };
-        let without: Vec<(usize, Error)> = (0..self.responses.len()).filter_map(reason).collect();
+        let without = responses_without_derivatives(&all, |points| self.sensitivities(b, responses, points));
         let quantities = self.constraints.iter().map(|constraint| &constraint.quantity);
         let is_used =
             |h: &usize| quantities.clone().chain([&self.objective.quantity]).any(|q| q.responses().contains(h));
