@@ -394,3 +394,46 @@ fn an_indeterminate_output_has_a_verdict_of_its_own() {
     let shown = place.run(&["check", "m", "--response", "share"], 1);
     assert!(shown.contains("indeterminate"), "{shown}");
 }
+
+/// A mass on a spring and a redundant guide. A force jumps at the time `at`, where an event without an effect happens.
+fn jumping(force: &str, analysis: &str) -> String {
+    format!(
+        "version = 2\n[design.at]\nstart = 0.503\nlower = 0.1\nupper = 0.9\n[[body]]\nname = \"m\"\nkind = \"point\"\nmass = 2\nposition = [1, 0]\n\
+         [[joint]]\nname = \"guide\"\nkind = \"prismatic\"\na = \"ground\"\nb = \"m\"\nangle = 0\n[[force]]\nname = \"spring\"\nkind = \"spring\"\n\
+         a = \"ground\"\nb = \"m\"\nstiffness = 18\nlength = 0\n[[force]]\nname = \"push\"\nkind = \"force\"\nat = \"m\"\ndirection = 0\n\
+         force = \"{force}\"\n[[event]]\nname = \"on\"\nwhen = \"time > at\"\n[time]\nto = 1\npoints = 2\n[analysis]\nkind = \"dynamics\"\n{analysis}\n\
+         [[output]]\nname = \"x\"\nvalue = \"m.x\"\n[objective]\nminimize = \"at\"\n"
+    )
+}
+
+/// Steps end before a force that jumps at an event, and begin after it: values keep their order, and derivatives have the effect of the time.
+#[test]
+fn forces_may_jump_where_an_event_happens() {
+    let exact = |at: f64| {
+        let (shift, since) = (7.0 / 18.0, 3.0 * (1.0 - at));
+        shift + ((3.0 * at).cos() - shift) * since.cos() - (3.0 * at).sin() * since.sin()
+    };
+    let slope = (exact(0.503 + 1e-5) - exact(0.503 - 1e-5)) / 2e-5;
+    let implicit = ["direct", "adjoint", "semi-analytical"].as_slice();
+    let schemes = [
+        ("step = 0.01", [1e-3, 2e-3], implicit),
+        ("tolerance = 1e-8", [1e-4, 1e-3], implicit),
+        ("scheme = \"rk5\"\nstep = 0.01", [1e-8, 1e-6], &implicit[..2]),
+        ("scheme = \"rk8\"\nstep = 0.01", [1e-10, 1e-8], &implicit[..2]),
+        ("scheme = \"rk8\"\ntolerance = 1e-10", [1e-8, 1e-7], &implicit[..2]),
+    ];
+    for force in ["if(time > at, 7, 0)", "if(time < at, 0, 7)", "3.5 + 3.5*sign(time - at)"] {
+        for (analysis, most, methods) in schemes {
+            for method in methods {
+                let text = jumping(force, &format!("{analysis}\nderivatives = \"{method}\""));
+                let problem = problem(&text).unwrap();
+                let b = problem.start();
+                let responses = problem.analyze(&b).unwrap();
+                let row = problem.sensitivities(&b, &responses, &[ResponseAt { response: 0, point: 1 }]).unwrap();
+                let off = [responses.values[0][1] - exact(0.503), row[(0, 0)] - slope].map(f64::abs);
+                println!("{force}, {analysis}, {method}: {off:?}");
+                assert!(off[0] < most[0] && off[1] < most[1], "{force}, {analysis}, {method}: {off:?}");
+            }
+        }
+    }
+}

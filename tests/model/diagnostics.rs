@@ -76,6 +76,28 @@ fn usual_words_for_sections_lead_to_their_names() {
     }
 }
 
+/// The limits of a constraint have other names in other programs, as have the bounds of a design variable.
+#[test]
+fn usual_words_for_limits_lead_to_their_names() {
+    let template =
+        std::fs::read_to_string(format!("{}/src/command/template.toml", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let limit = "\n[[constraint]]\nname = \"limit\"\nvalue = \"arm.theta\"\n";
+    for (word, name) in
+        [("upper", "at_most"), ("max", "at_most"), ("lower", "at_least"), ("min", "at_least"), ("equal", "equals")]
+    {
+        let shown = linkwright::model_file::read("m.toml", &format!("{template}{limit}{word} = 1\n"));
+        let shown = shown.err().unwrap().to_string();
+        assert!(shown.contains(&format!("did you mean `{name}`?")), "{word}: {shown}");
+    }
+    for (key, word) in [("upper", "max"), ("lower", "min"), ("upper", "upper_bound")] {
+        let text = format!(
+            "version = 2\n[design]\nx = {{ start = 1, {word} = 2 }}\n[time]\nto = 1\npoints = 2\n[objective]\nminimize = \"x\"\n"
+        );
+        let shown = linkwright::model_file::read("m.toml", &text).err().unwrap().to_string();
+        assert!(shown.contains(&format!("did you mean `{key}`?")), "{word}: {shown}");
+    }
+}
+
 /// Both uses of a name are shown, as both places of a key.
 #[test]
 fn a_name_that_is_used_twice_has_both_places() {

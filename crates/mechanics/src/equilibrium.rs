@@ -196,7 +196,14 @@ fn advance_substep(
     Ok(if is_short && is_near { Substep::Predicted } else { Substep::Distant })
 }
 
+/// Ratio of two consecutive corrections up to which the equations are nearly linear along the first of them: its full step is taken then,
+/// however long it is.
+const NEARLY_LINEAR: f64 = 1e-2;
+
 /// Newton's iteration with the full load. Returns whether it has converged.
+///
+/// A correction that is longer than [`Statics::longest`] is shortened, unless the next one after its full step is so much smaller that the
+/// equilibrium is certainly near: soft springs give by any length.
 fn newton(
     system: &mut System,
     mechanism: &Mechanism<f64>,
@@ -205,26 +212,53 @@ fn newton(
     rows: &mut [[f64; 1]],
 ) -> Result<bool> {
     let scales = CoordinateScales::at(mechanism, &state.q);
+    let mut full_step: Option<(State<f64>, Vec<[f64; 1]>, f64)> = None;
     for _ in 0..settings.iterations {
-        system.assemble(mechanism, state, Linearization::statics(), rows);
-        diagnostics::factorize_stiffness(system, mechanism, state)?;
-        system.factor().solve(rows);
-        let largest = scales.largest(system.unknowns(), rows.as_flattened());
+        let mut largest = correction(system, mechanism, state, &scales, rows);
+        if let Some((start, step, length)) = full_step.take()
+            && !largest.as_ref().is_ok_and(|largest| *largest <= NEARLY_LINEAR * length)
+        {
+            state.copy_from(&start);
+            subtract(system, &step, settings.longest / length, state);
+            largest = correction(system, mechanism, state, &scales, rows);
+        }
+        let largest = largest?;
         if !largest.is_finite() {
             return Ok(false);
         }
-        let fraction = if largest > settings.longest { settings.longest / largest } else { 1.0 };
-        for (unknown, change) in system.unknowns().iter().zip(rows.iter()) {
-            match *unknown {
-                Unknown::Coordinate(i) => state.q[i] -= fraction * change[0],
-                Unknown::Multiplier(m) => state.l[m] -= change[0],
-            }
+        if largest > settings.longest {
+            full_step = Some((state.clone(), rows.to_vec(), largest));
         }
-        if largest <= settings.tolerance.max(scales.rounding()) {
+        subtract(system, rows, 1.0, state);
+        if largest <= settings.tolerance.max(scales.rounding(&state.q)) {
             return Ok(true);
         }
     }
     Ok(false)
+}
+
+/// Solves for the correction of Newton's iteration at `state`. Returns its largest scaled coordinate.
+fn correction(
+    system: &mut System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    scales: &CoordinateScales,
+    rows: &mut [[f64; 1]],
+) -> Result<f64> {
+    system.assemble(mechanism, state, Linearization::statics(), rows);
+    diagnostics::factorize_stiffness(system, mechanism, state)?;
+    system.factor().solve(rows);
+    Ok(scales.largest(system.unknowns(), rows.as_flattened()))
+}
+
+/// Subtracts a correction from the multipliers of `state`, and `fraction` of it from its coordinates.
+fn subtract(system: &System, correction: &[[f64; 1]], fraction: f64, state: &mut State<f64>) {
+    for (unknown, change) in system.unknowns().iter().zip(correction) {
+        match *unknown {
+            Unknown::Coordinate(i) => state.q[i] -= fraction * change[0],
+            Unknown::Multiplier(m) => state.l[m] -= change[0],
+        }
+    }
 }
 
 /// The error of a load without equilibrium, with the end of the path towards it.

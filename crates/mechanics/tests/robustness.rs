@@ -153,6 +153,36 @@ fn beams_of_any_size_bend_to_a_circle() {
     }
 }
 
+/// Springs in series, the last of which carries a weight: equations that are linear, or nearly so, have their equilibrium at any distance.
+#[test]
+fn soft_springs_give_by_any_length() {
+    for stiffness in [1e3f64, 4.9, 5e-2, 5e-3, 5e-5, 5e-8] {
+        for cubic in [0.0f64, 1e-3] {
+            let mut m = Mechanism::<f64>::new();
+            let mut upper = m.ground().x;
+            for k in 0..3 {
+                let lower = m.coordinate(&format!("slider {k}"), 0.0, 0.0);
+                // At the elongation of the linear spring, its force is larger by this fraction.
+                let third = cubic * stiffness * stiffness * stiffness / (9.81 * 9.81);
+                m.coordinate_spring(&format!("spring {k}"), upper, lower, [stiffness, 0.0, 0.0, third]);
+                upper = lower;
+            }
+            m.load("weight", m.ground().x, upper, Fixed, &[9.81]);
+            let sensor = m.coordinate_sensor("end", m.ground().x, upper);
+            let position = m.measure(sensor, "position").unwrap();
+            m.output("position", &[position]);
+            let found = equilibria(&m, &Statics::default(), &[0.0]).unwrap()[0][0];
+            let linear = 3.0 * 9.81 / stiffness;
+            let expected = 1.0 - cubic + 3.0 * cubic * cubic - 12.0 * cubic.powi(3);
+            assert!(
+                (found / linear - expected).abs() < 1e-9,
+                "{stiffness} N/m, {cubic}: {found} for {}",
+                linear * expected
+            );
+        }
+    }
+}
+
 /// An arch of two rods and springs snaps through: the limit point is passed, or named.
 #[test]
 fn a_shallow_truss_snaps_through_its_limit_point() {

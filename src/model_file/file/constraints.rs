@@ -37,7 +37,12 @@ const KEYS: &[Key] = &[
         "last time, or point of a sweep, at which the constraint must hold; by default the last point",
     )
     .of("s"),
-    default("continuous", Accepts::Flag, "false", "whether the constraint must hold between the time points, too"),
+    default(
+        "continuous",
+        Accepts::Flag,
+        "false",
+        "whether the constraint must hold between the time points, too; not with `from`, `to`, `equals` or `directly_in`",
+    ),
     NEIGHBOURS,
     optional("directly_in", Accepts::Intermediate, "approximates the value itself, linearized in these variables"),
     EACH,

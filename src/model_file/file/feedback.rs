@@ -1,6 +1,6 @@
 //! Forces and torques that depend on time and motion.
 
-use super::motion::remark_jumps;
+use super::motion::{JumpsAt, remark_jumps};
 use super::parts::{BuildContext, CoordinateRef, FrameCoordinate, NamedPart, Parts, PointRef, position_or_push};
 use super::section::{Read, Section};
 use crate::model_file::expression::{CompiledExpression, Inputs, Names, Scope};
@@ -104,7 +104,7 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names, parts: &Parts) -> R
     let scope = Scope { others: &others, suggestions: &suggestions, ..Scope::MOTION };
     let expression = section.expression(key, names, &scope)?;
     if let Some(value) = section.get(key) {
-        remark_jumps(section, &expression, &value.span());
+        remark_jumps(section, &expression, &value.span(), JumpsAt::Motion);
     }
     let mut observed = vec![];
     let mut inputs: Vec<MotionInput> = found

@@ -141,10 +141,10 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
     }
     let tree = tree(value, key, section.source())?;
     let scope = Scope { place: &format!("`{key}`"), units: section.unit_of(key), ..Scope::MOTION };
-    let expression = names.compile(&tree, &scope)?;
+    let expression = names.compile(&tree, &scope).map_err(|error| of_time_only(error, key))?;
     match key == MOTION && expression.has_moving_condition() {
         true => remark_acceleration(section, &tree.span),
-        false => remark_jumps(section, &expression, &tree.span),
+        false => remark_jumps(section, &expression, &tree.span, JumpsAt::Time),
     }
     let used = expression.uses();
     if used.len() > MOST_MOTION_PARAMETERS {
@@ -156,20 +156,46 @@ pub fn read(section: &Section<'_>, key: &str, names: &Names) -> Read<TimeFunctio
     Ok(TimeFunction { law: MotionLaw::Formula(expression.with_design(&used)), parameters })
 }
 
+/// The error about a measure in a function of time, with the part that may depend on measures.
+fn of_time_only(error: Diagnostic, key: &str) -> Diagnostic {
+    if !error.unknown_name.as_ref().is_some_and(|name| name.contains('.')) {
+        return error;
+    }
+    error.help(match key {
+        MOTION => "a motion is a function of time; a force can depend on the motion: kind = \"feedback\"",
+        _ => "a force that depends on the motion has kind = \"feedback-force\", at a point, or \"feedback\", of a coordinate",
+    })
+}
+
 /// Adds a note about derivatives of a motion whose acceleration jumps at a time that depends on the design.
 fn remark_acceleration(section: &Section<'_>, at: &std::ops::Range<usize>) {
     let message = "if its acceleration jumps at a time that depends on the design, derivatives by explicit and by adaptive steps lack the effect of that time; \
-                   those by fixed implicit steps have it";
-    let help = "take fixed steps of an implicit scheme, or a motion with a continuous acceleration, such as profile = \"cubic\" or `smooth_step`";
+                   those by fixed implicit steps have it, and all if an `[[event]]` happens at that time";
+    let help = "add an event that becomes true there, such as when = \"time > …\", or take a motion with a continuous acceleration, such as \
+                profile = \"cubic\" or `smooth_step`";
     section.source().log.remark(Diagnostic::new(at.clone(), message).help(help));
 }
 
+/// What decides where a function jumps.
+pub enum JumpsAt {
+    Time,
+    /// Time and motion. Stages of a step that ends at an event may be on the other side of it.
+    Motion,
+}
+
 /// Adds a note that derivatives neglect how the place of a jump of a force changes with the design.
-pub fn remark_jumps(section: &Section<'_>, expression: &CompiledExpression, at: &std::ops::Range<usize>) {
+pub fn remark_jumps(section: &Section<'_>, expression: &CompiledExpression, at: &std::ops::Range<usize>, by: JumpsAt) {
     if expression.has_moving_jump() {
-        let message =
-            "its value jumps where a condition changes, and derivatives lack the effect of the design on that place";
-        let help = "switch a force on or off by an `[[event]]`, or let it change by `smooth_step`";
+        let (message, help) = match by {
+            JumpsAt::Time => (
+                "its value jumps where a condition changes, and derivatives lack the effect of the design on that time, unless an `[[event]]` happens then",
+                "add an event with this condition, which may have no other effect, or let the value change by `smooth_step`",
+            ),
+            JumpsAt::Motion => (
+                "its value jumps where a condition changes, and derivatives lack the effect of the design on that place",
+                "switch a force on or off by an `[[event]]`, or let it change by `smooth_step`",
+            ),
+        };
         section.source().log.remark(Diagnostic::new(at.clone(), message).help(help));
     }
 }

@@ -347,7 +347,10 @@ pub fn read(file: &Section<'_>, known: &QuantityContext<'_>, bound: Option<Bound
             let histories = values.into_iter().zip(extremes.iter().map(Option::as_ref)).collect();
             peak(&section, known, histories, dimension, bound)
         }
-        (Some(Over::Peak), _) => Err(section.error_at("maximize", "a peak can only be minimized")),
+        (Some(Over::Peak), _) => {
+            let help = "leave `over` out, and maximize a number: maximize = \"peak(…)\"";
+            Err(section.error_at("maximize", "a peak can only be minimized").help(help))
+        }
         _ if section.flag("continuous")? => {
             Err(section.error_at("continuous", "`continuous` belongs to over = \"peak\""))
         }

@@ -221,10 +221,14 @@ impl QuantityContext<'_> {
             "`{}` has a kink where another time point takes over, and the best value often is at one: a run may stall before it",
             reduction.name()
         );
-        let help = if reduction == Reduction::Range {
-            "half of `range(x)` is the peak about a design variable: minimize = \"peak(x - middle)\" with [design.middle]"
-        } else {
-            "minimize a design variable that a constraint makes larger, or smaller, than the history"
+        let help = match (reduction, goal) {
+            (Reduction::Range, _) => {
+                "half of `range(x)` is the peak about a design variable: minimize = \"peak(x - middle)\" with [design.middle]"
+            }
+            (Reduction::Min, Goal::Maximize) => {
+                "minimize the largest value of the negative history, which a variable bounds: minimize = \"max(-x)\""
+            }
+            _ => "minimize a design variable that a constraint makes larger, or smaller, than the history",
         };
         section.source().log.remark(Diagnostic::new(tree.span.clone(), message).help(help));
     }

@@ -258,8 +258,13 @@ const UNCOUPLED: f64 = 1e-10;
 /// # Errors
 ///
 /// As [`BorderedSystem::new`].
-pub(crate) fn are_coupled(mechanism: &Mechanism<f64>, state: &State<f64>, contacts: [usize; 2]) -> Result<bool> {
-    let mut system = System::at(mechanism, state.t)?;
+pub(crate) fn are_coupled(
+    system: &System,
+    mechanism: &Mechanism<f64>,
+    state: &State<f64>,
+    contacts: [usize; 2],
+) -> Result<bool> {
+    let mut system = system.clone();
     let of = |system: &mut System, k: usize| BorderedSystem::new(system, mechanism, &mechanism.events[k], state);
     let (one, other) = (of(&mut system, contacts[0])?, of(&mut system, contacts[1])?);
     let coupling = other.change_by(&one);
@@ -341,12 +346,21 @@ pub(crate) fn simultaneous_switches(
     to_come.filter(is_simultaneous).collect()
 }
 
-/// Time after the event at `state` at which forces are evaluated: `longest` (s), but less than half of the time to the next
-/// switch other than those `at_event`. It is zero if none of these is a switch: the effects of other events do not depend on
-/// the sign of a function.
-pub(crate) fn switch_offset(mechanism: &Mechanism<f64>, at_event: &[usize], state: &State<f64>, longest: f64) -> f64 {
+/// Time after a switch at which forces are evaluated, in nominal steps.
+const SWITCH_OFFSET: f64 = 1e-6;
+
+/// Time (s) after the events `at_event` in the state `state` at which forces are evaluated; `nominal` is the nominal length of the steps (s).
+///
+/// After a switch it is a small part of a step, but less than half of the time to the next switch. A step ends before a condition becomes
+/// true, by less than the rounding error of its time: this error later, functions that jump with the condition have jumped. The effects of
+/// other events do not depend on the sign of a function, and the time is zero.
+pub(crate) fn event_offset(mechanism: &Mechanism<f64>, at_event: &[usize], state: &State<f64>, nominal: f64) -> f64 {
+    let longest = SWITCH_OFFSET * nominal;
     if at_event.iter().all(|&k| !mechanism.events[k].is_switch()) {
-        return 0.0;
+        let conditions = at_event.iter().map(|&k| &mechanism.events[k]).filter(|event| event.when.is_some());
+        let errors = conditions.map(|event| gap_rounding(event, state, nominal) / event.rate(state, &state.v).abs());
+        let largest = errors.filter(|error| error.is_finite()).fold(0.0, f64::max);
+        return largest.min(longest.max(2.0 * TIME_ROUNDING * state.t.abs()));
     }
     let others = (0..mechanism.events.len()).filter(|k| !at_event.contains(k));
     let switches = others.map(|k| &mechanism.events[k]).filter(|event| event.is_switch());

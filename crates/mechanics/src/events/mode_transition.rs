@@ -14,7 +14,7 @@ use crate::events::condition::ZERO;
 use crate::events::consistent_modes::{
     ModeSearch, RestingParts, find, largest, returns, slide_where_driven, without_forces,
 };
-use crate::events::impact::{apply_impact, apply_switch, gap_rounding, make_consistent, switch_offset};
+use crate::events::impact::{apply_impact, apply_switch, event_offset, gap_rounding, make_consistent};
 use crate::events::repeated_impacts::dying_out;
 use crate::events::sticking_friction::{EXCESS, hold, is_friction, sliding_gradients};
 use crate::events::unilateral::{AT_REST, TOUCHING, sign, sliding};
@@ -100,14 +100,14 @@ pub(crate) fn find_transition(
 }
 
 /// The state with accelerations and multipliers in which the motion continues after the events `at_event`. One of them, `contact`, ends
-/// the step in the state `end`. Forces that jump at the event are evaluated up to the time `longest` (s) later.
+/// the step in the state `end`. Forces that jump at the event are evaluated after it, for steps of the length `nominal` (s).
 pub(crate) fn state_after(
     system: &mut System,
     mechanism: &Mechanism<f64>,
     (contact, at_event): (usize, &[usize]),
     transition: ModeTransition,
     end: &State<f64>,
-    longest: f64,
+    nominal: f64,
 ) -> Result<State<f64>> {
     let mut state = State { modes: transition.jump, ..end.clone() };
     match mechanism.events[contact].is_open_contact(&end.modes) {
@@ -115,7 +115,7 @@ pub(crate) fn state_after(
         false => make_consistent(system, mechanism, &mut state)?,
     };
     state.modes = transition.after;
-    let offset = switch_offset(mechanism, at_event, &state, longest);
+    let offset = event_offset(mechanism, at_event, &state, nominal);
     apply_switch(system, mechanism, offset, &mut state)?;
     Ok(state)
 }

@@ -208,13 +208,20 @@ impl<S> EventElement<S> {
 impl EventElement<f64> {
     /// The function of the event at the end of an implicit step, with the forces and accelerations of its positions
     /// and velocities; NaN if these cannot be computed.
-    pub(crate) fn value_after_step(&self, mechanism: &Mechanism<f64>, state: &State<f64>, start: f64) -> f64 {
+    ///
+    /// `system` is that of this or another design, and `start` the start of the motion in s.
+    pub(crate) fn value_after_step(
+        &self,
+        (system, start): (&System, f64),
+        mechanism: &Mechanism<f64>,
+        state: &State<f64>,
+    ) -> f64 {
         let is_projected = mechanism.has_consistent_velocities();
         if !self.needs_forces(&state.modes) && !is_projected {
             return self.gap(state);
         }
         let mut state = state.clone();
-        let solved = System::at(mechanism, start).and_then(|mut system| {
+        let solved = system.of_design(mechanism, start).and_then(|mut system| {
             if is_projected {
                 make_consistent(&mut system, mechanism, &mut state)?;
             }

@@ -3,7 +3,7 @@
 use crate::events::event::Event;
 use crate::events::held_outputs::HeldOutputs;
 use crate::events::impact::{
-    POSITION_ROUNDING, TIME_ROUNDING, are_coupled, gap_rounding, locked_with, simultaneous_switches,
+    POSITION_ROUNDING, TIME_ROUNDING, are_coupled, event_offset, gap_rounding, locked_with, simultaneous_switches,
 };
 use crate::events::mode_transition::{SHORTEST_FLIGHT, events_at_once, find_transition, state_after};
 use crate::events::unilateral::{AT_REST, TOUCHING};
@@ -44,6 +44,12 @@ const SIMULTANEOUS_STEP: f64 = 1e-9;
 /// Length of a step that ends at an event, in nominal steps, up to which its end is extrapolated from its beginning.
 const VERY_SHORT: f64 = 1e-6;
 
+/// Returns whether the end of an implicit step that ends at an event after the time `h` (s) is extrapolated from its beginning, and so are its
+/// derivatives: the formulas of the scheme divide rounding errors by the square of the length.
+pub(crate) fn is_very_short(h: f64, step: StepSize) -> bool {
+    h <= VERY_SHORT * step.nominal()
+}
+
 /// Time after the beginning of a step, in nominal steps, that decides whether a condition at its border becomes true.
 const AHEAD: f64 = 1e-3;
 
@@ -60,6 +66,9 @@ pub(crate) trait TrialStep {
 
     /// The mechanism.
     fn mechanism(&self) -> &Mechanism<f64>;
+
+    /// Its equations.
+    fn system(&self) -> &System;
 
     /// Prepares the step, as it has been solved, for the search.
     fn begin(&mut self) -> Result<()> {
@@ -93,6 +102,10 @@ impl TrialStep for Integrator<'_> {
 
     fn mechanism(&self) -> &Mechanism<f64> {
         self.mechanism
+    }
+
+    fn system(&self) -> &System {
+        &self.system
     }
 
     fn begin(&mut self) -> Result<()> {
@@ -232,8 +245,8 @@ impl EventLocator {
         let is_impact = mechanism.events[contact].is_open_contact(&end.modes);
         let transition = find_transition(system, mechanism, (contact, &at_event), end, self.step.nominal())?;
         self.is_bounce = is_impact && !transition.stays;
-        let longest = self.step.switch_offset();
-        let state = state_after(system, mechanism, (contact, &at_event), transition, end, longest)?;
+        let nominal = self.step.nominal();
+        let state = state_after(system, mechanism, (contact, &at_event), transition, end, nominal)?;
         if let Some(held) = &mut self.held {
             held.hold(mechanism, EventSide::After, &at_event, &state);
         }
@@ -246,6 +259,12 @@ impl EventLocator {
             }
         }
         Ok(Some(state))
+    }
+
+    /// Time (s) after the event at the beginning of the step, the state `after`, at which forces are evaluated there.
+    pub fn offset(&self, mechanism: &Mechanism<f64>, after: &State<f64>) -> f64 {
+        let at_event: Vec<usize> = self.simultaneous.iter().copied().chain(self.opened).collect();
+        event_offset(mechanism, &at_event, after, self.step.nominal())
     }
 
     /// The events at the time of event number `event` in their order, in the state at the `end` of a step, with its length in s.
@@ -299,7 +318,7 @@ impl EventLocator {
             }
             (h, self.closed) = (found, Some(contact));
         }
-        if self.closed.is_some() && h <= VERY_SHORT * self.step.nominal() {
+        if self.closed.is_some() && is_very_short(h, self.step) {
             step.extrapolate(h)?;
         }
         Ok(h)
@@ -721,7 +740,7 @@ fn is_later(step: &impl TrialStep, events: [usize; 2], [first, second]: [f64; 2]
     let both_are_impacts = events.iter().all(|&k| is_impact(step, k));
     let rounding = if both_are_impacts { SAME_TIME } else { TIME_ROUNDING } * (first + step.ends()[1].t.abs());
     let is_simultaneous = both_are_impacts && (second - first).abs() <= rounding;
-    if is_simultaneous && are_coupled(step.mechanism(), step.ends()[1], events)? {
+    if is_simultaneous && are_coupled(step.system(), step.mechanism(), step.ends()[1], events)? {
         return Err(simultaneous(step, events));
     }
     Ok(is_simultaneous || second >= first - rounding)

@@ -43,9 +43,6 @@ pub enum StepSize {
     },
 }
 
-/// Time after a switch at which forces are evaluated, in nominal steps.
-const SWITCH_OFFSET: f64 = 1e-6;
-
 /// Shortest and longest first step of a motion, as fractions of its length.
 const SPAN: [f64; 2] = [1e-6, 1e-2];
 
@@ -77,11 +74,6 @@ impl StepSize {
             Self::Fixed(h) => h,
             Self::Adaptive { first, .. } => first,
         }
-    }
-
-    /// Time after a switch at which forces are evaluated, in s.
-    pub(crate) fn switch_offset(&self) -> f64 {
-        SWITCH_OFFSET * self.nominal()
     }
 }
 

@@ -10,7 +10,6 @@ use crate::system::Unknown;
 pub(crate) struct CoordinateScales {
     by_coordinate: Vec<f64>,
     length: f64,
-    rounding: f64,
 }
 
 impl CoordinateScales {
@@ -18,9 +17,7 @@ impl CoordinateScales {
     pub fn at(mechanism: &Mechanism<f64>, q: &[f64]) -> Self {
         let length = mechanism.extent(q).max(1.0);
         let scale = |coordinate: &CoordinateData<f64>| coordinate.axis.map_or(1.0, |_| length);
-        let by_coordinate: Vec<f64> = mechanism.coordinates.iter().map(scale).collect();
-        let largest = q.iter().zip(&by_coordinate).fold(0.0f64, |most, (q, scale)| most.max((q / scale).abs()));
-        Self { by_coordinate, length, rounding: 4.0 * f64::EPSILON * largest }
+        Self { by_coordinate: mechanism.coordinates.iter().map(scale).collect(), length }
     }
 
     /// The change of a position of a body that counts as 1, in m.
@@ -28,9 +25,10 @@ impl CoordinateScales {
         self.length
     }
 
-    /// Rounding error of the positions.
-    pub fn rounding(&self) -> f64 {
-        self.rounding
+    /// Rounding error of the positions `q`.
+    pub fn rounding(&self, q: &[f64]) -> f64 {
+        let largest = q.iter().zip(&self.by_coordinate).fold(0.0f64, |most, (q, scale)| most.max((q / scale).abs()));
+        4.0 * f64::EPSILON * largest
     }
 
     /// The change of coordinate number `i` that counts as 1.

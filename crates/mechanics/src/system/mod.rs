@@ -189,6 +189,17 @@ impl System {
         }
     }
 
+    /// The system of another design of the mechanism, for an analysis that begins at the time `t` (s). Constraints may be redundant in both.
+    ///
+    /// # Errors
+    ///
+    /// As [`System::at`].
+    pub(crate) fn of_design(&self, mechanism: &Mechanism<f64>, t: f64) -> Result<Self> {
+        let mut other = Self::at(mechanism, t)?;
+        other.allow_redundancy(self.allows_redundancy());
+        Ok(other)
+    }
+
     /// Returns whether constraints may be redundant.
     pub fn allows_redundancy(&self) -> bool {
         self.factor.allows_redundancy()

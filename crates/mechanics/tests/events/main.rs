@@ -7,6 +7,7 @@ mod derivative_methods;
 mod explicit;
 #[path = "../support/finite_differences.rs"]
 mod finite_differences;
+mod function_jumps;
 mod lasting;
 mod models;
 mod orders;

@@ -5,7 +5,7 @@ use linkwright_mechanics::elements::Revolute;
 use linkwright_mechanics::events::Action;
 use linkwright_mechanics::mechanism::Formula;
 use linkwright_mechanics::motion::{Fixed, Harmonic};
-use linkwright_mechanics::{Mechanism, ParametricMechanism, Pose, Result};
+use linkwright_mechanics::{Coordinate, Mechanism, ParametricMechanism, Pose, Result};
 
 /// A weighted sum of quantities and of the time: Σ wᵢ xᵢ + w t.
 pub struct Linear(pub Vec<f64>, pub f64);
@@ -59,22 +59,34 @@ pub const PUSHED: [f64; 4] = [9.0, 1.0, 0.35, -4.0];
 
 impl ParametricMechanism for Pushed {
     fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
-        let zero = S::from(0.0);
-        let mut m = Mechanism::new();
-        let mass = m.point_mass("mass", S::from(1.0), b[1], zero);
-        let ground = m.ground();
-        m.coordinate_spring("spring", ground.x, mass.x, [b[0], zero, zero, zero]);
-        let push = m.load("push", ground.x, mass.x, Fixed, &[b[3]]);
-        let motion = m.coordinate_sensor("motion", ground.x, mass.x);
-        let place = m.sensor("place", ground.at(b[2], zero));
-        let terms = [m.measure(place, "x")?, m.measure(motion, "position")?];
-        m.when("begin", Linear(vec![1.0, -1.0], 0.0), &terms, &[Action::Activate(push)])?;
-        outputs(&mut m, mass.x)?;
-        Ok(m)
+        Ok(mass_and_push(b)?.0)
     }
 }
 
-pub fn outputs<S: Scalar>(m: &mut Mechanism<S>, coordinate: linkwright_mechanics::Coordinate) -> Result<()> {
+/// The mechanism of [`Pushed`] and the coordinate of its mass.
+fn mass_and_push<S: Scalar>(b: &[S]) -> Result<(Mechanism<S>, Coordinate)> {
+    let zero = S::from(0.0);
+    let mut m = Mechanism::new();
+    let mass = m.point_mass("mass", S::from(1.0), b[1], zero).x;
+    let ground = m.ground().x;
+    m.coordinate_spring("spring", ground, mass, [b[0], zero, zero, zero]);
+    push_from(&mut m, mass, ["push", "begin"], [b[2], b[3]])?;
+    outputs(&mut m, mass)?;
+    Ok((m, mass))
+}
+
+/// A force on `mass` from its passage of a place on; the `names` are those of the force and of the event.
+fn push_from<S: Scalar>(m: &mut Mechanism<S>, mass: Coordinate, names: [&str; 2], [x, force]: [S; 2]) -> Result<()> {
+    let ground = m.ground();
+    let push = m.load(names[0], ground.x, mass, Fixed, &[force]);
+    let motion = m.coordinate_sensor("motion", ground.x, mass);
+    let place = m.sensor("place", ground.at(x, S::from(0.0)));
+    let terms = [m.measure(place, "x")?, m.measure(motion, "position")?];
+    m.when(names[1], Linear(vec![1.0, -1.0], 0.0), &terms, &[Action::Activate(push)])?;
+    Ok(())
+}
+
+pub fn outputs<S: Scalar>(m: &mut Mechanism<S>, coordinate: Coordinate) -> Result<()> {
     let ground = m.ground().x;
     let sensor = m.coordinate_sensor("mass", ground, coordinate);
     for what in ["position", "velocity"] {
@@ -91,6 +103,32 @@ pub fn pushed<S: Scalar>(b: &[S], t: f64) -> [S; 2] {
     let (sin, cos) = (rate * t - side.atan2(b[2])).sin_cos();
     let shift = b[3] / b[0];
     [shift + (b[2] - shift) * cos - side * sin, -rate * ((b[2] - shift) * sin + side * cos)]
+}
+
+/// [`Pushed`], with a second force b₅ from its passage of b₄ on, shortly after the first.
+pub struct PushedTwice;
+
+pub const PUSHED_TWICE: [f64; 6] = [9.0, 1.0, 0.35, -4.0, 0.35 - 1e-9, 3.0];
+
+impl ParametricMechanism for PushedTwice {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let (mut m, mass) = mass_and_push(b)?;
+        push_from(&mut m, mass, ["second push", "second begin"], [b[4], b[5]])?;
+        Ok(m)
+    }
+}
+
+/// Position and velocity of the mass at the time `t` after the second passage.
+pub fn pushed_twice<S: Scalar>(b: &[S], t: f64) -> [S; 2] {
+    let rate = b[0].sqrt();
+    let side = (b[1] * b[1] - b[2] * b[2]).sqrt();
+    let shift = b[3] / b[0];
+    let amplitude = ((b[2] - shift) * (b[2] - shift) + side * side).sqrt();
+    let second_side = (amplitude * amplitude - (b[4] - shift) * (b[4] - shift)).sqrt();
+    let phase = side.atan2(b[2]) + second_side.atan2(b[4] - shift) - side.atan2(b[2] - shift);
+    let (sin, cos) = (rate * t - phase).sin_cos();
+    let shift = (b[3] + b[5]) / b[0];
+    [shift + (b[4] - shift) * cos - second_side * sin, -rate * ((b[4] - shift) * sin + second_side * cos)]
 }
 
 /// A mass of 1 kg that falls from rest under the gravity b₀, on an elastic rope of the length b₁ and stiffness b₂ from the place

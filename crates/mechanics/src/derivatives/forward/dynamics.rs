@@ -228,7 +228,7 @@ where
             Some(contact) => self.close_contact(step, contact)?,
             None if begin.is_constant() || !step.events.has_given_end => self.differentiate_step(step),
             // The beginning depends on the design, the end does not.
-            None => self.differentiate_step_of(step, -begin + step.end.t),
+            None => self.differentiate_step_of(step, -begin + step.end.t)?,
         }
         Ok(())
     }
@@ -271,12 +271,16 @@ where
     }
 
     /// Differentiates a step whose length `h` carries derivatives.
-    fn differentiate_step_of(&mut self, step: &ConvergedStep, h: T) {
+    fn differentiate_step_of(&mut self, step: &ConvergedStep, h: T) -> Result<()> {
         let ConvergedStep { h: value, end: values, factor, .. } = step;
         let Dynamics { scheme, prescribed, step: nominal, .. } = self.settings;
         if step.is_extrapolated(*nominal) {
             self.step.extrapolate(self.mechanism, h);
-            return take_values(&mut self.step.new, values);
+            take_values(&mut self.step.new, values);
+            if T::ORDER > 1 {
+                self.add_rate_of_acceleration(values, h)?;
+            }
+            return Ok(());
         }
         set_values(&mut self.step.new.a, &values.a);
         set_values(&mut self.step.new.l, &values.l);
@@ -288,6 +292,20 @@ where
                 self.step.add_accelerations(&self.system, |equation| T::with(0.0, self.changes[equation]));
             }
         }
+        Ok(())
+    }
+
+    /// Sets the velocities at the end `values` of an extrapolated step `h` to q̇₀ + ½ h (q̈₀ + q̈): their second derivatives contain the rate of the
+    /// acceleration, although `h` is nearly zero.
+    fn add_rate_of_acceleration(&mut self, values: &State<f64>, h: T) -> Result<()> {
+        let Self { plain, mechanism, system, step, .. } = self;
+        let end = saltation::consistent_at_event(plain, mechanism, system, values, &step.new)?;
+        for i in 0..end.a.len() {
+            step.new.v[i] = step.old.v[i] + (step.old.a[i] + end.a[i]) * h * 0.5;
+        }
+        step.new.prescribe(mechanism);
+        take_values(&mut step.new, values);
+        Ok(())
     }
 
     /// Solves for the corrections of accelerations and multipliers at the end of a step `h`.
@@ -306,7 +324,7 @@ where
         let fixed: f64 = rate(given)?;
         let speed = rate(given + unit)? - fixed;
         let (event, end) = (&self.plain.events[contact], &step.end);
-        let gap = event.value_after_step(self.plain, end, self.settings.start);
+        let gap = event.value_after_step((&self.system, self.settings.start), self.plain, end);
         event.check_crossing(gap, end)?;
         if speed == 0.0 || !speed.is_finite() {
             let name = &self.plain.events[contact].gap.name;
@@ -324,14 +342,14 @@ where
         }
         let nominal = self.settings.step.nominal();
         let at_event = events_at_once(&self.system, self.plain, (contact, &simultaneous), &step.end, nominal)?;
-        self.differentiate_step_of(step, h);
+        self.differentiate_step_of(step, h)?;
         self.closed = Some(ClosedContact { contact, at_event, values: step.end.clone() });
         Ok(())
     }
 
     /// The function of an event at the end of a step, whose length `h` carries derivatives.
     fn event_value(&mut self, step: &ConvergedStep, h: T, event: usize) -> Result<T> {
-        self.differentiate_step_of(step, h);
+        self.differentiate_step_of(step, h)?;
         saltation::event_value(self.plain, self.mechanism, &mut self.system, event, &step.end, &self.step.new)
     }
 

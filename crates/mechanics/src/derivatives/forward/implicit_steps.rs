@@ -5,6 +5,7 @@ use crate::analyses::sampling::OutputRecorder;
 use crate::checkpointing::recording::{Recording, StepInterval};
 use crate::derivatives::propagation::StepSource;
 use crate::initial_conditions::Projection;
+use crate::integrators::event_location::is_very_short;
 use crate::integrators::generalized_alpha::GeneralizedAlpha;
 use crate::integrators::settings::StepSize;
 use crate::integrators::step_events::StepEvents;
@@ -32,14 +33,10 @@ pub(crate) struct ConvergedStep {
     pub events: StepEvents,
 }
 
-/// Length of a step that ends at an event, in nominal steps, up to which its derivatives are those of an extrapolation.
-const EXTRAPOLATED: f64 = 1e-10;
-
 impl ConvergedStep {
-    /// Returns whether the derivatives at the end of the step are those of an extrapolation from its beginning, for steps `nominal`. The formulas of the
-    /// scheme divide rounding errors by the square of the length of the step.
+    /// Returns whether the end of the step, and its derivatives, are extrapolated from its beginning, for steps `nominal`.
     pub fn is_extrapolated(&self, nominal: StepSize) -> bool {
-        self.events.closed.is_some() && self.h <= EXTRAPOLATED * nominal.nominal()
+        self.events.closed.is_some() && is_very_short(self.h, nominal)
     }
 }
 

@@ -15,7 +15,7 @@ use crate::Result;
 use crate::derivatives::forward::initial_conditions::InitialDerivatives;
 use crate::derivatives::seeding::take_values;
 use crate::events::held_outputs::HeldOutputs;
-use crate::events::impact::{self, BorderedSystem, Jump, switch_offset};
+use crate::events::impact::{self, BorderedSystem, Jump, event_offset};
 use crate::events::mode_transition::find_transition;
 use crate::initial_conditions::AccelerationSolver;
 use crate::integrators::settings::StepSize;
@@ -82,7 +82,7 @@ where
         false => make_consistent(plain, mechanism, system, &values, state)?,
     };
     (state.modes, values.modes) = (transition.after.clone(), transition.after);
-    let offset = switch_offset(plain, &at_event, &values, step.switch_offset());
+    let offset = event_offset(plain, &at_event, &values, step.nominal());
     apply_switch(plain, mechanism, system, offset, &values, state)?;
     if let Some(held) = held {
         held.hold(mechanism, EventSide::After, &at_event, state);

@@ -13,7 +13,7 @@ use crate::derivatives::propagation::{Schedule, StepConsumer, propagate};
 use crate::derivatives::semi_analytical::central_difference::{CentralDifference, moved_state, set_difference};
 use crate::derivatives::semi_analytical::initial_conditions::InitialDifferences;
 use crate::elements::element::ElementWorkspace;
-use crate::events::impact::{apply_impact, apply_switch, make_consistent, simultaneous_switches, switch_offset};
+use crate::events::impact::{apply_impact, apply_switch, event_offset, make_consistent, simultaneous_switches};
 use crate::events::mode_transition::{events_at_once, find_transition};
 use crate::integrators::consistent_ends::at_event;
 use crate::integrators::generalized_alpha::Step;
@@ -278,7 +278,7 @@ impl<'m> DifferenceSensitivity<'m> {
         self.differentiate_step(step, rate)?;
         let speed = (self.gap_rate(step, contact) - fixed) / rate;
         let event = &self.plain.events[contact];
-        let gap = event.value_after_step(self.plain, &step.end, self.settings.start);
+        let gap = event.value_after_step((&self.system, self.settings.start), self.plain, &step.end);
         event.check_crossing(gap, &step.end)?;
         let name = &event.gap.name;
         if speed == 0.0 || !speed.is_finite() {
@@ -304,18 +304,17 @@ impl<'m> DifferenceSensitivity<'m> {
                 return Err(separated(name, &self.plain.events[event].gap.name, step.end.t));
             }
         }
-        let system = System::at(self.plain, self.settings.start)?;
-        let at_event = events_at_once(&system, self.plain, (contact, &simultaneous), &step.end, nominal)?;
+        let at_event = events_at_once(&self.system, self.plain, (contact, &simultaneous), &step.end, nominal)?;
         self.closed = Some(ClosedContact { contact, at_event, values: step.end.clone() });
         Ok(())
     }
 
     /// Derivative of the gap of an event at the end of the step.
     fn gap_rate(&mut self, step: &ConvergedStep, event: usize) -> f64 {
-        let start = self.settings.start;
+        let system = (&self.system, self.settings.start);
         let gap = |mechanism: &Mechanism<f64>, state: &State<f64>, out: &mut Vec<f64>| {
             out.clear();
-            out.push(mechanism.events[event].value_after_step(mechanism, state, start));
+            out.push(mechanism.events[event].value_after_step(system, mechanism, state));
         };
         self.difference.derivatives(&step.end, &self.sensitivity.new, gap).sum()
     }
@@ -324,27 +323,22 @@ impl<'m> DifferenceSensitivity<'m> {
     fn apply_event(&mut self) -> Result<()> {
         let Some(ClosedContact { contact, at_event, values }) = self.closed.take() else { return Ok(()) };
         self.hold_outputs(EventSide::Before, &at_event, &values);
-        let Self { difference, sensitivity, plain, settings, time_rates, .. } = self;
+        let Self { difference, sensitivity, system, plain, settings, time_rates, .. } = self;
         let is_impact = plain.events[contact].is_open_contact(&values.modes);
-        let transition = find_transition(
-            &mut System::at(plain, settings.start)?,
-            plain,
-            (contact, &at_event),
-            &values,
-            settings.step.nominal(),
-        )?;
+        let transition =
+            find_transition(&mut system.clone(), plain, (contact, &at_event), &values, settings.step.nominal())?;
         let mut offset = None;
         let mut apply = |mechanism: &Mechanism<f64>, mut state: State<f64>| -> Result<State<f64>> {
             // The matrix of the equations has the constant masses of its mechanism.
-            let mut system = System::at(mechanism, settings.start)?;
+            let mut system = system.of_design(mechanism, settings.start)?;
             state.modes = transition.jump.clone();
             match is_impact {
                 true => apply_impact(&mut system, mechanism, (contact, transition.stays), &mut state)?,
                 false => make_consistent(&mut system, mechanism, &mut state)?,
             };
             state.modes = transition.after.clone();
-            let longest = settings.step.switch_offset();
-            let offset = *offset.get_or_insert_with(|| switch_offset(plain, &at_event, &state, longest));
+            let nominal = settings.step.nominal();
+            let offset = *offset.get_or_insert_with(|| event_offset(plain, &at_event, &state, nominal));
             apply_switch(&mut system, mechanism, offset, &mut state)?;
             Ok(state)
         };
@@ -366,10 +360,12 @@ impl<'m> DifferenceSensitivity<'m> {
         if !self.plain.outputs.iter().any(|output| is_held(output.held)) {
             return;
         }
-        let (sampler, start) = (&mut self.sampler, self.settings.start);
+        let (sampler, system) = (&mut self.sampler, (&self.system, self.settings.start));
         let derivatives =
             self.difference.derivatives(values, &self.sensitivity.new, |mechanism, state, outputs| match side {
-                EventSide::Before => sampler.outputs(mechanism, &consistent_at_event(mechanism, state, start), outputs),
+                EventSide::Before => {
+                    sampler.outputs(mechanism, &consistent_at_event(system, mechanism, state), outputs)
+                }
                 EventSide::After => sampler.outputs(mechanism, state, outputs),
             });
         for ((held, output), derivative) in self.held.iter_mut().zip(&self.plain.outputs).zip(derivatives) {
@@ -424,12 +420,12 @@ impl<'m> DifferenceSensitivity<'m> {
 
     /// Interpolates the state and its derivatives at the time `t` (s) in the step.
     fn sample(&mut self, t: f64) {
-        let Self { difference, values, sensitivity, at, sensitivity_at, time_rates, .. } = self;
-        let start = self.settings.start;
-        let at_event = self.closed.as_ref().map(|_| consistent_at_event(self.plain, &values.new, start));
+        let Self { difference, values, sensitivity, system, at, sensitivity_at, time_rates, .. } = self;
+        let system = (&*system, self.settings.start);
+        let at_event = self.closed.as_ref().map(|_| consistent_at_event(system, self.plain, &values.new));
         interpolate(&values.old, at_event.as_ref().unwrap_or(&values.new), t, at);
         difference.time_rate = 0.0;
-        if *time_rates == [0.0; 2] {
+        if *time_rates == [0.0; 2] && at_event.is_none() {
             (sensitivity.old.t, sensitivity.new.t) = (values.old.t, values.new.t);
             return interpolate(&sensitivity.old, &sensitivity.new, t, sensitivity_at);
         }
@@ -438,7 +434,7 @@ impl<'m> DifferenceSensitivity<'m> {
             let old = moved_state(&values.old, &sensitivity.old, time_rates[0], by);
             let mut new = moved_state(&values.new, &sensitivity.new, time_rates[1], by);
             if is_event {
-                new = consistent_at_event(mechanism, &new, start);
+                new = consistent_at_event(system, mechanism, &new);
             }
             let mut moved = at.clone();
             interpolate_inside(&old, &new, t, &mut moved);
@@ -452,7 +448,7 @@ impl<'m> DifferenceSensitivity<'m> {
         let (end, has_ended) = (self.values.new.t, self.has_ended());
         // After the end of the motion the outputs keep their values.
         while let Some(t) = self.times.next_until(if has_ended { f64::INFINITY } else { end }) {
-            let (is_after_end, start) = (has_ended && t >= end, self.settings.start);
+            let is_after_end = has_ended && t >= end;
             if is_after_end {
                 self.at.copy_from(&self.values.new);
                 self.sensitivity_at.copy_from(&self.sensitivity.new);
@@ -461,10 +457,11 @@ impl<'m> DifferenceSensitivity<'m> {
                 self.sample(t);
             }
             let (from, sampler) = (self.derivatives.len(), &mut self.sampler);
+            let system = (&self.system, self.settings.start);
             let derivatives =
                 self.difference.derivatives(&self.at, &self.sensitivity_at, |mechanism, state, outputs| {
                     if is_after_end {
-                        sampler.outputs(mechanism, &consistent_at_event(mechanism, state, start), outputs);
+                        sampler.outputs(mechanism, &consistent_at_event(system, mechanism, state), outputs);
                     } else {
                         sampler.outputs(mechanism, state, outputs);
                     }
@@ -480,10 +477,11 @@ impl<'m> DifferenceSensitivity<'m> {
     }
 }
 
-/// The `state` at the end of a step that ends at an event, with the accelerations and multipliers of the equations of motion; `start` is
-/// the start of the motion in s.
-fn consistent_at_event(mechanism: &Mechanism<f64>, state: &State<f64>, start: f64) -> State<f64> {
-    System::at(mechanism, start).map_or_else(|_| state.clone(), |mut system| at_event(&mut system, mechanism, state))
+/// The `state` at the end of a step that ends at an event, with the accelerations and multipliers of the equations of motion. `system` is that
+/// of this or another design, and `start` the start of the motion in s.
+fn consistent_at_event((system, start): (&System, f64), mechanism: &Mechanism<f64>, state: &State<f64>) -> State<f64> {
+    let system = system.of_design(mechanism, start);
+    system.map_or_else(|_| state.clone(), |mut system| at_event(&mut system, mechanism, state))
 }
 
 impl StepConsumer<StepBlock> for DifferenceSensitivity<'_> {

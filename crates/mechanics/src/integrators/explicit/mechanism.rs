@@ -446,6 +446,10 @@ impl TrialStep for Repeated<'_, '_> {
         self.stepper.rhs.mechanism
     }
 
+    fn system(&self) -> &System {
+        &self.stepper.rhs.system
+    }
+
     fn ends(&self) -> [&State<f64>; 2] {
         self.stepper.rhs.step_ends.as_ref().expect("a mechanism with events").states.each_ref()
     }
@@ -541,8 +545,12 @@ fn begin_after_event(stepper: &mut Stepper<MechanismRhs<'_>>) -> Result<bool> {
         begin.copy_from(end);
         return Ok(false);
     };
+    let offset = locator.offset(mechanism, &after);
     state.modes.copy_from(&after.modes);
-    stepper.restart(&MechanismRhs::vector(&after))?;
+    stepper.restart(&MechanismRhs::vector(&after), offset)?;
+    if let Some(ends) = &mut stepper.rhs.step_ends {
+        ends.states[0].copy_from(&after);
+    }
     Ok(true)
 }
 

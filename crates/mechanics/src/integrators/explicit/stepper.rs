@@ -99,6 +99,8 @@ pub struct Stepper<F> {
     pub evaluations: usize,
     slots: Vec<Vec<f64>>,
     stage: Vec<f64>,
+    /// Time in s after the beginning of the step at which the rates there are evaluated, if it begins after an event.
+    offset: f64,
     has_end: bool,
     is_dense: bool,
 }
@@ -122,6 +124,7 @@ impl<F: OdeRhs> Stepper<F> {
             evaluations: 1,
             slots,
             stage,
+            offset: 0.0,
             has_end,
             is_dense,
         })
@@ -157,9 +160,10 @@ impl<F: OdeRhs> Stepper<F> {
         Ok(early.or_else(|| tolerance.map(|tolerance| self.error(tolerance))).unwrap_or((0.0, 0)))
     }
 
-    /// Begins the next step in another state `y` than that at the end of the last one, after an event.
-    pub(crate) fn restart(&mut self, y: &[f64]) -> Result<()> {
+    /// Begins the next step in the state `y` after an event. Functions that jump there have jumped after the time `offset` (s).
+    pub(crate) fn restart(&mut self, y: &[f64], offset: f64) -> Result<()> {
         self.old.copy_from_slice(y);
+        self.offset = offset;
         self.restart_rates()
     }
 
@@ -167,13 +171,22 @@ impl<F: OdeRhs> Stepper<F> {
     pub(crate) fn restart_rates(&mut self) -> Result<()> {
         self.evaluations += 1;
         self.rhs.begin_step(self.t[0], &self.old)?;
-        self.rhs.rates(0, self.t[0], &self.old, &mut self.slots[0])
+        self.rhs.rates(0, self.t[0], &self.old, &mut self.slots[0])?;
+        if self.offset == 0.0 {
+            return Ok(());
+        }
+        let mut after = std::mem::take(&mut self.stage);
+        let t = self.extrapolate(false, self.offset, &mut after);
+        self.evaluations += 1;
+        let evaluated = self.rhs.rates(0, t, &after, &mut self.slots[0]);
+        self.stage = after;
+        evaluated
     }
 
     /// Makes the end of the step the beginning of the next one.
     pub fn accept(&mut self) {
         debug_assert!(self.has_end, "only a complete step can be accepted");
-        self.t[0] = self.t[1];
+        (self.t[0], self.offset) = (self.t[1], 0.0);
         std::mem::swap(&mut self.old, &mut self.new);
         self.slots.swap(0, self.method.end);
         (self.has_end, self.is_dense) = (false, false);
