@@ -161,7 +161,7 @@ fn soft_springs_give_by_any_length() {
             let mut m = Mechanism::<f64>::new();
             let mut upper = m.ground().x;
             for k in 0..3 {
-                let lower = m.coordinate(&format!("slider {k}"), 0.0, 0.0);
+                let lower = m.coordinate(format!("slider {k}"), 0.0, 0.0);
                 // At the elongation of the linear spring, its force is larger by this fraction.
                 let third = cubic * stiffness * stiffness * stiffness / (9.81 * 9.81);
                 m.coordinate_spring(&format!("spring {k}"), upper, lower, [stiffness, 0.0, 0.0, third]);
