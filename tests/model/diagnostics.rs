@@ -98,6 +98,20 @@ fn usual_words_for_limits_lead_to_their_names() {
     }
 }
 
+/// A measure in a function of time leads to the kinds of forces that depend on the motion.
+#[test]
+fn a_force_of_time_with_a_measure_leads_to_feedback() {
+    let template =
+        std::fs::read_to_string(format!("{}/src/command/template.toml", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let load =
+        "\n[[force]]\nname = \"drag\"\nkind = \"load\"\nb = \"arm.theta\"\ngeneralized_force = \"-2*arm.omega\"\n";
+    let shown = linkwright::model_file::read("m.toml", &format!("{template}{load}")).err().unwrap().to_string();
+    assert!(
+        shown.contains("there is no name `arm.omega`") && shown.contains("\"feedback\", of a coordinate"),
+        "{shown}"
+    );
+}
+
 /// Both uses of a name are shown, as both places of a key.
 #[test]
 fn a_name_that_is_used_twice_has_both_places() {
