@@ -538,10 +538,12 @@ fn jumps_that_move_with_the_design_are_told_before_a_run() {
     let jumps = "its value jumps where a condition changes";
     let laws = ["if(time > a, 2, 0)", "a*if(time > a, 2, 1) + 1", "sign(time - a)", "if(time > a, 2, 0)/a"];
     for value in laws {
-        assert!(shown(&load(value), "", "final(x)").contains(jumps), "{value}");
+        let note = shown(&load(value), "", "final(x)");
+        assert!(note.contains(jumps) && note.contains("unless an `[[event]]` happens then"), "{value}: {note}");
     }
     for value in ["if(s.position > 0.3, -1, 0)", "-sign(s.velocity)", "3*sign(s.position - a)"] {
-        assert!(shown(&feedback(value), "", "final(x)").contains(jumps), "{value}");
+        let note = shown(&feedback(value), "", "final(x)");
+        assert!(note.contains(jumps) && note.contains("switch a force on or off"), "{value}: {note}");
     }
     let without =
         ["if(time > 0.5, a, 0)", "if(time > a, time - a, 0)", "(time - a)*if(time > a, 1, 0)", "if(a > 0.3, 1, 2)"];

@@ -19,7 +19,7 @@ pub struct Statics {
     pub tolerance: f64,
     /// Largest number of Newton iterations at one time.
     pub iterations: usize,
-    /// Largest change of a position (m, extents or rad) in one iteration.
+    /// Largest change of a position (m, extents or rad) in one iteration, unless the equations are nearly linear along it.
     pub longest: f64,
 }
 

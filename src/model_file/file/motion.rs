@@ -176,10 +176,11 @@ fn remark_acceleration(section: &Section<'_>, at: &std::ops::Range<usize>) {
     section.source().log.remark(Diagnostic::new(at.clone(), message).help(help));
 }
 
-/// What decides where a function jumps.
+/// Variables of the condition at which a function jumps.
 pub enum JumpsAt {
+    /// The time: an event then ends the steps at the jump.
     Time,
-    /// Time and motion. Stages of a step that ends at an event may be on the other side of it.
+    /// Time and motion: stages of a step that ends at an event may be on the other side of it.
     Motion,
 }
 

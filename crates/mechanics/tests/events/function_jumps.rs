@@ -33,7 +33,7 @@ impl Motion for Departure {
     }
 }
 
-/// What jumps at the event.
+/// The quantity that jumps at the event.
 #[derive(Clone, Copy, Debug)]
 enum Jump {
     /// A force on the mass, by b₂.
@@ -115,10 +115,14 @@ fn implicit_steps_end_on_one_side_of_a_jump_and_begin_on_the_other() {
             let (coarse, fine) = (at(0.01), at(0.000_625));
             let orders = [0, 1].map(|k| (coarse[k] / fine[k]).log2() / 4.0);
             println!("{jump:?} at {place}: {coarse:?} {fine:?} {orders:.2?}");
-            assert!(orders[0] > 1.8 && orders[1] > 0.9 && fine[1] < 5e-4, "{jump:?} at {place}: {coarse:?} {fine:?}");
+            // At a time of the grid, the discretization error has a kink in the time of the event: slopes of the order 1.
+            let is_between = place == 0.503 || place == 0.4987;
+            let least = [1.95, if is_between { 1.3 } else { 0.9 }];
+            assert!(orders.iter().zip(least).all(|(order, least)| *order > least), "{jump:?} at {place}: {orders:?}");
+            assert!(fine[0] < 1e-5 && fine[1] < 5e-4, "{jump:?} at {place}: {fine:?}");
             check_adjoint_by(&[fixed(0.01)], ("jump", 1e-10), &Jumping(jump), &b, &[0.3, END]);
-            // At a time of the grid, the discretization error has a kink, and differences the mean of its slopes.
-            let limit = if place == 0.503 || place == 0.4987 { 1e-8 } else { 1e-2 };
+            // Differences across the kink have the mean of its slopes.
+            let limit = if is_between { 1e-8 } else { 3e-3 };
             check_semi_analytical_by(&[fixed(0.01)], ("jump", limit), &Jumping(jump), &b, &[0.3, END]);
         }
         let b = [0.503, 9.0, 7.0];
@@ -133,21 +137,21 @@ fn stages_of_explicit_steps_are_on_one_side_of_a_jump() {
     for jump in [Jump::Load, Jump::Drive] {
         for place in PLACES {
             let b = [place, 9.0, 7.0];
-            for settings in [
-                Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(0.01)),
-                Explicit::eighth_order(1e-10),
-                Explicit::adaptive(1e-10),
+            for (settings, limit) in [
+                (Explicit::eighth_order(1.0).with_step_control(StepControl::Fixed(0.01)), 1e-12),
+                (Explicit::eighth_order(1e-10), 1e-9),
+                (Explicit::adaptive(1e-10), 1e-9),
             ] {
                 let found = differentiate_explicitly(&Jumping(jump), &b, &settings, &[END]).unwrap();
                 let error = errors(jump, &b, &found);
                 println!("{jump:?} at {place}, {}: {error:?}", settings.method.name);
-                assert!(error[0] < 1e-9 && error[1] < 1e-8, "{jump:?} at {place}: {error:?}");
+                assert!(error[0] < limit && error[1] < limit, "{jump:?} at {place}: {error:?}");
                 let all = [0, 1].map(|output| AdjointFunctional::at(output, 0));
                 let adjoint = differentiate_explicitly_backwards(&Jumping(jump), &b, &settings, &[END], &all).unwrap();
                 for (output, row) in adjoint.row_iter().enumerate() {
                     let pairs = row.iter().zip(&found.gradients[output][0]);
                     let worst = pairs.fold(0.0f64, |worst, (a, b)| worst.max((a - b).abs()));
-                    assert!(worst < 1e-9, "{jump:?} at {place}, adjoint of output {output}: {worst:.1e}");
+                    assert!(worst < 1e-12, "{jump:?} at {place}, adjoint of output {output}: {worst:.1e}");
                 }
             }
         }
@@ -166,7 +170,8 @@ fn second_derivatives_through_a_jump_at_an_event_are_exact() {
             let implicit = differentiate_twice(&Jumping(jump), &b, &fixed, &[END], HessianPart::Full).unwrap();
             for output in 0..2 {
                 let expected: Vec<f64> = hessian(|b| exact(jump, b, END)[output], &b).2.iter().copied().collect();
-                for (found, tolerance) in [(&explicit, 1e-7), (&implicit, 0.2)] {
+                // Second derivatives of up to 20 along implicit steps have the order 1.
+                for (found, tolerance) in [(&explicit, 1e-11), (&implicit, 0.1)] {
                     let found = found.hessian(output, 0).unwrap();
                     let pairs = found.as_slice().iter().zip(&expected);
                     let worst = pairs.fold(0.0f64, |worst, (a, b)| worst.max((a - b).abs()));

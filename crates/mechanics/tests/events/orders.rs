@@ -45,9 +45,18 @@ const END: f64 = 0.9;
 /// Smallest orders of values, first and second derivatives. A step that ends at an event has an error of h³ times a function of
 /// its place between two times of the grid, and each derivative divides by h. The place is another one for each step: the orders
 /// of derivatives vary about 2 and 1.
-const ORDERS: [f64; 3] = [1.95, 1.7, 0.75];
+const ORDERS: [f64; 3] = [1.95, 1.7, 0.9];
 
-fn check<M: ParametricMechanism>((model, end): (&M, f64), b: &[f64], exact: &[(usize, Exact); 2]) {
+fn check<M: ParametricMechanism>(of: (&M, f64), b: &[f64], exact: &[(usize, Exact); 2]) {
+    check_orders(of, b, exact, ORDERS);
+}
+
+fn check_orders<M: ParametricMechanism>(
+    (model, end): (&M, f64),
+    b: &[f64],
+    exact: &[(usize, Exact); 2],
+    least: [f64; 3],
+) {
     let schemes =
         [GeneralizedAlpha::chung_hulbert(0.9), GeneralizedAlpha::chung_hulbert(0.3), GeneralizedAlpha::hht(0.2)];
     for scheme in schemes.map(Result::unwrap) {
@@ -56,7 +65,7 @@ fn check<M: ParametricMechanism>((model, end): (&M, f64), b: &[f64], exact: &[(u
         let (coarse, fine) = (at(0.01), at(0.01 / 16.0));
         let orders: [f64; 3] = std::array::from_fn(|k| (coarse[k] / fine[k]).log2() / 4.0);
         println!("{scheme:?}: errors {coarse:?} and {fine:?}, orders {orders:.2?}");
-        for (order, least) in orders.iter().zip(ORDERS) {
+        for (order, least) in orders.iter().zip(least) {
             assert!(*order > least, "{scheme:?}: {coarse:?} {fine:?} {orders:?}");
         }
     }
@@ -87,7 +96,9 @@ fn derivatives_through_two_events_in_a_very_short_time_converge_with_the_step() 
         let (value, slopes) = gradient(|b| pushed_twice(b, END)[output], &PUSHED_TWICE);
         (value, slopes, hessian(|b| pushed_twice(b, END)[output], &PUSHED_TWICE).2.iter().copied().collect())
     };
-    check((&PushedTwice, END), &PUSHED_TWICE, &[(0, exact(0)), (1, exact(1))]);
+    // The places of its events give second derivatives the order 0.80 between these two steps, with all schemes.
+    let least = [ORDERS[0], ORDERS[1], 0.75];
+    check_orders((&PushedTwice, END), &PUSHED_TWICE, &[(0, exact(0)), (1, exact(1))], least);
 }
 
 #[test]
