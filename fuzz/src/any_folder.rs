@@ -69,12 +69,12 @@ impl AnyFolder {
     /// Lists the run with other bytes in the place of a file, as `linkwright runs` does.
     pub fn is_listed(&self, name: &str, bytes: &[u8]) {
         std::fs::write(self.path.join(name), bytes).expect("it can be written");
-        assert_eq!(below(&self.path).len(), 1);
-        below(&self.path).iter().for_each(|run| drop(serde_json::to_string(run)));
+        assert_eq!(below(std::slice::from_ref(&self.path)).len(), 1);
+        below(std::slice::from_ref(&self.path)).iter().for_each(|run| drop(serde_json::to_string(run)));
     }
 
     fn all_readings(&self) -> anyhow::Result<()> {
-        below(&self.path).iter().for_each(|run| drop(serde_json::to_string(run)));
+        below(std::slice::from_ref(&self.path)).iter().for_each(|run| drop(serde_json::to_string(run)));
         let (folder, model, text) = RunDirectory::open(&self.path)?;
         let problem = model.problem()?;
         if let Some(last) = folder.last(&model, &problem)? {

@@ -8,7 +8,7 @@
 //! | `database` | the database of runs: `runs --db`, `optimize --warm`, feature `database` |
 //! | `open` | the interactive design tool, feature `app` |
 //! | `run_directory` | the files of a run, safe against a kill at any moment |
-//! | `run_entry` | runs and studies below a folder |
+//! | `run_entry` | runs and studies below folders |
 //! | `output_folder` | folders into which commands write, with the list of their files |
 //! | `budget` | memory and time, estimated from the sizes of a problem |
 //! | `progress`, `eta` | the table of cycles during a run, and the estimated time to its end |

@@ -1,4 +1,4 @@
-//! The runs and studies below a folder.
+//! The runs and studies below folders.
 
 use crate::command::output_folder::{MANIFEST, OutputFolder, RUN, STUDY, opened};
 use crate::command::run_directory::{LOCK, RunRecord, Summary, note};
@@ -52,9 +52,10 @@ const FOLDERS: usize = 100_000;
 /// Largest size of the copies of a study file and of its model.
 const TEXT_LIMIT: u64 = 8 << 20;
 
-/// All runs and studies in a folder and its subfolders, the oldest first. Symbolic links are not followed.
-pub fn below(folder: &Path) -> Vec<RunEntry> {
-    let (mut found, mut waiting, mut searched) = (vec![], vec![(folder.to_owned(), 0)], 0);
+/// All runs and studies in folders and their subfolders, the oldest first. Symbolic links are not followed.
+pub fn below(folders: &[PathBuf]) -> Vec<RunEntry> {
+    let (mut found, mut searched) = (vec![], 0);
+    let mut waiting: Vec<(PathBuf, usize)> = folders.iter().map(|folder| (folder.clone(), 0)).collect();
     while let Some((folder, depth)) = waiting.pop() {
         searched += 1;
         let has = |name: &str| folder.join(name).symlink_metadata().is_ok_and(|entry| !entry.is_dir());
@@ -68,6 +69,7 @@ pub fn below(folder: &Path) -> Vec<RunEntry> {
         }
     }
     found.sort_by(|a: &RunEntry, b| (&a.begun, &a.path).cmp(&(&b.begun, &b.path)));
+    found.dedup_by(|a, b| a.path == b.path);
     found
 }
 

@@ -166,11 +166,10 @@ pub fn starts_and_ends(phase: &Phase, rows: &[&Row], starts: [usize; 2], ends: [
     panel
 }
 
-/// Values in increasing order over their rank. Values whose relative difference is below `same` are drawn as one value.
-pub fn ranked(quantity: &QuantityLabel, series: &[(String, Vec<f64>)], same: f64) -> Panel {
+/// Values in increasing order over their rank. Values whose difference is below `least` are drawn as one value.
+pub fn ranked(quantity: &QuantityLabel, series: &[(String, Vec<f64>)], least: f64) -> Panel {
     let all = || series.iter().flat_map(|(_, values)| values).copied().filter(|v| v.is_finite());
     let [low, high] = all().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)]);
-    let least = same * low.abs().max(high.abs());
     let mut axis = PlotAxis::of(quantity);
     if high - low < least {
         axis = axis.limits(0.5 * (low + high - least), 0.5 * (low + high + least));

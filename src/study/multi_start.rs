@@ -18,8 +18,10 @@ use crate::{Error, Result};
 
 /// Largest violation in percent of a design that counts as feasible.
 const FEASIBLE: f64 = 0.1;
-/// Relative difference of objectives up to which two ends count as one optimum.
+/// Difference of objectives up to which two ends count as one optimum, relative to the best objective or, where that is nearly zero, to
+/// this fraction of its median distance from the objectives at the starts.
 const SAME: f64 = 1e-3;
+const OF_DECREASE: f64 = 1e-6;
 /// Largest number of optima in the table.
 const OPTIMA: usize = 20;
 
@@ -66,6 +68,7 @@ impl MultiStartPlan {
         let name = |method: &Option<String>| method.clone().unwrap_or_else(|| "method of the model".to_owned());
         let mut columns = vec![Column::of_words("method", methods.iter().map(name).collect())];
         columns.extend(variables.iter().map(|v| Column::new(format!("start {}", v.name), &v.unit)));
+        columns.push(Column::new(format!("start {}", problem.objective.name), &problem.objective.unit));
         columns.extend(OptimizationEnd::columns(&model)?);
         Ok(Self {
             source: source.clone(),
@@ -89,9 +92,14 @@ impl MultiStartPlan {
         start
     }
 
-    /// Column of the objective.
-    fn objective(&self) -> usize {
+    /// Column of the objective at the start.
+    fn objective_at_start(&self) -> usize {
         1 + self.start.len()
+    }
+
+    /// Column of the objective at the end.
+    fn objective(&self) -> usize {
+        self.objective_at_start() + 1
     }
 
     /// True if a run ended with a feasible optimum.
@@ -138,7 +146,8 @@ impl StudyPlan for MultiStartPlan {
         let end = self.source.with(preset).and_then(|source| optimize(&with_start(&source, &start)?));
         match end {
             Ok(end) => {
-                Ok(RunResult { values: [inputs, end.values()].concat(), status: end.status(), failure: String::new() })
+                let values = [inputs, vec![end.objective_at_start()?], end.values()].concat();
+                Ok(RunResult { values, status: end.status(), failure: String::new() })
             }
             Err(error) => RunResult::failed(inputs, error),
         }
@@ -158,9 +167,9 @@ impl StudyPlan for MultiStartPlan {
                 ..Conclusions::default()
             });
         };
-        let scale = best.abs().max(f64::MIN_POSITIVE);
+        let equal = self.equal(rows, best);
         let groups: Vec<&[&Row]> =
-            optima.chunk_by(|a, b| (a.value(objective) - b.value(objective)).abs() <= SAME * scale).collect();
+            optima.chunk_by(|a, b| (a.value(objective) - b.value(objective)).abs() <= equal).collect();
         let found = groups.first().map_or(0, |group| group.len());
         let column = &phase.columns[objective];
         let mut sentences = vec![
@@ -177,7 +186,7 @@ impl StudyPlan for MultiStartPlan {
                 n => format!("The optima have {n} different objectives."),
             },
         ];
-        if let Some(better) = self.better_without_convergence(rows, best) {
+        if let Some(better) = self.better_without_convergence(rows, best - sign * equal) {
             sentences.push(format!(
                 "Run {} ended at a better feasible design, {} = {} {}, without convergence ({}).",
                 better.run,
@@ -188,12 +197,12 @@ impl StudyPlan for MultiStartPlan {
             ));
         }
         let (first, n) = (objective + WORK, self.start.len());
-        let figure = self.figure(rows, &optima, [1, 2], [first, first + 1.min(n - 1)]);
+        let figure = self.figure(rows, &optima, equal, [[1, 2], [first, first + 1.min(n - 1)]]);
         Ok(Conclusions {
             sentences: sentences.into_iter().map(|text| text.replace(" .", ".")).collect(),
             tables: vec![
                 ("optima".to_owned(), self.optima(&groups)?),
-                ("methods".to_owned(), self.by_method(rows, best)?),
+                ("methods".to_owned(), self.by_method(rows, [best, equal])?),
             ],
             figures: vec![(
                 "starts".to_owned(),
@@ -205,17 +214,27 @@ impl StudyPlan for MultiStartPlan {
 }
 
 impl MultiStartPlan {
-    /// The run with the best feasible design among those that have not converged, if this is better than `best`.
-    fn better_without_convergence<'r>(&self, rows: &'r Rows, best: f64) -> Option<&'r Row> {
+    /// Difference from the `best` objective up to which objectives are equal.
+    fn equal(&self, rows: &Rows, best: f64) -> f64 {
+        let decreases = rows.of(0).map(|row| (row.value(self.objective_at_start()) - best).abs());
+        let mut decreases: Vec<f64> = decreases.filter(|decrease| decrease.is_finite()).collect();
+        decreases.sort_by(f64::total_cmp);
+        let median = decreases.get(decreases.len() / 2).copied().unwrap_or(0.0);
+        SAME * best.abs().max(OF_DECREASE * median)
+    }
+
+    /// The run with the best feasible design among those that have not converged, if its objective is better than `limit`.
+    fn better_without_convergence<'r>(&self, rows: &'r Rows, limit: f64) -> Option<&'r Row> {
         let (objective, sign) = (self.objective(), if self.is_maximum { -1.0 } else { 1.0 });
         let value = |row: &Row| sign * row.value(objective);
         let is_feasible = |row: &&Row| !row.has_failed() && row.value(objective + 1) <= FEASIBLE;
         let others = rows.of(0).filter(|row| !self.is_optimum(row)).filter(is_feasible);
         let found = others.min_by(|a, b| value(a).total_cmp(&value(b)).then(a.run.cmp(&b.run)))?;
-        (value(found) < sign * best - SAME * best.abs().max(f64::MIN_POSITIVE)).then_some(found)
+        (value(found) < sign * limit).then_some(found)
     }
 
-    fn figure(&self, rows: &Rows, optima: &[&Row], starts: [usize; 2], ends: [usize; 2]) -> Figure {
+    /// Starts and ends in the columns of two variables, and the objectives of the `optima`, which are `equal` up to this difference.
+    fn figure(&self, rows: &Rows, optima: &[&Row], equal: f64, [starts, ends]: [[usize; 2]; 2]) -> Figure {
         let phase = &self.phases[0];
         let all: Vec<&Row> = rows.of(0).filter(|row| !row.has_failed()).collect();
         let of_method = |(m, name): (usize, &String)| {
@@ -223,7 +242,7 @@ impl MultiStartPlan {
             (name.clone(), own.collect())
         };
         let series: Vec<(String, Vec<f64>)> = phase.columns[0].words.iter().enumerate().map(of_method).collect();
-        let ranked = figures::ranked(&figures::label(&phase.columns[self.objective()]), &series, SAME);
+        let ranked = figures::ranked(&figures::label(&phase.columns[self.objective()]), &series, equal);
         let height = 70.0 + 4.0 * self.methods.len() as f64;
         if self.start.len() < 2 {
             return Figure::new("Objectives at the ends", 85.0, height).with(ranked);
@@ -249,16 +268,16 @@ impl MultiStartPlan {
         Ok(table)
     }
 
-    /// For each method: numbers of runs, feasible optima, best optima and failures, and the mean work of all runs that have not failed.
-    fn by_method(&self, rows: &Rows, best: f64) -> Result<Table> {
+    /// For each method: numbers of runs, feasible optima, those with the best objective up to the difference `equal`, and failures, and the mean
+    /// work of all runs that have not failed.
+    fn by_method(&self, rows: &Rows, [best, equal]: [f64; 2]) -> Result<Table> {
         let columns = ["method", "runs", "optima", "best", "failed", "mean_analyses", "mean_sensitivity_analyses"];
         let mut table = Table::new("Methods", columns).headed(columns.map(in_words))?;
         let objective = self.objective();
         for (m, name) in self.phases[0].columns[0].words.iter().enumerate() {
             let own: Vec<&Row> = rows.of(0).filter(|row| row.value(0) as usize == m).collect();
             let optima: Vec<&&Row> = own.iter().filter(|row| self.is_optimum(row)).collect();
-            let is_best =
-                |row: &&&&Row| (row.value(objective) - best).abs() <= SAME * best.abs().max(f64::MIN_POSITIVE);
+            let is_best = |row: &&&&Row| (row.value(objective) - best).abs() <= equal;
             let done: Vec<&&Row> = own.iter().filter(|row| !row.has_failed()).collect();
             let mean = |column: usize| match done.len() {
                 0 => Cell::Empty,

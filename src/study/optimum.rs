@@ -56,6 +56,14 @@ impl OptimizationEnd {
         head.into_iter().chain(counters.map(|n| n as f64)).chain(design).collect()
     }
 
+    /// The objective at the start, of a min–max problem the peak.
+    ///
+    /// # Errors
+    /// As [`outcome::objective_of_step`].
+    pub fn objective_at_start(&self) -> crate::Result<f64> {
+        outcome::objective_of_step(&self.problem, &self.state, 0)
+    }
+
     /// The status in one word.
     pub fn status(&self) -> String {
         format!("{:?}", self.state.status)

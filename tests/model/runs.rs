@@ -37,6 +37,15 @@ fn runs_are_found_wherever_their_folders_are() {
         ["moved", "studies/b", "x", "y", "z"].map(status),
         ["Converged", "Converged", "Damaged", "Damaged", "Damaged"]
     );
+    // As a shell completes `out/*`; a folder in another one is listed once.
+    let several = place.run(&["runs", "out/moved", "out/studies", "out/studies/b", "out/x", "--json"], 0);
+    let folders: Vec<Value> = several.lines().map(|line| json(line)["folder"].clone()).collect();
+    assert_eq!(folders.len(), 3, "{several}");
+    for folder in ["out/moved", "out/studies/b", "out/x"] {
+        assert!(folders.contains(&folder.into()), "{several}");
+    }
+    assert!(place.run(&["runs", "out/moved", "out/studies", "out/x"], 0).contains("Runs below 3 folders"));
+    assert!(place.run(&["runs", "out/moved", "out/none", "out/x"], 1).contains("there is no folder out/none"));
     let run = lines.iter().find(|run| run["folder"] == "out/moved").unwrap();
     assert_eq!((&run["method"], &run["result"]["analyses"]), (&"gcmma".into(), &11.into()));
     assert!(run["result"]["objective"]["value"].as_f64().unwrap() > 1.5);
@@ -107,6 +116,23 @@ fn methods_are_compared_on_a_model_file() {
         for row in text(&output.stdout).lines().map(json) {
             let (value, above) = (row["objective"].as_f64().unwrap(), row["above_best"].as_f64().unwrap_or(0.0));
             assert!(value > 0.0 && value <= largest + 1e-9 && above >= -1e-12, "{row}");
+        }
+    }
+}
+
+/// The least value of Rosenbrock's function is zero: the ends near it are compared in units of a millionth of the decrease.
+#[test]
+fn ends_near_an_objective_of_zero_are_compared() {
+    let place = TempFolder::new("zero");
+    for unit in ["1", "1e-12", "1e12"] {
+        let model = format!(
+            "version = 2\n[design]\nx.start = -1.2\ny.start = 1\n[objective]\nminimize = \"{unit}*(100*(y - x^2)^2 + (1 - x)^2)\"\n"
+        );
+        std::fs::write(place.0.join("zero.toml"), model).unwrap();
+        let shown = place.run(&["compare", "zero.toml", "--methods", "gcmma,sqp-filter,bfgs", "--json"], 0);
+        for row in shown.lines().map(json) {
+            let above = row["above_best"].as_f64().unwrap_or_else(|| panic!("{row}"));
+            assert!((0.0..1e-6).contains(&above), "{row}");
         }
     }
 }

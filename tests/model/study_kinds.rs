@@ -441,6 +441,34 @@ fn the_corner_of_a_sobol_sequence_is_no_outlier_of_a_normal_variable() {
     assert!(number(row, "maximum") < 15.0, "{row}");
 }
 
+/// A function of two variables, minimized from eight starts by two methods.
+fn from_eight_starts(function: &str) -> Study {
+    let model = format!(
+        "[design]\nx = {{ start = -1.2, lower = -5, upper = 5 }}\ny = {{ start = 1, lower = -5, upper = 5 }}\n[objective]\nminimize = \"{function}\"\n"
+    );
+    let methods = "methods = [\"automatic\", \"gcmma\"]";
+    study(&model, &format!("kind = \"multi-start\"\ncount = 8\n{methods}\n[vary.x]\n[vary.y]\n"))
+}
+
+/// Rosenbrock's function in several units: all ends are near its least value of zero, some by 1e-30 and some by 1e-19. They are one optimum.
+#[test]
+fn ends_near_an_objective_of_zero_are_one_optimum() {
+    for unit in [1.0, 1e-12, 1e12] {
+        let study = from_eight_starts(&format!("{unit:e}*(100*(y - x^2)^2 + (1 - x)^2)"));
+        let rows = rows(&study);
+        let (methods, optima) = (table(&study, &rows, "methods"), table(&study, &rows, "optima"));
+        assert_eq!(optima.len(), 1, "{optima:?}");
+        assert!(methods.iter().all(|row| number(row, "best") == 8.0), "{methods:?}");
+        let sentences = study.conclude(&rows).unwrap().sentences;
+        assert!(sentences[0].contains("16 of them to the best objective"), "{sentences:?}");
+    }
+    // A second minimum of 1e-3, where starts have 100.
+    let study = from_eight_starts("(x^2 - 1)^2 + y^2 + 5e-4*(1 - x)");
+    let optima = table(&study, &rows(&study), "optima");
+    assert_eq!(optima.len(), 2, "{optima:?}");
+    assert!((number(&optima[1], "objective") - 1e-3).abs() < 1e-5, "{optima:?}");
+}
+
 /// (x² − 1)² + 1 from eight starts, of which four need more than the cycles that they have: their analyses count as well.
 #[test]
 fn the_work_of_a_method_is_that_of_all_its_runs() {
@@ -448,7 +476,8 @@ fn the_work_of_a_method_is_that_of_all_its_runs() {
         [objective]\nminimize = \"f + 1\"\n[method]\nmax_cycles = 8\n";
     let study = study(model, "kind = \"multi-start\"\ncount = 8\nmethods = [\"automatic\"]\n[vary.x]\n");
     let rows = rows(&study);
-    let analyses = study.phases()[0].columns.iter().position(|column| column.name == "analyses").unwrap();
+    let column = |name: &str| study.phases()[0].columns.iter().position(|column| column.name == name).unwrap();
+    let (analyses, objective) = (column("analyses"), column("objective"));
     let mean = rows.of(0).map(|row| row.value(analyses)).sum::<f64>() / 8.0;
     let row = &table(&study, &rows, "methods")[0];
     assert!((1.0..8.0).contains(&number(row, "optima")), "{row}");
@@ -456,6 +485,6 @@ fn the_work_of_a_method_is_that_of_all_its_runs() {
     // The run of an optimum is that whose objective is shown.
     for optimum in table(&study, &rows, "optima") {
         let best = rows.get(0, number(&optimum, "best_run") as usize).unwrap();
-        assert_eq!(best.value(2), number(&optimum, "objective"), "{optimum}");
+        assert_eq!(best.value(objective), number(&optimum, "objective"), "{optimum}");
     }
 }

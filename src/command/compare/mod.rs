@@ -35,7 +35,7 @@ For a model file, its own method is run, too, and all methods use its accuracy a
   end             of the run; `not optimal` for one whose own stop test holds, but not the optimality conditions at its end,
                   and whose objective is worse than the best one
   above best      relative to the best feasible end of a run, or to a design in any cycle that is better by more than 1e-4; negative only for
-                  an end that violates constraints
+                  an end that violates constraints. A best objective near zero counts as a millionth of its distance from that of the start
   kkt residual    of the optimality conditions at the end, computed in the same way for all methods
 The column `end` for a problem with known optima:
   optimum         converged to a known optimum
@@ -242,12 +242,16 @@ struct FinalState {
 /// Relative difference of objectives by which a design before the ends must be better than all of them: the tolerance of the violation may
 /// allow less.
 const BETTER: f64 = 1e-4;
+/// The least unit of differences of objectives, as a fraction of the distance from the start.
+const OF_DECREASE: f64 = 1e-6;
 
 /// The best feasible design in any cycle of any run.
 #[derive(Clone, Copy)]
 struct BestSeen {
     method: &'static str,
     objective: f64,
+    /// Unit of differences from this objective: its magnitude or, if that is nearly zero, a part of its distance from that of the start.
+    unit: f64,
     /// To first order, the part of the objective that is gained by violated constraints.
     gain: f64,
     cycle: usize,
@@ -262,13 +266,15 @@ impl BestSeen {
         let of_run = |row: &FileRun| -> Vec<Self> {
             let Ok(FinalState { state, .. }) = &row.end else { return vec![] };
             let objectives = outcome::objectives(problem, state).unwrap_or_default();
+            let start = objectives.first().copied().unwrap_or(0.0);
             let end = state.history.iter().rposition(|cycle| cycle.accepted);
             let seen = |(k, (cycle, objective)): (usize, (&Cycle, f64))| {
                 let is_feasible =
                     cycle.failure.is_none() && cycle.violation_pct <= 100.0 * tolerance && objective.is_finite();
                 let gain = state.gain_of_violation() * cycle.violation_pct.max(0.0) / 100.0;
                 let (method, cycle, is_end) = (row.method, cycle.cycle, Some(k) == end);
-                is_feasible.then_some(Self { method, objective, gain, cycle, is_end })
+                let unit = objective.abs().max(OF_DECREASE * (start - objective).abs());
+                is_feasible.then_some(Self { method, objective, unit, gain, cycle, is_end })
             };
             state.history.iter().zip(objectives).enumerate().filter_map(seen).collect()
         };
@@ -277,7 +283,7 @@ impl BestSeen {
         let order = |a: &&Self, b: &&Self| merit(a).total_cmp(&merit(b));
         let best = all.iter().min_by(order).copied()?;
         let end = all.iter().filter(|seen| seen.is_end).min_by(order).copied();
-        let is_equal = |end: &Self| merit(end) - merit(&best) <= BETTER * best.objective.abs();
+        let is_equal = |end: &Self| merit(end) - merit(&best) <= BETTER * best.unit;
         Some(end.filter(is_equal).unwrap_or(best))
     }
 }
@@ -323,10 +329,11 @@ fn file_runs(
     (all, best)
 }
 
-/// (F − F*) / |F*| with the objective F* of the best design; negative if the end is better.
+/// (F − F*) / max(|F*|, 1e-6 |F⁰ − F*|) with the objectives F* of the best design and F⁰ of the start; negative if the end is better.
 fn above(problem: &Problem, end: &FinalState, best: &BestSeen) -> f64 {
     let objective = outcome::objective(problem, &end.state.design, &end.state.evaluation);
-    problem.objective.signed().sign * (objective - best.objective) / best.objective.abs()
+    let excess = problem.objective.signed().sign * (objective - best.objective);
+    if excess == 0.0 { 0.0 } else { excess / best.unit }
 }
 
 fn file_run(method: &'static str, settings: &Method, problem: &Problem) -> FileRun {
@@ -357,8 +364,8 @@ impl FileRun {
     }
 }
 
-/// One row for each method, successful runs with the least work first. `above_best` is (F − F*) / |F*| with the objective F* of the best
-/// feasible design.
+/// One row for each method, successful runs with the least work first. `above_best` is the distance of the objective from that of the best
+/// feasible design, see [`above`].
 fn file_table(
     model: &Model,
     problem: &Problem,

@@ -19,7 +19,7 @@ const ROWS: usize = 20_000;
 
 /// The runs and studies of a model with the text `text`, the newest first, with the limits in which they differ from it. Reads many files.
 pub fn list(text: &str, fingerprint: &str) -> Value {
-    let found = run_entry::below(&results()).into_iter().rev();
+    let found = run_entry::below(&[results()]).into_iter().rev();
     let (all, others): (Vec<_>, Vec<_>) = found
         .map(|entry| {
             let limits = changed_limits(text, &entry.text);
@@ -52,7 +52,7 @@ pub fn list(text: &str, fingerprint: &str) -> Value {
 
 /// The folder of a run or study below the folder of results. Other folders are unknown here.
 pub fn known(name: &str) -> anyhow::Result<RunEntry> {
-    let found = run_entry::below(&results()).into_iter().find(|entry| entry.folder == name);
+    let found = run_entry::below(&[results()]).into_iter().find(|entry| entry.folder == name);
     found.with_context(|| format!("there is no run {name} in {}", results().display()))
 }
 

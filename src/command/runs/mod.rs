@@ -22,6 +22,7 @@ use std::path::{Path, PathBuf};
   linkwright runs                     list the runs below the folder `out`, the oldest first
   linkwright runs studies             list the runs below another folder
   linkwright runs lift lift-filter    compare two runs
+  linkwright runs out/lift*           list the runs below several folders, if they are more than two
   linkwright runs --json | jq .status
   linkwright runs --where \"objective < 2.5 and status = 'Converged'\"
   linkwright runs --db runs.db        take runs and studies into a database, and list all that are in it
@@ -31,8 +32,8 @@ The default folder is `out`, or the folder LINKWRIGHT_OUT. Folders of runs may b
 analyses, sensitivity_analyses, objective, violation_pct, those of studies runs, done, failed, and the names of design variables.
 The column `end` is the status of a run: how it ended, `Running`, or `Interrupted`; `linkwright resume` continues the latter.")]
 pub struct Runs {
-    /// A folder to search, or two runs to compare
-    #[arg(value_name = "FOLDER", num_args = 0..=2)]
+    /// Two runs to compare; or one folder, or more than two, whose runs are listed
+    #[arg(value_name = "FOLDER")]
     folders: Vec<PathBuf>,
     /// Print a line of JSON for each run, or for the comparison
     #[arg(long)]
@@ -59,19 +60,19 @@ impl Runs {
     pub fn run(&self) -> anyhow::Result<()> {
         #[cfg(feature = "database")]
         anyhow::ensure!(
-            self.folders.len() < 2 || (self.r#where.is_none() && self.db.is_none()),
+            self.folders.len() != 2 || (self.r#where.is_none() && self.db.is_none()),
             "`--where` and `--db` list runs; two folders are compared"
         );
         match self.folders.as_slice() {
             [_, _] if self.out.is_some() => bail!("`--out` writes a list of runs, not a comparison of two"),
             [a, b] => self.compare(&stored(a), &stored(b)),
-            [folder] => self.list(folder, true),
-            _ => self.list(&results(), false),
+            [] => self.list(&[results()], false),
+            folders => self.list(folders, true),
         }
     }
 
-    fn list(&self, folder: &Path, is_named: bool) -> anyhow::Result<()> {
-        let (runs, place) = self.wanted(folder, is_named)?;
+    fn list(&self, folders: &[PathBuf], is_named: bool) -> anyhow::Result<()> {
+        let (runs, place) = self.wanted(folders, is_named)?;
         if let Some(out) = &self.out {
             OutputFolder::create(out)?.write("runs.csv", listing(&place, &runs)?.csv().as_bytes())?;
         }
@@ -91,10 +92,10 @@ impl Runs {
 
     /// The wanted runs, and their title.
     #[cfg(feature = "database")]
-    fn wanted(&self, folder: &Path, is_named: bool) -> anyhow::Result<(Vec<RunEntry>, String)> {
+    fn wanted(&self, folders: &[PathBuf], is_named: bool) -> anyhow::Result<(Vec<RunEntry>, String)> {
         let (mut runs, mut place) = match &self.db {
-            None => (checked(folder)?, format!("Runs below {}", folder.display())),
-            Some(file) => (self.in_database(file, folder, is_named)?, format!("Runs in {}", file.display())),
+            None => runs_below(folders)?,
+            Some(file) => (self.in_database(file, folders, is_named)?, format!("Runs in {}", file.display())),
         };
         if let Some(expression) = &self.r#where {
             runs = filter::filtered(runs, expression)?;
@@ -103,11 +104,12 @@ impl Runs {
         Ok((runs, place))
     }
 
-    /// Takes the runs of a folder into a database, and lists those that are in it. The default folder may be missing.
+    /// Takes the runs of folders into a database, and lists those that are in it. The default folder may be missing.
     #[cfg(feature = "database")]
-    fn in_database(&self, file: &Path, folder: &Path, is_named: bool) -> anyhow::Result<Vec<RunEntry>> {
+    fn in_database(&self, file: &Path, folders: &[PathBuf], is_named: bool) -> anyhow::Result<Vec<RunEntry>> {
         use super::database::{Database, ImportCounts, entries, take};
-        let found = if is_named || folder.is_dir() { checked(folder)? } else { vec![] };
+        let is_missing = !is_named && folders.iter().all(|folder| !folder.is_dir());
+        let found = if is_missing { vec![] } else { runs_below(folders)?.0 };
         let mut database = Database::open(file)?;
         let mut taken = ImportCounts::default();
         found.iter().try_for_each(|entry| take(&mut database, entry, &mut taken))?;
@@ -123,8 +125,8 @@ impl Runs {
     }
 
     #[cfg(not(feature = "database"))]
-    fn wanted(&self, folder: &Path, _: bool) -> anyhow::Result<(Vec<RunEntry>, String)> {
-        Ok((checked(folder)?, format!("Runs below {}", folder.display())))
+    fn wanted(&self, folders: &[PathBuf], _: bool) -> anyhow::Result<(Vec<RunEntry>, String)> {
+        runs_below(folders)
     }
 
     fn compare(&self, a: &Path, b: &Path) -> anyhow::Result<()> {
@@ -137,10 +139,17 @@ impl Runs {
     }
 }
 
-/// The runs and studies below a folder that must exist.
-fn checked(folder: &Path) -> anyhow::Result<Vec<RunEntry>> {
-    anyhow::ensure!(folder.is_dir(), "there is no folder {}; give the folder that contains the runs", folder.display());
-    Ok(below(folder))
+/// The runs and studies below folders that must exist, the oldest first, and their title.
+fn runs_below(folders: &[PathBuf]) -> anyhow::Result<(Vec<RunEntry>, String)> {
+    for folder in folders {
+        let shown = folder.display();
+        anyhow::ensure!(folder.is_dir(), "there is no folder {shown}; give the folder that contains the runs");
+    }
+    let place = match folders {
+        [folder] => format!("Runs below {}", folder.display()),
+        _ => format!("Runs below {} folders", folders.len()),
+    };
+    Ok((below(folders), place))
 }
 
 /// A title in the middle of a sentence.
