@@ -118,6 +118,29 @@ fn steps_that_are_too_long_are_warnings() {
     assert!(found.iter().any(|w| w.contains("if the time step is") || w.contains("twice the one given")), "{found:?}");
 }
 
+/// A slider on a stiff spring along explicit steps beyond their limit of stability: the motion grows by powers of ten until it overflows.
+#[test]
+fn explicit_steps_beyond_their_stability_are_told() {
+    let spring = |step: &str, to: &str| {
+        format!(
+            "version = 2\n[design.k]\nstart = 1e6\n[objective]\nminimize = \"0*k + peak(x)\"\n[time]\nto = {to}\npoints = 11\n\
+             [analysis]\nkind = \"dynamics\"\nscheme = \"rk5\"\nstep = {step}\n[[body]]\nname = \"m\"\nkind = \"slider\"\nmass = 1\n\
+             position = 0.01\n[[force]]\nname = \"s\"\nkind = \"feedback\"\ncoordinate = \"m\"\ngeneralized_force = \"-k*m.position\"\n\
+             [[output]]\nname = \"x\"\nvalue = \"m.position\"\n"
+        )
+    };
+    let told = |text: &str, what: &str| {
+        let found = warnings(text);
+        assert!(found.iter().any(|warning| warning.contains(what)), "{found:?}");
+    };
+    told(&spring("0.0036", "0.036"), "x: it changes by 6.1e7 times its size if the time step is 7.2e-3 s");
+    told(&spring("0.02", "1"), "x: it grows without limit if the time step is 4.0e-2 s");
+    let place = TempFolder::new("unstable");
+    std::fs::write(place.0.join("model.toml"), spring("0.02", "10")).unwrap();
+    let shown = place.run(&["analyze", "model.toml"], 1);
+    assert!(shown.contains("not finite at t = ") && shown.contains("take shorter steps"), "{shown}");
+}
+
 #[test]
 fn angular_velocities_that_do_not_fit_are_named_as_such() {
     let text = "version = 2\nspace = 3\n[design.d]\nstart = 1\n[objective]\nminimize = \"d*final(w)\"\n[time]\nto = 0.1\npoints = 2\n\

@@ -24,7 +24,8 @@ pub fn not_finite(mechanism: &Mechanism<f64>, state: &State<f64>) -> Option<Erro
         Some(Error::analysis(
             &instance.name,
             why,
-            "check the function that computes them, or bound the design away from this point",
+            "check the function that computes them, or bound the design away from this point; where the motion grows without limit, take shorter \
+             steps",
         ))
     })
 }

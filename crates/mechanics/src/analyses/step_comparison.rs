@@ -19,6 +19,9 @@ const ROUNDING: [f64; 2] = [1e-9, 1e-6];
 /// the moments of beams.
 const SMALL: f64 = 1e-2;
 
+/// Relative change that is not shown in percent.
+const LARGE: f64 = 100.0;
+
 /// Unit of energies.
 const ENERGY: &str = "J";
 
@@ -152,10 +155,15 @@ fn warning(
     let StepComparison { output, relative, largest, time } = StepComparison::of(mechanism, times, values, &coarse)?;
     (!(relative <= NOTABLE)).then(|| {
         let name = &mechanism.outputs[output].name;
+        let change = match relative {
+            relative if relative <= LARGE => format!("changes by {:.0} %", 100.0 * relative),
+            relative if relative.is_finite() => format!("changes by {relative:.1e} times its size"),
+            _ => "grows without limit".to_owned(),
+        };
         format!(
-            "{name}: it changes by {:.0} % if the time step is {:.1e} s, twice the one given; most, by {largest:.3e}, at \
-             t = {time}. {remedy}",
-            100.0 * relative,
-            2.0 * h, time = Seconds(time))
+            "{name}: it {change} if the time step is {:.1e} s, twice the one given; most, by {largest:.3e}, at t = {time}. {remedy}",
+            2.0 * h,
+            time = Seconds(time)
+        )
     })
 }

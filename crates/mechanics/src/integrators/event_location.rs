@@ -528,6 +528,10 @@ impl EventLocator {
             return Err(immediate(step.mechanism(), step.ends()[0], switch));
         }
         step.solve_after(&before, before.h)?;
+        // The step ends before the switch, by less than the rounding errors of its state.
+        if end > 0.0 && after.is_some() && step.mechanism().events[switch].unilateral.is_none() {
+            return Ok(Some(before.h));
+        }
         let is_spent = step.mechanism().events[switch].unilateral.is_some() && before.opening <= CLOSED_GAP * begin;
         if before.h >= h * (1.0 - CLOSED_GAP) && !is_spent {
             // The switch opens again, the step ends before it, or at it.
