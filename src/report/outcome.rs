@@ -14,6 +14,9 @@ const SATISFIED: f64 = 1e-5;
 const ACTIVE: f64 = 1e-3;
 /// Fraction of the range of the objective, and of the scale of a constraint, by which one design must be better than another.
 const BETTER: f64 = 1e-4;
+/// The least unit in which objectives of different runs are compared, as a fraction of their distance from the objective at the start: the best
+/// objective may be zero.
+pub const OF_DECREASE: f64 = 1e-6;
 
 /// The objective at a design: for a maximized objective with the sign of the statement, for a min–max objective the largest |f| over the time points.
 ///

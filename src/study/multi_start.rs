@@ -19,9 +19,8 @@ use crate::{Error, Result};
 /// Largest violation in percent of a design that counts as feasible.
 const FEASIBLE: f64 = 0.1;
 /// Difference of objectives up to which two ends count as one optimum, relative to the best objective or, where that is nearly zero, to
-/// this fraction of its median distance from the objectives at the starts.
+/// [a fraction](outcome::OF_DECREASE) of its median distance from the objectives at the starts.
 const SAME: f64 = 1e-3;
-const OF_DECREASE: f64 = 1e-6;
 /// Largest number of optima in the table.
 const OPTIMA: usize = 20;
 
@@ -220,7 +219,7 @@ impl MultiStartPlan {
         let mut decreases: Vec<f64> = decreases.filter(|decrease| decrease.is_finite()).collect();
         decreases.sort_by(f64::total_cmp);
         let median = decreases.get(decreases.len() / 2).copied().unwrap_or(0.0);
-        SAME * best.abs().max(OF_DECREASE * median)
+        SAME * best.abs().max(outcome::OF_DECREASE * median)
     }
 
     /// The run with the best feasible design among those that have not converged, if its objective is better than `limit`.

@@ -242,8 +242,6 @@ struct FinalState {
 /// Relative difference of objectives by which a design before the ends must be better than all of them: the tolerance of the violation may
 /// allow less.
 const BETTER: f64 = 1e-4;
-/// The least unit of differences of objectives, as a fraction of the distance from the start.
-const OF_DECREASE: f64 = 1e-6;
 
 /// The best feasible design in any cycle of any run.
 #[derive(Clone, Copy)]
@@ -273,7 +271,7 @@ impl BestSeen {
                     cycle.failure.is_none() && cycle.violation_pct <= 100.0 * tolerance && objective.is_finite();
                 let gain = state.gain_of_violation() * cycle.violation_pct.max(0.0) / 100.0;
                 let (method, cycle, is_end) = (row.method, cycle.cycle, Some(k) == end);
-                let unit = objective.abs().max(OF_DECREASE * (start - objective).abs());
+                let unit = objective.abs().max(outcome::OF_DECREASE * (start - objective).abs());
                 is_feasible.then_some(Self { method, objective, unit, gain, cycle, is_end })
             };
             state.history.iter().zip(objectives).enumerate().filter_map(seen).collect()
