@@ -176,6 +176,12 @@ impl Page {
         self.mouse("mouseReleased", to);
     }
 
+    /// Waits for ten frames of the screen: the page draws in the frames after a change.
+    pub fn drawn(&mut self) {
+        let frame = "new Promise((done) => requestAnimationFrame(() => done(0)))";
+        self.value(&format!("(async () => {{ for (let k = 0; k < 10; k++) await {frame}; return 0; }})()"));
+    }
+
     /// Pictures of a view, which begins with an element: on a desktop and on a phone, in light and dark colours. They are written to the
     /// folder APP_PICTURES; without it there are none. Nothing is wider than the screen.
     pub fn views(&mut self, name: &str, selector: &str) {
@@ -183,11 +189,8 @@ impl Page {
             self.resize(size);
             for scheme in ["light", "dark"] {
                 self.scheme(scheme);
-                let drawn = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))";
-                self.value(&format!(
-                    "(async () => {{ document.querySelector({selector:?}).scrollIntoView({{ behavior: 'instant' }}); \
-                     for (let k = 0; k < 5; k++) await {drawn}; return 0; }})()"
-                ));
+                self.value(&format!("document.querySelector({selector:?}).scrollIntoView({{ behavior: 'instant' }})"));
+                self.drawn();
                 assert_eq!(self.value("document.documentElement.scrollWidth > innerWidth"), false, "{name}, {device}");
                 if let Some(folder) = std::env::var_os("APP_PICTURES") {
                     let taken = self.call("Page.captureScreenshot", json!({ "format": "webp", "quality": 70 }));

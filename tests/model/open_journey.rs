@@ -35,6 +35,7 @@ fn drags_a_slider(page: &mut Page) {
 fn drags_a_point(page: &mut Page) {
     page.value("(() => { const b = document.querySelector('#stage .controls button'); if (b.textContent === 'Pause') b.click(); \
         document.querySelector('#stage').scrollIntoView({ block: 'center', behavior: 'instant' }); return 0; })()");
+    page.drawn();
     let before = numbers(page, DESIGN);
     let points = "[...document.querySelectorAll('#stage .linkage .joints circle')].map((e) => { const b = e.getBoundingClientRect(); \
         return [b.left + b.width / 2, b.top + b.height / 2]; })";

@@ -396,6 +396,7 @@ fn the_page_steers_edits_and_draws() {
     page.wait(SETTLED);
     page.value("(() => { const b = document.querySelector('#stage .controls button'); if (b.textContent === 'Pause') b.click(); \
         const s = document.querySelector('#stage .controls input'); s.value = 0; s.dispatchEvent(new Event('input')); scrollTo(0, 0); return 0; })()");
+    page.drawn();
     let designs = "[...document.querySelectorAll('#sliders input[type=range]')].map((e) => Number(e.value))";
     let before: Vec<f64> = serde_json::from_value(page.value(designs)).unwrap();
     let points = "[...document.querySelectorAll('#stage .linkage .joints circle')].map((e) => { const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })";

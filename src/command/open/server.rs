@@ -41,7 +41,7 @@ const NEWS: Duration = Duration::from_secs(25);
 const WATCH: Duration = Duration::from_millis(300);
 
 /// The parts of the page with their types.
-const FILES: [(&str, &str, &str); 18] = [
+const FILES: &[(&str, &str, &str)] = &[
     ("", "text/html; charset=utf-8", include_str!("page/index.html")),
     (
         "style.css",
@@ -53,6 +53,8 @@ const FILES: [(&str, &str, &str); 18] = [
         ),
     ),
     ("server.js", "text/javascript; charset=utf-8", include_str!("page/server.js")),
+    ("frames.js", "text/javascript; charset=utf-8", include_str!("page/frames.js")),
+    ("numbers.js", "text/javascript; charset=utf-8", include_str!("page/numbers.js")),
     ("predict.js", "text/javascript; charset=utf-8", include_str!("page/predict.js")),
     ("mechanism.js", "text/javascript; charset=utf-8", include_str!("page/mechanism.js")),
     ("plots.js", "text/javascript; charset=utf-8", include_str!("page/plots.js")),

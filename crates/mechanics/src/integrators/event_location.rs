@@ -529,17 +529,29 @@ impl EventLocator {
         }
         step.solve_after(&before, before.h)?;
         // The step ends before the switch, by less than the rounding errors of its state.
-        if end > 0.0 && after.is_some() && step.mechanism().events[switch].unilateral.is_none() {
+        if end > 0.0 && after.is_some() {
             return Ok(Some(before.h));
         }
         let is_spent = step.mechanism().events[switch].unilateral.is_some() && before.opening <= CLOSED_GAP * begin;
         if before.h >= h * (1.0 - CLOSED_GAP) && !is_spent {
             // The switch opens again, the step ends before it, or at it.
-            step.solve_after(&before, h)?;
-            let is_closed = self.openings(step, switch, h)[1] < 0.0;
-            return Ok(is_closed.then_some(h));
+            let is_closed = end == 0.0 && self.opening_after(step, switch, &before, h * (1.0 + CLOSED_GAP))? < 0.0;
+            let opening = self.opening_after(step, switch, &before, h)?;
+            return Ok((is_closed || opening < 0.0).then_some(h));
         }
         Ok(Some(before.h))
+    }
+
+    /// Opening of a switch at the end of a step of the length `h` (s), solved from the step `before`.
+    fn opening_after(
+        &self,
+        step: &mut impl TrialStep,
+        switch: usize,
+        before: &StepBeforeSwitch,
+        h: f64,
+    ) -> Result<f64> {
+        step.solve_after(before, h)?;
+        Ok(self.openings(step, switch, h)[1])
     }
 
     /// Repeats the step so that its end approaches a switch from `before`, with the estimate `root` of the time of the switch and the `longest`

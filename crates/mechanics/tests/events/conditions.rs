@@ -10,9 +10,10 @@ use linkwright_mechanics::derivatives::history::SensitiveHistory;
 use linkwright_mechanics::derivatives::semi_analytical::{STEP, differentiate_semi_analytically};
 use linkwright_mechanics::events::Action;
 use linkwright_mechanics::integrators::explicit::{Explicit, StepControl};
+use linkwright_mechanics::integrators::generalized_alpha::Newton;
 use linkwright_mechanics::mechanism::Formula;
 use linkwright_mechanics::motion::{ConstantSpeed, Fixed, Motion};
-use linkwright_mechanics::{Dynamics, Mechanism, ParametricMechanism, Result};
+use linkwright_mechanics::{Dynamics, GeneralizedAlpha, Mechanism, ParametricMechanism, Result};
 
 /// The time less a given one.
 struct After(f64);
@@ -269,4 +270,50 @@ fn an_event_at_the_jump_of_a_load_has_no_derivatives() {
     let direct = differentiate(&EndsAtJump, &[1.0], &settings, &times()).unwrap_err().to_string();
     let semi = differentiate_semi_analytically(&EndsAtJump, &[1.0], &settings, &times(), STEP).unwrap_err().to_string();
     assert!(direct.contains("a load jumps at t = 0.4987") && semi.contains("a load jumps"), "{direct}\n{semi}");
+}
+
+/// A mass of 1 kg on a spring, let go at 1 m, that a force pushes once its acceleration exceeds b₀.
+struct PushedByAcceleration;
+
+impl ParametricMechanism for PushedByAcceleration {
+    fn build<S: Scalar>(&self, b: &[S]) -> Result<Mechanism<S>> {
+        let zero = S::from(0.0);
+        let mut m = Mechanism::new();
+        let mass = m.point_mass("mass", S::from(1.0), S::from(1.0), zero).x;
+        let ground = m.ground();
+        m.coordinate_spring("spring", ground.x, mass, [S::from(9.0), zero, zero, zero]);
+        let push = m.load("push", ground.x, mass, Fixed, &[S::from(-4.0)]);
+        let motion = m.coordinate_sensor("motion", ground.x, mass);
+        let acceleration = m.measure(motion, "acceleration")?;
+        let limit = m.sensor("limit", ground.at(b[0], zero));
+        let terms = [acceleration, m.measure(limit, "x")?];
+        m.when("push", Linear(vec![1.0, -1.0], 0.0), &terms, &[Action::Activate(push)])?;
+        let position = m.measure(motion, "position")?;
+        m.output("position", &[position]);
+        m.output("acceleration", &[acceleration]);
+        Ok(m)
+    }
+}
+
+/// An event within rounding errors of a time at which steps are inspected, 0.112 s, or of the grid, 0.12 s, has the derivatives of one
+/// beside it: no step ends just before the event.
+#[test]
+fn an_event_at_an_inspected_time_has_the_derivatives_of_one_beside_it() {
+    let end = [0.16];
+    for scheme in [GeneralizedAlpha::hht(0.1).unwrap(), GeneralizedAlpha::chung_hulbert(0.8).unwrap()] {
+        let newton = Newton { tolerance: 1e-13, iterations: 30 };
+        let settings = Dynamics { scheme, newton, ..Dynamics::fixed(0.02) };
+        for time in [0.112, 0.12] {
+            let free = PushedByAcceleration.build(&[100.0]).unwrap();
+            let limit = simulate(&free, &settings, &[time, 0.16]).unwrap().values[1][0];
+            let slope =
+                |b: f64| differentiate(&PushedByAcceleration, &[b], &settings, &end).unwrap().gradients[0][0][0];
+            let beside = [-1e-9, 1e-9].map(|part| slope(limit * (1.0 + part)));
+            for k in -60..=60 {
+                let found = slope(limit * (1.0 + 2e-14 * f64::from(k)));
+                let off = beside.iter().map(|beside| (found / beside - 1.0).abs()).fold(f64::INFINITY, f64::min);
+                assert!(off < 1e-6, "{time} s, {k}: {found:e}, beside {beside:?}");
+            }
+        }
+    }
 }

@@ -4,6 +4,8 @@ import * as server from "./server.js";
 import { effects, predict, predictFrame } from "./predict.js";
 import { Mechanism } from "./mechanism.js";
 import { Plot, short, withUnit } from "./plots.js";
+import { inNextFrame, soon } from "./frames.js";
+import { Numbers, say } from "./numbers.js";
 import { draggable } from "./point.js";
 import { zoomable } from "./zoom.js";
 import { Run } from "./run.js";
@@ -28,6 +30,7 @@ const PINS = 4;
 const mechanism = new Mechanism(by("stage"));
 zoomable(mechanism, by("stage"), by("zoom"));
 mechanism.view.append(by("zoom"));
+const numbers = new Numbers(by("objective"), by("margins"));
 let model = null;       // the description of the model in force
 let revision = 0;
 let design = [];        // the design of the sliders
@@ -125,7 +128,7 @@ function markBounds(k) {
   const near = (bound) => bound !== null && Math.abs(design[k] - bound) <= 1e-9 * Math.max(Math.abs(bound), (upper ?? 0) - (lower ?? 0));
   [lower, upper].forEach((bound, end) => {
     const mark = controls[k].ends.children[end];
-    mark.textContent = near(bound) ? `at its bound, ${short(bound)}` : short(range(k)[end]);
+    say(mark, near(bound) ? `at its bound, ${short(bound)}` : short(range(k)[end]));
     mark.classList.toggle("reached", near(bound));
   });
 }
@@ -165,7 +168,7 @@ function moveTo(values) {
 
 function changed() {
   sequence += 1;
-  approximate();
+  inNextFrame("approximation", approximate);
   schedule();
 }
 
@@ -222,7 +225,8 @@ async function send(derivatives) {
 // Shows the difference between approximation and analysis of the same design.
 let prediction = null;
 function approximate() {
-  prediction = base ? { number: sequence, ...predict(base, design, model.constraints) } : null;
+  const is_known = shown?.derivatives && shown.number === sequence;
+  prediction = base && !is_known ? { number: sequence, ...predict(base, design, model.constraints) } : null;
   showPrediction();
 }
 
@@ -242,13 +246,16 @@ function take(record) {
   if (!prediction) showPrediction();
   if (record.derivatives && chosen !== null) choose(chosen);
   plots.forEach(({ plot, output, constraint }) => {
-    plot.set("analysed", "line", null, output === undefined ? record.constraints[constraint].values : record.outputs[output]);
+    plot.set("analysed", "line", historyOf(record, output, constraint));
     plot.limit(limitsOf(output, constraint));
     plot.draw();
   });
   follow(record, record.design);
   if (record.number === sequence) root.dataset.settled = `${record.number}${record.derivatives || !model.objective ? " differentiated" : ""}`;
 }
+
+// The values of the output, or without one of the constraint, of a plot.
+const historyOf = (record, output, constraint) => ({ values: output === undefined ? record.constraints[constraint].values : record.outputs[output] });
 
 // True for a constraint that is drawn as a curve with the history of an output.
 const isCurve = (c, output) => c.output === null && c.follows === output;
@@ -272,7 +279,7 @@ function showPrediction() {
     : prediction ? "dashed: approximation; solid: analysed" : "";
   plots.forEach(({ plot, output, constraint }) => {
     const rows = prediction && (output === undefined ? prediction.constraints[constraint] : prediction.outputs[output]);
-    plot.set("predicted", "predicted", rows?.points, rows?.values);
+    plot.set("predicted", "predicted", rows);
     if (shown) plot.draw();
   });
   if (is_new || !prediction) { showNumbers(); showValues(); }
@@ -286,12 +293,13 @@ function showFailure() {
   root.dataset.failed = "";
   by("design-state").hidden = false;
   if (shown) return;
-  by("objective").replaceChildren();
-  by("margins").replaceChildren(make("p", { text: "This design has not been analysed." }));
+  numbers.none("This design has not been analysed.");
 }
 
 // Outputs without a history, such as times of events and values at them.
-function showValues() {
+const showValues = () => soon("values", drawValues);
+
+function drawValues() {
   const all = model.outputs.flatMap((output, h) => (output.changes ? [] : [{ ...output, h }]));
   by("values").hidden = all.length === 0;
   by("histories").hidden = plots.length === 0 && all.length === 0;
@@ -303,53 +311,10 @@ function showValues() {
   })));
 }
 
-function showNumbers() {
-  if (!shown) return;
-  const { of } = moved();
-  if (model.objective) {
-    const { name, unit, goal } = model.objective;
-    by("objective").replaceChildren(make("div", {}, make("dt", { text: `${name}, ${goal}` }),
-      make("dd", { id: "objective-value", text: withUnit(shown.objective, unit) }),
-      make("dd", { class: "remark" }, changes(make("span", { class: "track" }), moves(of.get(null), 0, of.get(null)?.size), prediction?.objective, unit))));
-  }
-  by("margins").replaceChildren(...model.constraints.map((constraint, j) => {
-    const { name, unit, relation } = constraint;
-    const now = shown.constraints[j];
-    const predicted = prediction?.constraints[j].margin;
-    now.size ??= Math.max(Math.abs(now.limit), ...now.values.filter((v) => v !== null).map(Math.abs), 1e-300);
-    const { size } = now;
-    const part = (m) => 50 * Math.max(-1, Math.min(1, m / size));
-    const bar = make("i", now.margin < 0 ? { class: "over" } : {});
-    Object.assign(bar.style, now.margin < 0 ? { left: `${50 + part(now.margin)}%`, width: `${-part(now.margin)}%` } : { width: `${part(now.margin)}%` });
-    const track = make("span", { class: "track" }, bar);
-    if (predicted !== undefined) {
-      const mark = make("b", { title: "approximation" });
-      mark.style.left = `${50 + part(predicted)}%`;
-      track.append(mark);
-    }
-    const kind = { violated: "bad", active: "fair", satisfied: "good" }[now.status];
-    const when = now.time === null || !model.time ? "" : ` at ${model.time.name} ${withUnit(now.time, model.time.unit)}`;
-    return make("div", { class: "margin", "data-constraint": name, "data-margin": now.margin, ...(predicted === undefined ? {} : { "data-predicted": predicted }) },
-      make("header", {}, make("span", { text: `${name} ${relation} ${withUnit(now.limit, unit)}` }), make("span", { class: `pill ${kind}`, text: now.status })),
-      changes(track, moves(of.get(j), part(now.margin), size), predicted, unit), make("p", { text: `margin ${withUnit(now.margin, unit)}${when}` }));
-  }));
-}
+const showNumbers = () => inNextFrame("numbers", drawNumbers);
 
-// A track with a bar of what the chosen variable moves, and the number of the approximation or, without one, of the bar. Their space is
-// always reserved, so that the layout does not shift under the pointer.
-function changes(track, moved, predicted, unit) {
-  const number = make("output");
-  if (moved) {
-    const { change, from, to } = moved;
-    const bar = make("u");
-    Object.assign(bar.style, to < from ? { right: `${100 - from}%`, width: `${from - to}%` } : { left: `${from}%`, width: `${to - from}%` });
-    if (change === 0) bar.hidden = true;
-    track.append(bar);
-    number.textContent = `Δ ≈ ${change > 0 ? "+" : ""}${withUnit(Number(change.toPrecision(3)), unit)}`;
-  }
-  if (predicted !== undefined && predicted !== null) number.textContent = `≈ ${withUnit(predicted, unit)}`;
-  number.title = number.textContent;
-  return make("span", { class: "changes" }, track, number);
+function drawNumbers() {
+  if (shown) numbers.show(shown, prediction, moved().of);
 }
 
 // ---- What a variable moves
@@ -379,14 +344,6 @@ function moved() {
   const [low, high] = range(chosen);
   const step = (high - low) / 10;
   return { step, of: new Map(effects(base, chosen, model).map((one) => [one.constraint, { change: one.slope * step, size: one.size }])) };
-}
-
-// A change as a bar of a track: it begins at the end of the bar of the value, `part` from the middle in percent, and has its scale.
-function moves(effect, part, size) {
-  if (!effect) return null;
-  const inside = (v) => Math.min(Math.max(v, 0), 100);
-  const { change } = effect;
-  return { change, from: inside(50 + part), to: inside(50 + part + (50 * change) / (size || 1)) };
 }
 
 // ---- Pinned designs
@@ -433,7 +390,7 @@ function showPins() {
     const motion = record?.motion;
     mechanism.set(`pin-${slot}`, motion?.parts, motion ? (frame) => motion.frames[frame] : null, `overlay pin-${slot}`);
     plots.forEach(({ plot, output, constraint }) => {
-      plot.set(`pin-${slot}`, `pinned pin-${slot}`, null, record && (output === undefined ? record.constraints[constraint].values : record.outputs[output]));
+      plot.set(`pin-${slot}`, `pinned pin-${slot}`, record && historyOf(record, output, constraint));
     });
   });
   plots.forEach(({ plot }) => plot.draw());
@@ -443,13 +400,13 @@ function showPins() {
   const head = make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col", text }))));
   const rows = pins.map((one) => {
     const { record, slot, fault } = one;
-    const numbers = [...one.design, ...(model.objective ? [record?.objective] : []), ...model.constraints.map((_, j) => record?.constraints[j].margin)];
+    const values = [...one.design, ...(model.objective ? [record?.objective] : []), ...model.constraints.map((_, j) => record?.constraints[j].margin)];
     const go = make("button", { type: "button", text: "Show" });
     go.addEventListener("click", () => moveTo(one.design));
     const remove = make("button", { type: "button", text: "Remove", "aria-label": `Remove design ${PIN_NAMES[slot]}` });
     remove.addEventListener("click", () => { pins = pins.filter((p) => p !== one); showPins(); });
     return make("tr", { class: `pin-${slot}`, title: fault ?? "" }, make("th", { scope: "row" }, make("span", { class: "swatch" }), [PIN_NAMES[slot], one.name, fault && "(no analysis)"].filter(Boolean).join(" ")),
-      ...numbers.map((v) => make("td", { class: "number", text: short(v) })), make("td", {}, go, remove));
+      ...values.map((v) => make("td", { class: "number", text: short(v) })), make("td", {}, go, remove));
   });
   by("pins").replaceChildren(head, make("tbody", {}, ...rows));
 }
@@ -509,6 +466,7 @@ async function load() {
     by("picture").hidden = !model.drawing_times;
     (model.drawing_times ? mechanism.view : by("design")).append(by("messages"));
     buildSliders();
+    numbers.begin(model);
     choose(null);
     buildPlots();
     if (model.objective) run.objective(model.objective);

@@ -1,5 +1,7 @@
 // The mechanism in motion as SVG: the analysed design, its linear approximation, pinned designs, and arrows of sensitivities.
 
+import { inNextFrame } from "./frames.js";
+
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 640;
 const MARGIN = 34;
@@ -269,7 +271,11 @@ export class Mechanism {
     return [this.middle[0] + (x - WIDTH / 2) / this.scale, this.middle[1] - (y - this.height / 2) / this.scale];
   }
 
-  draw({ nodes, order, numbers }) {
+  draw(group) {
+    inNextFrame(group, () => this.render(group));
+  }
+
+  render({ nodes, order, numbers }) {
     if (!this.window) return;
     const all = numbers(this.frame);
     if (!all) return;

@@ -1,5 +1,6 @@
 // Histories over time as SVG, with limits, the approximation, pinned designs and the time of the picture.
 
+import { soon } from "./frames.js";
 import { element } from "./mechanism.js";
 
 export const phone = window.matchMedia("(max-width: 40rem)");
@@ -98,9 +99,10 @@ export class Plot {
     // Plots outside the screen are drawn when they come near it.
     new IntersectionObserver((entries) => {
       this.seen = entries.at(-1).isIntersecting;
-      if (this.seen && this.stale) this.draw();
+      if (this.seen && this.stale) this.render();
+      else if (this.moment !== undefined) this.now(this.moment);
     }, { rootMargin: "200px" }).observe(figure);
-    onWidth(this.svg, () => this.draw());
+    onWidth(this.svg, () => { this.measure(); this.draw(); });
   }
 
   // Takes the size of the drawing from the page.
@@ -110,9 +112,9 @@ export class Plot {
     this.svg.setAttribute("viewBox", `0 0 ${this.width} ${this.height}`);
   }
 
-  // Points of a series under a key; null removes it.
-  set(key, className, points, values) {
-    if (!values) this.series.delete(key); else this.series.set(key, { className, points, values });
+  // Values of a series under a key, at all time points or at some `points` of them; null removes it.
+  set(key, className, rows) {
+    if (!rows) this.series.delete(key); else this.series.set(key, { className, rows });
   }
 
   // Limits: relation, value, and the window of time in which they hold.
@@ -153,7 +155,7 @@ export class Plot {
     };
     const arm = (sign) => {
       window[sign === null ? "removeEventListener" : "addEventListener"]("keydown", keys, { capture: true });
-      // The observer may not have seen yet that the plot has come into view.
+      // It may not have been drawn yet.
       if (this.stale) this.render();
       [relation, points, from] = [sign, [], null];
       said.textContent = sign === null ? "" : "↑ ↓ move, Enter takes, Escape drops";
@@ -215,7 +217,7 @@ export class Plot {
   scale() {
     let [low, high] = [Infinity, -Infinity];
     const add = (v) => { if (v !== null && Number.isFinite(v)) { low = Math.min(low, v); high = Math.max(high, v); } };
-    this.series.forEach(({ values }) => values.forEach(add));
+    this.series.forEach(({ rows }) => rows.values.forEach(add));
     const [bottom, top] = [low, high];
     // A distant limit would flatten the history.
     const near = (value) => { if (value !== null && Math.abs(value - (bottom + top) / 2) <= 3 * (top - bottom)) add(value); };
@@ -231,13 +233,13 @@ export class Plot {
   // Draws the series anew if the plot is near the screen.
   draw() {
     this.buttons.forEach((button) => { button.disabled = !this.series.has("analysed"); });
-    this.stale = !this.seen;
-    if (!this.stale) this.render();
+    this.stale = true;
+    if (this.seen) soon(this, () => { if (this.stale) this.render(); });
   }
 
   // Draws the series, and the axes if they have changed.
   render() {
-    this.measure();
+    this.stale = false;
     this.scale();
     const axes = JSON.stringify([this.range, this.limits, this.width, this.height]);
     if (axes !== this.axes) {
@@ -245,7 +247,7 @@ export class Plot {
       this.drawAxes();
     }
     const { points } = this.time;
-    this.lines.replaceChildren(...[...this.series].map(([key, { className, points: at, values }]) => {
+    this.lines.replaceChildren(...[...this.series].map(([key, { className, rows: { points: at, values } }]) => {
       let [d, pen] = ["", "M"];
       values.forEach((v, i) => {
         if (v === null || !Number.isFinite(v)) { pen = "M"; return; }
@@ -254,7 +256,7 @@ export class Plot {
       });
       return element("path", { class: className, d, "data-series": key });
     }));
-    if (this.moment !== undefined) this.now(this.moment);
+    this.showTime();
   }
 
   drawAxes() {
@@ -303,15 +305,20 @@ export class Plot {
   // The time of the picture, and whether the picture rests there.
   now(time, rests = this.rests) {
     Object.assign(this, { moment: time, rests });
-    const x = this.x(time).toFixed(1);
-    this.cursor?.setAttribute("d", `M${x} ${TOP}V${this.height - BOTTOM}`);
+    if (this.seen) soon(this.reading, () => this.showTime());
+  }
+
+  showTime() {
+    if (this.moment === undefined || !this.cursor) return;
+    const x = this.x(this.moment).toFixed(1);
+    this.cursor.setAttribute("d", `M${x} ${TOP}V${this.height - BOTTOM}`);
     this.read();
   }
 
   // Shows the analysed value at the time point next to the pointer or, without it, to the time of the picture; of an approximation, too.
   read() {
     const time = this.pointed ?? (this.rests ? this.moment : undefined);
-    const values = this.series.get("analysed")?.values;
+    const values = this.series.get("analysed")?.rows.values;
     if (time === undefined || !values || !this.range || this.stale || this.figure.classList.contains("drawing")) {
       if (this.reading.firstChild) {
         this.reading.replaceChildren();
@@ -322,7 +329,7 @@ export class Plot {
     const { points, name, unit } = this.time;
     const p = nearest(points, time);
     const [value, x] = [values[p], this.x(points[p])];
-    const predicted = this.series.get("predicted");
+    const predicted = this.series.get("predicted")?.rows;
     const of_predicted = predicted ? predicted.values[nearest(predicted.points.map((i) => points[i]), points[p])] : null;
     const words = `${withUnit(value, this.unit)}${of_predicted === null ? "" : `, ≈ ${short(of_predicted)}`} at ${withUnit(points[p], unit)}`;
     const is_right = x > (LEFT + this.width - RIGHT) / 2;

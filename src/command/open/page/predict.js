@@ -15,6 +15,21 @@ export function margin(relation, limit, values) {
   return values.reduce((least, v) => Math.min(least, of(v)), Infinity);
 }
 
+// A history that is computed when it is drawn, and its margin from a limit.
+class Predicted {
+  constructor(rows, step, { relation, limit } = {}) {
+    Object.assign(this, { rows, step, relation, limit, points: rows.points });
+  }
+
+  get values() {
+    return (this.known ??= history(this.rows, this.step));
+  }
+
+  get margin() {
+    return margin(this.relation, this.limit, this.values);
+  }
+}
+
 export function predict(base, design, constraints) {
   const step = changes(base, design);
   const { derivatives } = base;
@@ -22,11 +37,8 @@ export function predict(base, design, constraints) {
   return {
     objective: peak.length ? Math.max(...peak)
       : derivatives.objective ? derivatives.objective.reduce((sum, d, k) => sum + d * step[k], base.objective) : null,
-    outputs: derivatives.outputs.map((rows) => ({ points: rows.points, values: history(rows, step) })),
-    constraints: derivatives.constraints.map((rows, j) => {
-      const values = history(rows, step);
-      return { points: rows.points, values, margin: margin(constraints[j].relation, base.constraints[j].limit, values) };
-    }),
+    outputs: derivatives.outputs.map((rows) => new Predicted(rows, step)),
+    constraints: derivatives.constraints.map((rows, j) => new Predicted(rows, step, { relation: constraints[j].relation, limit: base.constraints[j].limit })),
   };
 }
 
