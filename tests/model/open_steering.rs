@@ -55,7 +55,7 @@ fn a_slider_moves_the_mechanism_and_its_margins() {
     // What the variable moves, with the keyboard; a pinned design stays in the table.
     page.value("document.querySelector('#sliders input[type=range]').focus()");
     page.wait(
-        "document.querySelectorAll('.margin .track u').length > 0 && document.querySelector('#stage .arrows path')",
+        "document.querySelector('.margin .track u:not([hidden])') && document.querySelector('#stage .arrows path')",
     );
     assert_eq!(page.value("document.documentElement.scrollHeight"), height);
     page.click("#pin");

@@ -286,8 +286,8 @@ impl EventLocator {
 
     /// Returns whether the last step, of the length `h` (s), ends at an event that ends the motion, in `state`.
     pub fn has_ended(&self, system: &System, mechanism: &Mechanism<f64>, state: &State<f64>, h: f64) -> bool {
-        let is_terminal = |k: usize| mechanism.events[k].when.as_ref().is_some_and(|when| when.is_terminal);
-        let Some(contact) = self.closed.filter(|_| (0..mechanism.events.len()).any(is_terminal)) else { return false };
+        let Some(contact) = self.closed.filter(|_| mechanism.may_end()) else { return false };
+        let is_terminal = |k: usize| mechanism.events[k].is_terminal();
         let all = || self.at_event(system, mechanism, contact, (state, h)).unwrap_or_default();
         is_terminal(contact) || all().into_iter().any(is_terminal)
     }

@@ -186,10 +186,83 @@ pub fn is_before(start: f64, end: f64, t: f64) -> bool {
 }
 
 /// Largest number of time steps of an integration.
-pub(crate) const MOST_STEPS: usize = if cfg!(test) { 200_000 } else { 20_000_000 };
+const MOST_STEPS: usize = if cfg!(test) { 200_000 } else { 20_000_000 };
 
-/// The error of an integration that has taken [`MOST_STEPS`] steps up to the time `t` (s).
-pub(crate) fn too_many_steps(t: f64) -> Error {
-    let why = format!("reached only t = {t} after {MOST_STEPS} time steps", t = Seconds(t));
-    Error::analysis("the integration", why, "loosen the tolerance, or use longer steps or a shorter interval")
+/// Number of steps after which those of the whole integration are estimated.
+const ESTIMATED: usize = MOST_STEPS / 20;
+
+/// Estimates how many time steps an integration needs, and ends one that needs too many: a motion that grows without limit takes ever shorter
+/// steps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepCount {
+    /// Time in s at which the steps of the estimate begin.
+    since: f64,
+    /// End of the integration in s.
+    end: f64,
+}
+
+impl StepCount {
+    /// Steps between two times (s). If an event `may_end` the motion earlier, they are counted and not estimated.
+    pub fn new([start, end]: [f64; 2], may_end: bool) -> Self {
+        Self { since: start, end: if may_end { f64::NEG_INFINITY } else { end } }
+    }
+
+    /// To be called before each step, from the time `t` (s) and the state `y` after a number of `steps`. `name` names a component, for messages.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Analysis`] for more than 20 million steps, or if the last million of them leads to more.
+    pub fn check(&mut self, steps: usize, t: f64, y: &[f64], name: impl Fn(usize) -> String) -> Result<()> {
+        if steps == 0 || !steps.is_multiple_of(ESTIMATED) {
+            return Ok(());
+        }
+        let rest = ((self.end - t) / (t - self.since)).max(0.0) * ESTIMATED as f64;
+        self.since = t;
+        let needed = steps as f64 + rest;
+        if steps < MOST_STEPS && needed <= MOST_STEPS as f64 {
+            return Ok(());
+        }
+        let largest = (0..y.len()).max_by(|&i, &j| y[i].abs().total_cmp(&y[j].abs()));
+        let there = largest.map(|i| format!("; {} is {:.1e} there", name(i), y[i])).unwrap_or_default();
+        let t = Seconds(t);
+        let why = format!("reached only t = {t} after {steps} time steps, and needs more than {MOST_STEPS}{there}");
+        let remedy = "loosen the tolerance, or use longer steps or a shorter interval; if the motion grows without limit, change what drives it, or \
+                      bound the design away from this point";
+        Err(Error::analysis("the integration", why, remedy))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of a count up to the time 1 s, each of the length that a function of the time gives; the number of them at the error.
+    fn counted(may_end: bool, length: impl Fn(f64) -> f64) -> Option<usize> {
+        let (mut count, mut t, mut steps) = (StepCount::new([0.0, 1.0], may_end), 0.0, 0);
+        while t < 1.0 {
+            if count.check(steps, t, &[0.0, -2.0], |i| format!("component {i}")).is_err() {
+                return Some(steps);
+            }
+            (t, steps) = (t + length(t), steps + 1);
+        }
+        None
+    }
+
+    #[test]
+    fn integrations_that_need_too_many_steps_end_early() {
+        assert_eq!(counted(false, |_| 6e-6), None);
+        assert_eq!(counted(false, |_| 4e-6), Some(ESTIMATED));
+        // Short steps at first only, and ever shorter ones.
+        assert_eq!(counted(false, |t| if t < 0.1 { 6e-6 } else { 1e-3 }), None);
+        let ended = counted(false, |t| 1e-3 * (0.7 - t).max(1e-9)).unwrap();
+        assert!(ended <= 3 * ESTIMATED, "{ended}");
+        // An event may end the motion soon.
+        assert_eq!(counted(true, |_| 4e-6), Some(MOST_STEPS));
+        let error = StepCount::new([0.0, 1.0], false).check(ESTIMATED, 1e-3, &[0.0, -2.0], |i| format!("part {i}"));
+        let message = error.unwrap_err().to_string();
+        assert!(
+            message.contains("t = 0.001 s after 10000 time steps") && message.contains("part 1 is -2.0e0"),
+            "{message}"
+        );
+    }
 }

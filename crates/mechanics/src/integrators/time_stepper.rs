@@ -13,7 +13,7 @@ use crate::integrators::generalized_alpha::Integrator;
 use crate::integrators::inspection::{InspectionTimes, Inspector, breaks};
 use crate::integrators::prescribed_jumps::{StepKind, refuse_position_jumps, refuse_velocity_jumps};
 use crate::integrators::settings::{
-    Dynamics, InitialAcceleration, InitialConfiguration, MOST_STEPS, StepSize, Work, is_before, too_many_steps,
+    Dynamics, InitialAcceleration, InitialConfiguration, StepCount, StepSize, Work, is_before,
 };
 use crate::integrators::step_events::StepEvents;
 use crate::mechanism::{ElementInstance, EventElement, Mechanism};
@@ -41,6 +41,7 @@ pub struct TimeStepper<'m> {
     /// The first steps, if they are given.
     given: Vec<GivenStep>,
     end: f64,
+    count: StepCount,
     /// Length of the next trial step in s.
     pub(crate) next: f64,
     /// Length of the current step in s.
@@ -122,6 +123,7 @@ impl<'m> TimeStepper<'m> {
             settings: *settings,
             given: Vec::new(),
             end,
+            count: StepCount::new([settings.start, end], mechanism.may_end()),
             next,
             length: 0.0,
             steps: 0,
@@ -203,9 +205,9 @@ impl<'m> TimeStepper<'m> {
                 integrator.step.set_violation(&velocities);
             }
         }
-        if self.steps >= MOST_STEPS {
-            return Err(too_many_steps(self.integrator.step.new.t));
-        }
+        let Integrator { mechanism, step, .. } = &self.integrator;
+        let name = |i: usize| format!("{} (velocity)", mechanism.coordinates[i].name);
+        self.count.check(self.steps, step.new.t, &step.new.v, name)?;
         self.steps += 1;
         self.length = match (self.given.get(self.steps - 1).copied(), self.settings.step) {
             (Some(given), _) => self.advance_given(given)?,

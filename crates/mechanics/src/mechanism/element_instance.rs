@@ -92,6 +92,11 @@ impl<S> EventElement<S> {
     pub(crate) fn is_switch(&self) -> bool {
         self.restitution.is_none() && self.when.is_none() && self.unilateral.is_none()
     }
+
+    /// Returns whether it ends the motion.
+    pub(crate) fn is_terminal(&self) -> bool {
+        self.when.as_ref().is_some_and(|when| when.is_terminal)
+    }
 }
 
 /// Checks that a mechanism has no switch, at which an element itself jumps.

@@ -434,6 +434,11 @@ impl<S: Scalar> Mechanism<S> {
         !self.events.is_empty()
     }
 
+    /// Returns whether an event may end the motion.
+    pub(crate) fn may_end(&self) -> bool {
+        self.events.iter().any(EventElement::is_terminal)
+    }
+
     /// Names of the outputs, in the order in which they were added.
     pub fn output_names(&self) -> Vec<String> {
         self.outputs.iter().map(|o| o.name.clone()).collect()

@@ -40,3 +40,9 @@ export function soon(key, draw) {
   inTurn.set(key, draw);
   ask();
 }
+
+// Acts once all that has changed by now is drawn; a later call takes the place of an earlier one.
+export function whenDrawn(act) {
+  always.delete(whenDrawn);
+  inNextFrame(whenDrawn, () => { inTurn.delete(whenDrawn); soon(whenDrawn, act); });
+}

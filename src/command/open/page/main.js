@@ -4,7 +4,7 @@ import * as server from "./server.js";
 import { effects, predict, predictFrame } from "./predict.js";
 import { Mechanism } from "./mechanism.js";
 import { Plot, short, withUnit } from "./plots.js";
-import { inNextFrame, soon } from "./frames.js";
+import { inNextFrame, soon, whenDrawn } from "./frames.js";
 import { Numbers, say } from "./numbers.js";
 import { draggable } from "./point.js";
 import { zoomable } from "./zoom.js";
@@ -251,7 +251,8 @@ function take(record) {
     plot.draw();
   });
   follow(record, record.design);
-  if (record.number === sequence) root.dataset.settled = `${record.number}${record.derivatives || !model.objective ? " differentiated" : ""}`;
+  const settled = `${record.number}${record.derivatives || !model.objective ? " differentiated" : ""}`;
+  whenDrawn(() => { if (record.number === sequence) root.dataset.settled = settled; });
 }
 
 // The values of the output, or without one of the constraint, of a plot.

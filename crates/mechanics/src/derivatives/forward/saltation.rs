@@ -153,8 +153,7 @@ pub(crate) struct ClosedContact {
 impl ClosedContact {
     /// Returns whether the event ends the motion.
     pub fn is_terminal(&self, mechanism: &Mechanism<f64>) -> bool {
-        let is_terminal = |k: &usize| mechanism.events[*k].when.as_ref().is_some_and(|when| when.is_terminal);
-        self.at_event.iter().any(is_terminal)
+        self.at_event.iter().any(|k| mechanism.events[*k].is_terminal())
     }
 }
 

@@ -412,6 +412,10 @@ impl OdeRhs for MechanismRhs<'_> {
         self.locator.as_ref().zip(self.step_ends.as_ref()).is_some_and(is_end)
     }
 
+    fn may_end(&self) -> bool {
+        self.mechanism.may_end()
+    }
+
     fn name(&self, component: usize) -> String {
         let n = self.size() / 2;
         let what = if component < n { "position" } else { "velocity" };

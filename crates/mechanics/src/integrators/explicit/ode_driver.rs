@@ -6,7 +6,7 @@ use crate::integrators::explicit::settings::{Explicit, ReplayedStep, StepControl
 use crate::integrators::explicit::stepper::{OdeRhs, Stepper};
 use crate::integrators::explicit::switching::SwitchLocator;
 use crate::integrators::inspection::InspectionTimes;
-use crate::integrators::settings::{MOST_STEPS, Work, too_many_steps};
+use crate::integrators::settings::{StepCount, Work};
 use crate::{Error, Result};
 use error::Seconds;
 
@@ -29,6 +29,7 @@ pub struct OdeDriver<F> {
     pub(crate) given: SplitStep,
     inspections: InspectionTimes,
     defect: DefectControl,
+    count: StepCount,
 }
 
 /// The current one of given steps, which events may split.
@@ -95,6 +96,7 @@ impl<F: OdeRhs> OdeDriver<F> {
         let inspected = settings.inspected.as_deref().unwrap_or(times);
         let inspections = InspectionTimes::new(start, end, inspected, &stepper.rhs.breaks());
         let defect = DefectControl::new(stepper.old.len());
+        let count = StepCount::new([start, end], stepper.rhs.may_end());
         Ok(Self {
             stepper,
             steps,
@@ -108,6 +110,7 @@ impl<F: OdeRhs> OdeDriver<F> {
             given,
             inspections,
             defect,
+            count,
         })
     }
 
@@ -136,9 +139,8 @@ impl<F: OdeRhs> OdeDriver<F> {
             self.switches.begin_step(&mut self.stepper, is_after_event)?;
         }
         let old = self.stepper.t[0];
-        if self.steps.len() >= MOST_STEPS {
-            return Err(too_many_steps(old));
-        }
+        let (y, rhs) = (&self.stepper.old, &self.stepper.rhs);
+        self.count.check(self.steps.len(), old, y, |component| rhs.name(component))?;
         match &self.step_control {
             StepControl::Fixed(h) => {
                 let taken = ((old - self.start) / h + TINY).floor();
@@ -279,7 +281,8 @@ mod tests {
             Ok(())
         };
         let error: Error = integrate(1e-6).unwrap_err();
-        let message = "reached only t = 0.2 s after 200000 time steps";
+        let message =
+            "reached only t = 0.01 s after 10000 time steps, and needs more than 200000; time is 1.0e-2 there";
         assert!(error.to_string().contains(message), "{error}");
         assert_eq!(integrate(1e-5), Ok(()));
     }

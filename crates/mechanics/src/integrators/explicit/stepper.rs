@@ -71,6 +71,11 @@ pub trait OdeRhs {
         false
     }
 
+    /// Returns whether an event may end the motion.
+    fn may_end(&self) -> bool {
+        false
+    }
+
     /// Name of a component, for messages.
     fn name(&self, component: usize) -> String;
 
