@@ -15,6 +15,8 @@ pub fn opened(name: &str, example: &str, size: [u32; 2]) -> Option<(TempFolder, 
 }
 
 pub fn numbers<const N: usize>(page: &mut Page, expression: &str) -> [f64; N] {
+    // What has changed is drawn in the next frames.
+    page.drawn();
     let found: Vec<f64> = serde_json::from_value(page.value(expression)).unwrap();
     found.try_into().unwrap()
 }
@@ -33,7 +35,6 @@ fn beams_are_drawn() {
 fn a_dragged_point_stays_at_the_pointer() {
     let Some((_place, _server, mut page)) = opened("open-drag", "shaper", [1280, 900]) else { return };
     page.value("(() => { const s = document.querySelector('#stage .controls input'); s.value = 30; s.dispatchEvent(new Event('input')); scrollTo(0, 0); return 0; })()");
-    page.drawn();
     let joint = "(() => { const b = [...document.querySelectorAll('#stage .linkage .joints circle')].pop().getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()";
     let top = "[document.getElementById('stage').getBoundingClientRect().top]";
     let [x, y] = numbers(&mut page, joint);

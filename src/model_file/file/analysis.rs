@@ -386,7 +386,7 @@ impl Settings {
     /// The outputs of a mechanism at design `b`, with all warnings.
     #[cfg(feature = "report")]
     pub fn analyze(&self, model: MechanismTemplate, times: &[f64], b: &[f64]) -> Result<Responses> {
-        let analysis = self.of(model, times)?;
+        let analysis = self.analysis_of(model, times)?;
         let responses = analysis.analyze(b)?;
         let warnings = analysis.warnings(b, &responses);
         Ok(Responses { warnings, ..responses })
@@ -394,7 +394,7 @@ impl Settings {
 
     /// The analysis whose responses are the outputs of this mechanism.
     #[cfg(feature = "report")]
-    fn of(&self, model: MechanismTemplate, times: &[f64]) -> Result<Box<dyn Analysis>> {
+    fn analysis_of(&self, model: MechanismTemplate, times: &[f64]) -> Result<Box<dyn Analysis>> {
         Ok(match &self.kind {
             AnalysisKind::Kinematics => {
                 Box::new(KinematicResponses::new(model, Assembly::default(), times)?.over(self.sweep.clone()))
@@ -430,7 +430,7 @@ impl Settings {
         };
         path.sort_by(f64::total_cmp);
         path.dedup();
-        let values = self.of(model, &path)?.analyze(b)?.values;
+        let values = self.analysis_of(model, &path)?.analyze(b)?.values;
         let places: Vec<usize> = times.iter().map(|t| path.partition_point(|at| at < t)).collect();
         Ok(values.iter().map(|series| places.iter().map(|&p| series[p]).collect()).collect())
     }

@@ -272,7 +272,8 @@ export class Mechanism {
   }
 
   draw(group) {
-    inNextFrame(group, () => this.render(group));
+    // It may be removed before it is drawn.
+    inNextFrame(group, () => { if (group.node.isConnected) this.render(group); });
   }
 
   render({ nodes, order, numbers }) {
