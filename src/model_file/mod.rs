@@ -60,6 +60,8 @@ pub use attached::with_files;
 pub use complete::{Completion, Completions, completions};
 pub use diagnostics::{Diagnostic, DiagnosticReport, Severity, visible};
 pub use document::{document, schema, tables};
+#[cfg(feature = "report")]
+pub use file::DrawnOutputs;
 pub use file::{Accepts, Constant, Key, Model, Need, TableKeys, read, read_generated, read_of_run};
 #[cfg(feature = "report")]
 pub(crate) use file::{

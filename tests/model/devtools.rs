@@ -145,21 +145,25 @@ impl Page {
         self.call("Input.dispatchMouseEvent", event);
     }
 
-    /// Presses and releases the mouse on an element. An analysis that ends meanwhile may move the element from under the mouse, and a button
-    /// may not be enabled yet: then it is pressed again.
+    /// Presses and releases the mouse on an element that has come to rest. An analysis that ends meanwhile may still move it from under the mouse, and
+    /// a button may not be enabled yet: then it is pressed again.
     pub fn click(&mut self, selector: &str) {
         let begin = Instant::now();
         let listen = format!(
             "(() => {{ window.wasPressed = false; document.querySelector({selector:?}).addEventListener('click', () => {{ \
              window.wasPressed = true; }}, {{ once: true }}); return 0; }})()"
         );
+        let mut before = None;
         while begin.elapsed() < WAIT {
-            self.value(&listen);
             let at = self.middle(selector);
-            self.mouse("mousePressed", at);
-            self.mouse("mouseReleased", at);
-            if self.value("window.wasPressed") == true {
-                return;
+            // A press beside a point chooses its neighbour, which may then cover it.
+            if before.replace(at) == Some(at) {
+                self.value(&listen);
+                self.mouse("mousePressed", at);
+                self.mouse("mouseReleased", at);
+                if self.value("window.wasPressed") == true {
+                    return;
+                }
             }
             std::thread::sleep(Duration::from_millis(20));
         }

@@ -2,10 +2,8 @@
 
 use super::super::budget::Budget;
 use super::super::model::located;
-use linkwright::model_file::Model;
-use linkwright::problem::{
-    AnalyzedDesign, Problem, Quantity, ResponseAt, Responses, RowId, Sensitivities, SignedQuantity,
-};
+use linkwright::model_file::{DrawnOutputs, Model};
+use linkwright::problem::{AnalyzedDesign, Problem, Quantity, ResponseAt, RowId, Sensitivities, SignedQuantity};
 use linkwright::report::outcome;
 use linkwright::report::plots::Linkage;
 use linkwright::{Error, Result};
@@ -21,6 +19,8 @@ const STEP: f64 = 1e-6;
 /// A model with the design that was analysed last.
 pub struct AnalysedModel {
     model: Model,
+    /// `None` if the drawings have an analysis of their own.
+    drawn: Option<DrawnOutputs>,
     /// `None` for a file without an objective.
     problem: Option<Result<Problem>>,
     last: Option<AnalyzedDesign>,
@@ -107,9 +107,10 @@ struct HistoryGradients {
 impl AnalysedModel {
     /// A model without an analysis. If its problem cannot be built, each analysis returns that error.
     pub fn new(model: Model, budget: Budget) -> Self {
+        let (model, drawn) = model.with_drawn_outputs();
         // If the start cannot be analysed, other designs may be.
         let problem = model.is_problem().then(|| model.problem().or_else(|_| model.unscaled_problem()));
-        Self { model, problem, last: None, budget }
+        Self { model, drawn, problem, last: None, budget }
     }
 
     /// Analyses a design, and differentiates it if `derivatives`. The design that was analysed last is not analysed again.
@@ -120,12 +121,13 @@ impl AnalysedModel {
             Error::check_option(&variable.name, "within its bounds", *value, inside)
         })?;
         Error::check_length("design", self.model.variables().len(), design.len())?;
-        let Self { model, problem, last, budget } = self;
-        let motion = || motion(model, design);
+        let Self { model, drawn, problem, last, budget } = self;
+        let drawn = drawn.as_ref();
         let Some(problem) = problem else {
             budget.check_simulation(model)?;
-            let (responses, motion) = rayon::join(|| model.simulate(design), motion);
-            return Ok(simulated(design, located(&*model, responses)?, located(&*model, motion)?, begin));
+            let found = with_frames(model, drawn, design, || model.simulate(design), |responses| &responses.values);
+            let (responses, frames) = located(&*model, found)?;
+            return Ok(simulated(design, own_outputs(drawn, responses.values), responses.warnings, frames, begin));
         };
         let problem = located(&*model, problem.as_ref().map_err(Clone::clone))?;
         match derivatives {
@@ -135,20 +137,20 @@ impl AnalysedModel {
         let full = full_design(problem, design);
         let known = last.take().filter(|known| known.design == full);
         let analysed = || known.map_or_else(|| problem.analyze_design(&full), Ok);
-        let (analysed, motion) = rayon::join(analysed, motion);
-        let (analysed, motion) = (located(&*model, analysed)?, located(&*model, motion)?);
+        let found = with_frames(model, drawn, design, analysed, |analysed| &analysed.responses.values);
+        let (analysed, frames) = located(&*model, found)?;
         let mut record = DesignAnalysis {
             design: design.to_vec(),
             seconds: begin.elapsed().as_secs_f64(),
-            outputs: analysed.responses.values.clone(),
+            outputs: own_outputs(drawn, analysed.responses.values.clone()),
             objective: Some(outcome::objective(problem, &full, &analysed.evaluation)),
             constraints: constraints(problem, &analysed),
-            motion,
+            motion: frames.and_then(|frames| MotionFrames::new(&frames)),
             warnings: analysed.responses.warnings.clone(),
             derivatives: None,
         };
         if derivatives {
-            let found = DesignDerivatives::new(problem, &analysed).and_then(|found| {
+            let found = DesignDerivatives::new(problem, &analysed, record.outputs.len()).and_then(|found| {
                 let motion = record.motion.as_ref().map(|at| motion_derivatives(model, design, at));
                 found.record(motion.transpose()?.flatten())
             });
@@ -159,17 +161,46 @@ impl AnalysedModel {
     }
 }
 
-fn simulated(design: &[f64], responses: Responses, motion: Option<MotionFrames>, begin: Instant) -> DesignAnalysis {
+fn simulated(
+    design: &[f64],
+    outputs: Vec<Vec<f64>>,
+    warnings: Vec<String>,
+    frames: Option<Vec<Linkage>>,
+    begin: Instant,
+) -> DesignAnalysis {
     DesignAnalysis {
         design: design.to_vec(),
         seconds: begin.elapsed().as_secs_f64(),
-        outputs: responses.values,
+        outputs,
         objective: None,
         constraints: vec![],
-        motion,
-        warnings: responses.warnings,
+        motion: frames.and_then(|frames| MotionFrames::new(&frames)),
+        warnings,
         derivatives: None,
     }
+}
+
+/// The values of the outputs of the file.
+fn own_outputs(drawn: Option<&DrawnOutputs>, mut values: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    values.truncate(drawn.map_or(values.len(), |drawn| drawn.first));
+    values
+}
+
+/// The result of an analysis with the frames of the motion: from its `values`, or by an analysis of their own at the same time.
+fn with_frames<T: Send>(
+    model: &Model,
+    drawn: Option<&DrawnOutputs>,
+    design: &[f64],
+    analyse: impl FnOnce() -> Result<T> + Send,
+    values: impl Fn(&T) -> &[Vec<f64>],
+) -> Result<(T, Option<Vec<Linkage>>)> {
+    let Some(drawn) = drawn else {
+        let (result, frames) = rayon::join(analyse, || frames(model, design));
+        return Ok((result?, frames?));
+    };
+    let result = analyse()?;
+    let frames = model.drawing_of(drawn, design, values(&result))?;
+    Ok((result, Some(frames)))
 }
 
 /// The design with the variable that bounds a peak, on which no response depends.
@@ -199,6 +230,8 @@ struct DesignDerivatives<'p> {
     analysed: &'p AnalyzedDesign,
     /// The variable that bounds a peak.
     bound: Option<usize>,
+    /// Number of the outputs of the file, which are the first responses.
+    outputs: usize,
     /// The differentiated time points of each grid, in their order.
     points: Vec<Vec<usize>>,
     sensitivities: Sensitivities,
@@ -206,19 +239,19 @@ struct DesignDerivatives<'p> {
 
 impl<'p> DesignDerivatives<'p> {
     /// Differentiates all responses at some of their time points, or at all of them if a quantity integrates over time.
-    fn new(problem: &'p Problem, analysed: &'p AnalyzedDesign) -> Result<Self> {
+    fn new(problem: &'p Problem, analysed: &'p AnalyzedDesign, outputs: usize) -> Result<Self> {
         let whole = |quantity: &Quantity| quantity.grid().is_some() && !quantity.is_transient();
         let is_complete = whole(&problem.objective.quantity) || problem.constraints.iter().any(|c| whole(&c.quantity));
-        let points = differentiated_points(problem, analysed);
+        let points = differentiated_points(problem, analysed, outputs);
         let mut at: Vec<ResponseAt> = vec![];
-        for (response, values) in analysed.responses.values.iter().enumerate() {
+        for (response, values) in analysed.responses.values[..outputs].iter().enumerate() {
             let thinned = problem.responses[response].grid.map(|grid| &points[grid]).filter(|_| !is_complete);
             let points = thinned.cloned().unwrap_or_else(|| (0..values.len()).collect());
             at.extend(points.into_iter().map(|point| ResponseAt { response, point }));
         }
         let rows = problem.sensitivities(&analysed.design, &analysed.responses, &at)?;
         let bound = problem.objective.peak().map(|peak| peak.variable);
-        Ok(Self { problem, analysed, bound, points, sensitivities: Sensitivities { at, rows } })
+        Ok(Self { problem, analysed, bound, outputs, points, sensitivities: Sensitivities { at, rows } })
     }
 
     /// The differentiated points of a history on a grid, or the single point of a value without one.
@@ -228,7 +261,7 @@ impl<'p> DesignDerivatives<'p> {
 
     fn record(&self, motion: Option<Vec<Vec<Vec<f32>>>>) -> Result<Derivatives> {
         let Self { problem, analysed, bound, .. } = self;
-        let outputs = analysed.responses.values.iter().enumerate().map(|(h, values)| {
+        let outputs = analysed.responses.values[..self.outputs].iter().enumerate().map(|(h, values)| {
             let points = self.points_of(problem.responses[h].grid);
             let gradient = |point: usize| {
                 let gradient = self.sensitivities.gradient(ResponseAt { response: h, point });
@@ -291,11 +324,11 @@ impl HistoryGradients {
 
 /// The time points of each grid at which its histories are differentiated: at most [`POINTS`] equally spaced ones, and those at which an
 /// output or a constrained quantity is largest or smallest. A margin is smallest, and a peak is reached, at one of the latter.
-fn differentiated_points(problem: &Problem, analysed: &AnalyzedDesign) -> Vec<Vec<usize>> {
+fn differentiated_points(problem: &Problem, analysed: &AnalyzedDesign, outputs: usize) -> Vec<Vec<usize>> {
     let AnalyzedDesign { design, responses, evaluation, .. } = analysed;
     let spaced = |count: usize| (0..count).step_by(count.div_ceil(POINTS).max(1)).collect();
     let mut points: Vec<Vec<usize>> = problem.grids.iter().map(|grid| spaced(grid.len())).collect();
-    for (response, values) in problem.responses.iter().zip(&responses.values) {
+    for (response, values) in problem.responses.iter().zip(&responses.values[..outputs]) {
         if let Some(grid) = response.grid {
             points[grid].extend(extremes(values.iter().copied().enumerate()));
         }
@@ -321,14 +354,10 @@ fn extremes(values: impl Iterator<Item = (usize, f64)> + Clone) -> impl Iterator
     [first(|a, b| a > b), first(|a, b| a < b)].into_iter().flatten().map(|(point, _)| point)
 }
 
-/// The frames of a motion; none without a mechanism or with a single time point.
+/// The frames of a motion, by an analysis of their own; none without a mechanism or with a single time point.
 fn frames(model: &Model, design: &[f64]) -> Result<Option<Vec<Linkage>>> {
     let Some(times) = model.drawing_times() else { return Ok(None) };
     Ok(model.drawings(&[design], &times)?.and_then(|mut all| all.pop()))
-}
-
-fn motion(model: &Model, design: &[f64]) -> Result<Option<MotionFrames>> {
-    Ok(frames(model, design)?.and_then(|frames| MotionFrames::new(&frames)))
 }
 
 /// Derivatives of a motion by differences towards the inside of the bounds; `None` if the parts change.
@@ -457,6 +486,26 @@ mod tests {
                         }
                     }
                 }
+            }
+        }
+    }
+
+    /// Drawings from the analysis of the outputs are those of an analysis of their own: bodies, sliders, beams, in the plane and in space.
+    #[test]
+    fn one_analysis_gives_outputs_and_drawings() {
+        for name in ["impact-absorber", "shaper", "four-bar", "trebuchet", "quadruped-leg"] {
+            let (joint, drawn) = model(name).with_drawn_outputs();
+            let design: Vec<f64> = joint.variables().iter().map(|v| v.start).collect();
+            let Some(drawn) = drawn else { panic!("{name} is analysed twice") };
+            let values = joint.simulate(&design).unwrap().values;
+            assert_eq!(drawn.first, model(name).output_names().count());
+            let joint = joint.drawing_of(&drawn, &design, &values).unwrap();
+            let alone = frames(&model(name), &design).unwrap().unwrap();
+            assert_eq!(joint.len(), alone.len(), "{name}");
+            let scale = largest(alone.iter().flat_map(numbers));
+            for (a, b) in joint.iter().zip(&alone) {
+                let difference = largest(numbers(a).iter().zip(numbers(b)).map(|(a, b)| a - b));
+                assert!(PartCounts::of(a) == PartCounts::of(b) && difference <= 1e-9 * scale, "{name}: {difference}");
             }
         }
     }

@@ -244,7 +244,13 @@ impl BeamSpec {
         context.beams.push(beam);
     }
 
-    /// Half the thickness in the plane, area and section modulus; `None` if the cross-section is given by stiffnesses.
+    /// True unless the cross-section is given by stiffnesses.
+    #[cfg(feature = "report")]
+    pub fn has_known_section(&self) -> bool {
+        !matches!(self.kind, CrossSection::Section)
+    }
+
+    /// Half the thickness in the plane, area and section modulus; `None` if the cross-section is given by stiffnesses, or has no thickness.
     #[cfg(feature = "report")]
     pub fn extremes(&self, design: &[f64]) -> Option<[f64; 3]> {
         let shape: Vec<f64> = self.shape.iter().map(|expression| expression.value(&Inputs::design(design))).collect();

@@ -3,7 +3,7 @@
 use super::Model;
 use super::beams::BeamSpec;
 use super::bodies::BodyKind;
-use super::drawing3::DrawnMechanism3;
+use super::drawing3::{self, DrawnMechanism3};
 use super::element_spec::{ElementSpec, InputSpec};
 use super::events::came_apart;
 use super::measures::MeasureRef;
@@ -23,6 +23,8 @@ use std::sync::Arc;
 const FEWEST: usize = 40;
 /// Largest number of frames.
 const MOST: usize = 240;
+/// Largest number of values of drawn outputs, with a derivative of each by each variable, that are computed with the outputs of a model.
+const WITH_OUTPUTS: usize = 2_000_000;
 /// Number of line segments of a profile.
 const CURVE: usize = 72;
 /// Number of intervals between the arrows of a distributed load.
@@ -69,35 +71,94 @@ impl Model {
     /// Those of the analysis.
     pub fn drawings(&self, designs: &[&[f64]], times: &[f64]) -> Result<Option<Vec<Vec<Linkage>>>> {
         let Some((spec, settings)) = &self.mechanism else { return Ok(None) };
-        if spec.parts.is_spatial {
-            return self.drawings3(designs, times).map(Some);
-        }
-        let mechanisms: Vec<DrawnMechanism<'_>> =
-            designs.iter().map(|design| DrawnMechanism::new(spec, design)).collect();
-        let mut motions = vec![];
-        for mechanism in &mechanisms {
-            let outputs = Arc::new(mechanism.outputs());
-            let template = MechanismTemplate::new(spec, &outputs);
-            let values = settings.sampled(template, self.grid.as_ref(), times, mechanism.design)?;
-            motions.push(mechanism.states(&values, times.len()));
-        }
-        // Guides are drawn at the same place in all frames.
-        let ranges = GuideRanges::of(&motions);
-        Ok(Some(motions.iter().map(|motion| motion.iter().map(|state| state.draw(&ranges)).collect()).collect()))
+        let outputs = Arc::new(spec.drawn_outputs());
+        let places = |design: &&[f64]| {
+            settings.sampled(MechanismTemplate::new(spec, &outputs), self.grid.as_ref(), times, design)
+        };
+        let places: Vec<Vec<Vec<f64>>> = designs.iter().map(places).collect::<Result<_>>()?;
+        draw(spec, designs, &places).map(Some)
     }
 
-    /// The mechanism in space of each design at the given times.
-    fn drawings3(&self, designs: &[&[f64]], times: &[f64]) -> Result<Vec<Vec<Linkage>>> {
-        let Some((spec, settings)) = &self.mechanism else { return Ok(vec![]) };
-        let one = |design: &&[f64]| {
-            let mechanism = DrawnMechanism3::new(spec, design)?;
-            let outputs = Arc::new(mechanism.outputs());
-            let template = MechanismTemplate::new(spec, &outputs);
-            let values = settings.sampled(template, self.grid.as_ref(), times, design)?;
-            Ok(mechanism.draw(&values, times.len()))
-        };
-        designs.iter().map(one).collect()
+    /// This model with the outputs from which its drawings are made after its own: one analysis gives both. `None` for these outputs if there is
+    /// no mechanism, if the drawings have other time points than the model, or if they were a large part of the memory of the analysis.
+    pub fn with_drawn_outputs(self) -> (Self, Option<DrawnOutputs>) {
+        let Some(((spec, _), times)) = self.mechanism.as_ref().zip(self.drawing_times()) else { return (self, None) };
+        let grid = self.grid.as_ref().map_or(&[][..], |grid| &grid.points);
+        let places = spec.drawn_outputs();
+        let points = times.iter().map(|time| grid.binary_search_by(|at| at.total_cmp(time)).ok()).collect();
+        match points {
+            Some(points) if places.len() * grid.len() * (1 + self.variables.len()) <= WITH_OUTPUTS => {
+                let first = self.outputs.len();
+                let outputs = self.outputs.iter().cloned().chain(places).collect();
+                (Self { outputs: Arc::new(outputs), ..self }, Some(DrawnOutputs { first, points }))
+            }
+            _ => (self, None),
+        }
     }
+
+    /// The mechanism of a design from the values of all outputs of a model [with drawn outputs](Self::with_drawn_outputs).
+    ///
+    /// # Errors
+    /// If an orientation at this design is not a rotation.
+    pub fn drawing_of(&self, drawn: &DrawnOutputs, design: &[f64], values: &[Vec<f64>]) -> Result<Vec<Linkage>> {
+        let Some((spec, _)) = &self.mechanism else { return Ok(vec![]) };
+        let at_points = |series: &Vec<f64>| drawn.points.iter().map(|&p| series[p]).collect();
+        let places = values[drawn.first..].iter().map(at_points).collect();
+        Ok(draw(spec, &[design], &[places])?.pop().unwrap_or_default())
+    }
+}
+
+/// The outputs of a model from which its drawings are made.
+#[derive(Debug)]
+pub struct DrawnOutputs {
+    /// Index of the first of them, which is the number of the outputs of the file.
+    pub first: usize,
+    /// Indices of the time points that are drawn.
+    points: Vec<usize>,
+}
+
+impl MechanismSpec {
+    /// The outputs from which the mechanism is drawn.
+    fn drawn_outputs(&self) -> Vec<OutputSpec> {
+        let measures = if self.parts.is_spatial { drawing3::measures(self) } else { measures(self) };
+        let output = |(k, measure)| OutputSpec::of_measure(format!("place {k}"), measure);
+        measures.into_iter().enumerate().map(output).collect()
+    }
+}
+
+/// The drawings of each design from the values of the drawn outputs, `places[design][output][point]`.
+fn draw(spec: &Arc<MechanismSpec>, designs: &[&[f64]], places: &[Vec<Vec<f64>>]) -> Result<Vec<Vec<Linkage>>> {
+    if spec.parts.is_spatial {
+        let one = |(design, places): (&&[f64], &Vec<Vec<f64>>)| Ok(DrawnMechanism3::new(spec, design)?.draw(places));
+        return designs.iter().zip(places).map(one).collect();
+    }
+    let mechanisms: Vec<DrawnMechanism<'_>> = designs.iter().map(|design| DrawnMechanism::new(spec, design)).collect();
+    let motions: Vec<_> = mechanisms.iter().zip(places).map(|(mechanism, places)| mechanism.states(places)).collect();
+    // Guides are drawn at the same place in all frames.
+    let ranges = GuideRanges::of(&motions);
+    Ok(motions.iter().map(|motion| motion.iter().map(|state| state.draw(&ranges)).collect()).collect())
+}
+
+/// Frames that move, in the order of the drawn outputs: bodies other than sliders, and nodes.
+fn moving_frames(spec: &MechanismSpec) -> Vec<FrameRef> {
+    let bodies = spec.bodies.iter().filter(|body| body.kind != BodyKind::Slider).count();
+    let nodes = |(beam, b): (usize, &BeamSpec)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k));
+    (0..bodies).map(FrameRef::Body).chain(spec.beams.iter().enumerate().flat_map(nodes)).collect()
+}
+
+/// x, y and rotation of every frame, the positions of one-coordinate bodies, and normal force and moment at all nodes of beams with a known
+/// cross-section.
+fn measures(spec: &MechanismSpec) -> Vec<MeasureRef> {
+    let sliders = spec.bodies.iter().filter(|body| body.kind == BodyKind::Slider).count();
+    let frames = moving_frames(spec);
+    let of_frame = |frame: FrameRef| ["x", "y", "theta"].map(|what| MeasureRef::Frame(frame, what));
+    let of_slider = |k: usize| MeasureRef::Slider(k, "position");
+    let of_beam = |(b, beam): (usize, &BeamSpec)| {
+        let of = move |node| ["normal_force", "moment"].map(|what| MeasureRef::Node(b, node, what));
+        (0..=beam.elements).flat_map(of)
+    };
+    let beams = spec.beams.iter().enumerate().filter(|(_, beam)| beam.has_known_section());
+    frames.into_iter().flat_map(of_frame).chain((0..sliders).map(of_slider)).chain(beams.flat_map(of_beam)).collect()
 }
 
 /// A mechanism at one design.
@@ -129,32 +190,13 @@ struct DrawnState<'s> {
 impl<'p> DrawnMechanism<'p> {
     fn new(spec: &'p MechanismSpec, design: &'p [f64]) -> Self {
         let kinds: Vec<BodyKind> = spec.bodies.iter().map(|b| b.kind).filter(|k| *k != BodyKind::Slider).collect();
-        let nodes = |(beam, b): (usize, &BeamSpec)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k));
-        let frames =
-            (0..kinds.len()).map(FrameRef::Body).chain(spec.beams.iter().enumerate().flat_map(nodes)).collect();
         let (flying, released) = (spec.flying_bodies(), spec.released_joints());
-        Self { spec, design, frames, sliders: spec.bodies.len() - kinds.len(), kinds, flying, released }
+        let sliders = spec.bodies.len() - kinds.len();
+        Self { spec, design, frames: moving_frames(spec), sliders, kinds, flying, released }
     }
 
-    /// x, y and rotation of every frame, then the positions of one-coordinate bodies.
-    fn outputs(&self) -> Vec<OutputSpec> {
-        let of_frame = |frame: &FrameRef| ["x", "y", "theta"].map(|what| MeasureRef::Frame(*frame, what));
-        let sliders = (0..self.sliders).map(|k| MeasureRef::Slider(k, "position"));
-        let measures = self.frames.iter().flat_map(of_frame).chain(sliders);
-        let measures = measures.chain(self.internal_forces());
-        measures.enumerate().map(|(k, measure)| OutputSpec::of_measure(format!("place {k}"), measure)).collect()
-    }
-
-    /// Normal force and moment at all nodes of beams with a known cross-section.
-    fn internal_forces(&self) -> impl Iterator<Item = MeasureRef> {
-        let beams = self.spec.beams.iter().enumerate().filter(|(_, beam)| beam.extremes(self.design).is_some());
-        beams.flat_map(|(b, beam)| {
-            let of = move |node| ["normal_force", "moment"].map(|what| MeasureRef::Node(b, node, what));
-            (0..=beam.elements).flat_map(of)
-        })
-    }
-
-    fn states(&self, values: &[Vec<f64>], count: usize) -> Vec<DrawnState<'_>> {
+    /// The states at all times, from the values of the drawn outputs.
+    fn states(&self, values: &[Vec<f64>]) -> Vec<DrawnState<'_>> {
         let n = self.frames.len();
         let state = |p: usize| DrawnState {
             mechanism: self,
@@ -163,7 +205,7 @@ impl<'p> DrawnMechanism<'p> {
             forces: values[3 * n + self.sliders..].chunks_exact(2).map(|pair| [pair[0][p], pair[1][p]]).collect(),
             apart: vec![],
         };
-        let mut states: Vec<DrawnState<'_>> = (0..count).map(state).collect();
+        let mut states: Vec<DrawnState<'_>> = (0..values.first().map_or(0, Vec::len)).map(state).collect();
         for &joint in &self.released {
             let distances: Vec<f64> = states.iter().map(|state| state.distance_of_points(joint)).collect();
             let is_apart = came_apart(&distances);
@@ -344,10 +386,11 @@ impl DrawnState<'_> {
     /// Beams with a known cross-section: number, half thickness, largest normal stress at each node.
     fn stresses(&self) -> impl Iterator<Item = (usize, f64, Vec<f64>)> {
         let mut rest = &self.forces[..];
-        self.mechanism.spec.beams.iter().enumerate().filter_map(move |(k, beam)| {
-            let [half, area, modulus] = beam.extremes(self.mechanism.design)?;
+        let known = self.mechanism.spec.beams.iter().enumerate().filter(|(_, beam)| beam.has_known_section());
+        known.filter_map(move |(k, beam)| {
             let (own, others) = rest.split_at_checked(beam.elements + 1)?;
             rest = others;
+            let [half, area, modulus] = beam.extremes(self.mechanism.design)?;
             Some((k, half, own.iter().map(|[n, m]| n.abs() / area + m.abs() / modulus).collect()))
         })
     }

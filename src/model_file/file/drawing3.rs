@@ -1,11 +1,11 @@
 //! The mechanism of a file in space in motion, as drawings.
 
+use super::beams3::BeamSpec3;
 use super::bodies3::BodyKind3;
 use super::element_spec::{ElementSpec, InputSpec};
 use super::events::came_apart;
 use super::measures::MeasureRef;
 use super::mechanism::{MechanismSpec, MechanismTemplate};
-use super::outputs::OutputSpec;
 use super::parts::{FrameRef, MarkerSpec};
 use crate::Result;
 use crate::model_file::expression::Inputs;
@@ -28,6 +28,23 @@ struct Attachment {
     axes: Rotation<f64>,
 }
 
+/// Frames that move, in the order of the drawn outputs: bodies and nodes.
+fn moving_frames(spec: &MechanismSpec) -> Vec<FrameRef> {
+    let nodes = |(beam, b): (usize, &BeamSpec3)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k));
+    let nodes = spec.beams3.iter().enumerate().flat_map(nodes);
+    (0..spec.bodies3.len()).map(FrameRef::Body).chain(nodes).collect()
+}
+
+/// Position of every frame, and of points along its axes x and y.
+pub fn measures(spec: &MechanismSpec) -> Vec<MeasureRef> {
+    const POSITION: [&str; 3] = ["x", "y", "z"];
+    let of_frame = |frame: FrameRef| {
+        let ends = [0, 1].map(|axis| POSITION.map(|what| MeasureRef::AxisEnd(frame, axis, what)));
+        [POSITION.map(|what| MeasureRef::Frame(frame, what)), ends[0].clone(), ends[1].clone()].concat()
+    };
+    moving_frames(spec).into_iter().flat_map(of_frame).collect()
+}
+
 /// A mechanism in space at one design.
 pub struct DrawnMechanism3<'p> {
     spec: &'p MechanismSpec,
@@ -47,10 +64,6 @@ pub struct DrawnMechanism3<'p> {
 impl<'p> DrawnMechanism3<'p> {
     /// The mechanism at a design.
     pub fn new(spec: &'p Arc<MechanismSpec>, design: &[f64]) -> Result<Self> {
-        let bodies = (0..spec.bodies3.len()).map(FrameRef::Body);
-        let nodes = spec.beams3.iter().enumerate();
-        let nodes = nodes.flat_map(|(beam, b)| (0..=b.elements).map(move |k| FrameRef::Node(beam, k)));
-        let frames = bodies.chain(nodes).collect();
         let mut context = MechanismTemplate::new(spec, &Arc::new(vec![])).parts_at(design)?;
         let mut attachment = |marker: &MarkerSpec| {
             let at = context.marker3(marker, design);
@@ -64,22 +77,12 @@ impl<'p> DrawnMechanism3<'p> {
         };
         let directions = spec.elements.iter().map(direction).collect();
         let (flying, released) = (spec.flying_bodies(), spec.released_joints());
-        Ok(Self { spec, frames, ends, named, directions, flying, released })
+        Ok(Self { spec, frames: moving_frames(spec), ends, named, directions, flying, released })
     }
 
-    /// Position of every frame, and of points along its axes x and y.
-    pub fn outputs(&self) -> Vec<OutputSpec> {
-        const POSITION: [&str; 3] = ["x", "y", "z"];
-        let of_frame = |frame: &FrameRef| {
-            let ends = [0, 1].map(|axis| POSITION.map(|what| MeasureRef::AxisEnd(*frame, axis, what)));
-            [POSITION.map(|what| MeasureRef::Frame(*frame, what)), ends[0].clone(), ends[1].clone()].concat()
-        };
-        let measures = self.frames.iter().flat_map(of_frame);
-        measures.enumerate().map(|(k, measure)| OutputSpec::of_measure(format!("place {k}"), measure)).collect()
-    }
-
-    /// The drawings at all times.
-    pub fn draw(&self, values: &[Vec<f64>], count: usize) -> Vec<Linkage> {
+    /// The drawings at all times, from the values of the drawn outputs.
+    pub fn draw(&self, values: &[Vec<f64>]) -> Vec<Linkage> {
+        let count = values.first().map_or(0, Vec::len);
         let mut motion: Vec<DrawnState3<'_>> = (0..count).map(|p| self.state(values, p)).collect();
         for &joint in &self.released {
             let [a, b, ..] = self.ends[joint][..] else { continue };

@@ -56,6 +56,8 @@ mod section;
 mod symbols;
 mod value;
 
+#[cfg(feature = "report")]
+pub use drawing::DrawnOutputs;
 pub(super) use element_kinds::element_of;
 pub use key::{Accepts, Key, Need, TableKeys};
 pub(crate) use key::{default, optional, required};
