@@ -227,3 +227,26 @@ fn a_choice_and_a_smooth_step_have_the_values_and_derivatives_of_their_branches(
         assert!(compile(text).is_err(), "{text}");
     }
 }
+
+/// Conditions that are combined as in programming languages: the message says how they are written.
+#[test]
+fn combined_conditions_have_a_remedy() {
+    for (text, remedy) in [
+        ("x > 1 and y < 2", "min(x - a, b - x) > 0"),
+        ("x > c and y < 2", "min(x - a, b - x) > 0"),
+        ("x > 1 && y < 2", "min(x - a, b - x) > 0"),
+        ("1 < x < 2", "min(x - a, b - x) > 0"),
+        ("x > 1 or y < 2", "max(a - x, x - b) > 0"),
+        ("x > 1 || y < 2", "max(a - x, x - b) > 0"),
+        ("!x > 1", "turn the comparison around"),
+        ("x == 1", "< <= > >="),
+    ] {
+        let error = ExpressionTree::parse_condition(text, TextPlace::from(0)).unwrap_err();
+        assert!(error.help.as_deref().is_some_and(|help| help.contains(remedy)), "{text}: {error:?}");
+        let choice = ExpressionTree::parse(&format!("if({text}, 1, 2)"), TextPlace::from(0)).unwrap_err();
+        assert_eq!(choice.help, error.help, "{text}");
+    }
+    let inside = ExpressionTree::parse_condition("min(x - 1, 2 - x) > 0", TextPlace::from(0)).unwrap();
+    let value = names().compile(&inside, &Scope::MOTION).unwrap().value(&Inputs::at(&[1.25, 5.0], 0.5));
+    assert_eq!(value, 0.25);
+}

@@ -99,10 +99,9 @@ impl<'t> Parser<'t> {
         let is_after_number = matches!(self.tokens.get(self.at.checked_sub(1)?)?.piece, Piece::Number(_, None));
         let (true, Piece::Name(name)) = (is_after_number, &token.piece) else { return None };
         let nearest = Diagnostic::unknown(token.span.clone(), "unit", name, Unit::known());
-        Some(match nearest.help.as_deref() {
-            Some(help) if help.starts_with("did you mean") && name.len() > 1 => nearest,
-            _ => unexpected(token, "an operator, a unit or the end"),
-        })
+        let is_near = nearest.help.as_deref().is_some_and(|help| help.starts_with("did you mean"));
+        let is_typo = is_near && name.len() > 1 && combined(name).is_none();
+        Some(if is_typo { nearest } else { unexpected(token, "an operator, a unit or the end") })
     }
 
     fn take(&mut self, sign: char, otherwise: &str) -> Result<&'t Token, Diagnostic> {
@@ -165,6 +164,9 @@ impl<'t> Parser<'t> {
             _ => return Err(unexpected(token, "one of < <= > >=")),
         };
         let right = self.operand(0, depth + 1)?;
+        if let Piece::Compare(..) = self.peek().piece {
+            return Err(Diagnostic::new(self.peek().span.clone(), "a condition has one comparison").help(BOTH));
+        }
         let span = left.span.start..right.span.end.max(left.span.end);
         let both = if is_less { [right, left] } else { [left, right] };
         Ok((ExpressionTree { node: Node::Binary(Operator::Subtract, Box::new(both)), span }, with_equal))
@@ -250,7 +252,27 @@ fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
         Piece::Compare(..) => "a comparison, which can be used in `if(a > b, x, y)` and in `when` only".to_owned(),
         Piece::End => "the end of the expression".to_owned(),
     };
-    Diagnostic::new(token.span.clone(), format!("expected {wanted}, got {got}")).label(format!("expected {wanted}"))
+    let error = Diagnostic::new(token.span.clone(), format!("expected {wanted}, got {got}"));
+    let error = error.label(format!("expected {wanted}"));
+    let remedy = if let Piece::Name(name) = &token.piece { combined(name) } else { None };
+    match remedy {
+        Some(remedy) => error.help(remedy),
+        None => error,
+    }
+}
+
+/// How to combine conditions.
+const BOTH: &str = "two conditions that must both hold are one: `min(x - a, b - x) > 0` for a < x < b";
+
+/// How to write conditions that are combined by a word or sign of programming languages.
+fn combined(word: &str) -> Option<&'static str> {
+    match word {
+        "and" | "&" => Some(BOTH),
+        "or" | "|" => Some("two conditions of which one must hold are one: `max(a - x, x - b) > 0` for x < a or x > b"),
+        "!" => Some("turn the comparison around: `a <= b` for not a > b"),
+        "=" => Some("the comparisons are < <= > >="),
+        _ => None,
+    }
 }
 
 /// Location of the text of an expression in its file.
@@ -320,9 +342,9 @@ fn tokens(text: &str, place: &TextPlace) -> Result<Vec<Token>, Diagnostic> {
             }
             c => {
                 let error = Diagnostic::new(place.of(at..at + c.len_utf8()), format!("unexpected character `{c}`"));
-                return Err(error
-                    .label("not part of an expression")
-                    .help("an expression consists of numbers, names, + - * / ^ ( ) and ,"));
+                let all = "an expression consists of numbers, names, + - * / ^ ( ) and ,";
+                let remedy = combined(&rest[..c.len_utf8()]).unwrap_or(all);
+                return Err(error.label("not part of an expression").help(remedy));
             }
         };
         found.push(Token { piece, span: place.of(at..at + length) });

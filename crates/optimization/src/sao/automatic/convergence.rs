@@ -23,7 +23,7 @@ const WITHOUT_STEP: [f64; 2] = [1e-6, 1e-12];
 const AT_ZERO_STEP: f64 = 1e-10;
 /// Decrease of the objective, relative to itself, that a residual R may allow there: about R² / (4 Δ) with the range Δ of the objective. The slopes of
 /// fits by adaptive steps are not those of their values in all digits.
-const HIDDEN_DECREASE: f64 = 1e-9;
+const HIDDEN_DECREASE: f64 = 1e-8;
 /// Largest predicted decrease, residual and complementarity where no other step can be made, relative to the smaller one of the objective and its
 /// change by its slopes, in general and if noise prevents other steps: a run that starts at an optimum has seen no range of the objective.
 const BY_SLOPES: [f64; 2] = [1e-7, 1e-6];
@@ -198,11 +198,36 @@ impl StopTest<'_> {
         let by_values = (COMPARABLE * objective * range).sqrt();
         let by_range = (WITHOUT_STEP[0] * range).max(WITHOUT_STEP[1] * self.longer_range().min(self.settled_range));
         let is_exact = !self.at_limit && self.predicted.abs() <= PREDICTED[0] * objective;
-        let seen = self.longer_range().max(self.range(RECENT)).min(self.settled_range);
-        let hidden = 2.0 * (HIDDEN_DECREASE * objective.min(seen) * seen).sqrt();
         let is_exact = is_exact && !self.has_forward_differences;
-        let by_prediction = if is_exact { hidden.max(AT_ZERO_STEP * seen) } else { 0.0 };
+        let by_prediction = if is_exact { self.hidden_residual().max(AT_ZERO_STEP * self.seen_range()) } else { 0.0 };
         if self.is_last { by_range.max(by_values).max(by_prediction) } else { 0.0 }
+    }
+
+    /// The larger one of the ranges of the objective over the last designs, at most its settled range.
+    fn seen_range(&self) -> f64 {
+        self.longer_range().max(self.range(RECENT)).min(self.settled_range)
+    }
+
+    /// The residual that allows a decrease of [`HIDDEN_DECREASE`].
+    fn hidden_residual(&self) -> f64 {
+        let (objective, seen) = (self.objectives.last().copied().unwrap_or(0.0).abs(), self.seen_range());
+        2.0 * (HIDDEN_DECREASE * objective.min(seen) * seen).sqrt()
+    }
+
+    /// The reason in words if the conditions hold to the [`hidden_residual`](Self::hidden_residual), at the end of a run that can make no other step.
+    ///
+    /// A box that rejected steps have made small predicts no decrease at all: fits with a small residual end in one, because the rounding errors
+    /// of their values hide the last decrease.
+    pub fn converged_to_rounding(&self) -> Option<String> {
+        let Optimality { residual, complementarity, .. } = self.optimality;
+        let is_smooth = !self.has_forward_differences && !self.is_noisy;
+        let is_regular = self.is_feasible && self.is_compatible && self.unbounded_multipliers().is_none();
+        // Numbers near the largest representable one overflow.
+        let (sum, hidden) = (residual.max(complementarity), self.hidden_residual());
+        let holds = sum <= hidden && hidden.is_finite() && self.objectives.len() > 1;
+        (is_smooth && is_regular && holds).then(|| {
+            format!("{}; rounding errors of the objective hide what another step changes", self.optimality.in_words())
+        })
     }
 
     /// Change of the objective below which a direction is not explored.

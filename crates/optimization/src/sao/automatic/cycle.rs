@@ -311,7 +311,12 @@ impl CycleContext<'_> {
         {
             return Ok(next);
         }
-        Ok(self.stalled_end(&test, reason))
+        let is_smooth = self.noise(true).is_none() && !self.has_kink();
+        let converged = test.converged_to_rounding().filter(|_| is_smooth);
+        Ok(match converged {
+            Some(reason) => Next::End(Status::Converged, reason, self.active_rows(&test.optimality)),
+            None => self.stalled_end(&test, reason),
+        })
     }
 
     /// The reason in words if the step to a proposal or the box has become too small.
