@@ -190,6 +190,12 @@ fn a_released_joint_is_drawn_until_it_comes_apart() {
     let frames = model.drawings(&[&start], &[0.0, 0.5, 3.0]).unwrap().unwrap().remove(0);
     let bars: Vec<usize> = frames.iter().map(|frame| frame.bars.len()).collect();
     assert!(bars[0] == bars[1] && bars[2] + 1 == bars[0], "{bars:?}");
+    // Frames of the interactive tool have the same parts: the rope stays as a point at the tip of the arm.
+    let frames = model.frames(&start, &[0.0, 0.5, 3.0]).unwrap().unwrap();
+    assert!(frames.iter().all(|frame| frame.bars.len() == bars[0]), "{frames:?}");
+    let length = |bar: &Vec<[f64; 2]>| (bar[1][0] - bar[0][0]).hypot(bar[1][1] - bar[0][1]);
+    let shortest = |k: usize| frames[k].bars.iter().map(length).fold(f64::INFINITY, f64::min);
+    assert!(shortest(1) > 1.0 && shortest(2) < 1e-12, "{frames:?}");
     // The same in space, where a ball hangs on a rod that is released.
     let text = "version = 2\nspace = 3\ngravity = [0, 0, -9.81]\n[[body]]\nname = \"ball\"\nkind = \"point\"\nmass = 1\nposition = [0, 0, -1]\n\
         [[joint]]\nname = \"rod\"\nkind = \"distance\"\na = \"ground\"\nb = \"ball\"\nlength = 1\n\
@@ -198,4 +204,8 @@ fn a_released_joint_is_drawn_until_it_comes_apart() {
     let frames = parsed(text).drawings(&[&[]], &[0.0, 0.1, 0.2, 1.0]).unwrap().unwrap().remove(0);
     let bars: Vec<usize> = frames.iter().map(|frame| frame.space.as_ref().unwrap().bars.len()).collect();
     assert_eq!(bars, [1, 1, 1, 0]);
+    let frames = parsed(text).frames(&[], &[0.0, 1.0]).unwrap().unwrap();
+    let rods: Vec<&Vec<[f64; 3]>> = frames.iter().map(|frame| &frame.space.as_ref().unwrap().bars[0]).collect();
+    let lengths = rods.iter().map(|rod| (rod[1][2] - rod[0][2]).abs());
+    assert!(lengths.zip([1.0, 0.0]).all(|(found, wanted)| (found - wanted).abs() < 1e-12), "{rods:?}");
 }

@@ -23,7 +23,8 @@ pub struct AnalysedModel {
     drawn: Option<DrawnOutputs>,
     /// `None` for a file without an objective.
     problem: Option<Result<Problem>>,
-    last: Option<AnalyzedDesign>,
+    /// With the time of its analysis in s.
+    last: Option<(AnalyzedDesign, f64)>,
     budget: Budget,
 }
 
@@ -135,13 +136,14 @@ impl AnalysedModel {
             false => budget.check_analysis(problem, model.method())?,
         }
         let full = full_design(problem, design);
-        let known = last.take().filter(|known| known.design == full);
-        let analysed = || known.map_or_else(|| problem.analyze_design(&full), Ok);
+        let known = last.take().filter(|(known, _)| known.design == full);
+        let seconds = known.as_ref().map(|(_, seconds)| *seconds);
+        let analysed = || known.map_or_else(|| problem.analyze_design(&full), |(known, _)| Ok(known));
         let found = with_frames(model, drawn, design, analysed, |analysed| &analysed.responses.values);
         let (analysed, frames) = located(&*model, found)?;
         let mut record = DesignAnalysis {
             design: design.to_vec(),
-            seconds: begin.elapsed().as_secs_f64(),
+            seconds: seconds.unwrap_or_else(|| begin.elapsed().as_secs_f64()),
             outputs: own_outputs(drawn, analysed.responses.values.clone()),
             objective: Some(outcome::objective(problem, &full, &analysed.evaluation)),
             constraints: constraints(problem, &analysed),
@@ -156,7 +158,7 @@ impl AnalysedModel {
             });
             record.derivatives = Some(located(&*model, found)?);
         }
-        *last = Some(analysed);
+        *last = Some((analysed, record.seconds));
         Ok(record)
     }
 }
@@ -199,7 +201,7 @@ fn with_frames<T: Send>(
         return Ok((result?, frames?));
     };
     let result = analyse()?;
-    let frames = model.drawing_of(drawn, design, values(&result))?;
+    let frames = model.frames_of(drawn, design, values(&result))?;
     Ok((result, Some(frames)))
 }
 
@@ -357,7 +359,7 @@ fn extremes(values: impl Iterator<Item = (usize, f64)> + Clone) -> impl Iterator
 /// The frames of a motion, by an analysis of their own; none without a mechanism or with a single time point.
 fn frames(model: &Model, design: &[f64]) -> Result<Option<Vec<Linkage>>> {
     let Some(times) = model.drawing_times() else { return Ok(None) };
-    Ok(model.drawings(&[design], &times)?.and_then(|mut all| all.pop()))
+    model.frames(design, &times)
 }
 
 /// Derivatives of a motion by differences towards the inside of the bounds; `None` if the parts change.
@@ -499,7 +501,7 @@ mod tests {
             let Some(drawn) = drawn else { panic!("{name} is analysed twice") };
             let values = joint.simulate(&design).unwrap().values;
             assert_eq!(drawn.first, model(name).output_names().count());
-            let joint = joint.drawing_of(&drawn, &design, &values).unwrap();
+            let joint = joint.frames_of(&drawn, &design, &values).unwrap();
             let alone = frames(&model(name), &design).unwrap().unwrap();
             assert_eq!(joint.len(), alone.len(), "{name}");
             let scale = largest(alone.iter().flat_map(numbers));

@@ -70,13 +70,26 @@ impl Model {
     /// # Errors
     /// Those of the analysis.
     pub fn drawings(&self, designs: &[&[f64]], times: &[f64]) -> Result<Option<Vec<Vec<Linkage>>>> {
+        self.drawn(designs, times, Released::Omitted)
+    }
+
+    /// The mechanism of a design at the given times, in drawings that all have the same parts: a released joint stays closed at its first point, on the
+    /// body there.
+    ///
+    /// # Errors
+    /// Those of the analysis.
+    pub fn frames(&self, design: &[f64], times: &[f64]) -> Result<Option<Vec<Linkage>>> {
+        Ok(self.drawn(&[design], times, Released::AtFirstPoint)?.and_then(|mut all| all.pop()))
+    }
+
+    fn drawn(&self, designs: &[&[f64]], times: &[f64], released: Released) -> Result<Option<Vec<Vec<Linkage>>>> {
         let Some((spec, settings)) = &self.mechanism else { return Ok(None) };
         let outputs = Arc::new(spec.drawn_outputs());
         let places = |design: &&[f64]| {
             settings.sampled(MechanismTemplate::new(spec, &outputs), self.grid.as_ref(), times, design)
         };
         let places: Vec<Vec<Vec<f64>>> = designs.iter().map(places).collect::<Result<_>>()?;
-        draw(spec, designs, &places).map(Some)
+        draw(spec, designs, &places, released).map(Some)
     }
 
     /// This model with the outputs from which its drawings are made after its own: one analysis gives both. `None` for these outputs if there is
@@ -96,15 +109,15 @@ impl Model {
         }
     }
 
-    /// The mechanism of a design from the values of all outputs of a model [with drawn outputs](Self::with_drawn_outputs).
+    /// The [frames](Self::frames) of a design from the values of all outputs of a model [with drawn outputs](Self::with_drawn_outputs).
     ///
     /// # Errors
     /// If an orientation at this design is not a rotation.
-    pub fn drawing_of(&self, drawn: &DrawnOutputs, design: &[f64], values: &[Vec<f64>]) -> Result<Vec<Linkage>> {
+    pub fn frames_of(&self, drawn: &DrawnOutputs, design: &[f64], values: &[Vec<f64>]) -> Result<Vec<Linkage>> {
         let Some((spec, _)) = &self.mechanism else { return Ok(vec![]) };
         let at_points = |series: &Vec<f64>| drawn.points.iter().map(|&p| series[p]).collect();
         let places = values[drawn.first..].iter().map(at_points).collect();
-        Ok(draw(spec, &[design], &[places])?.pop().unwrap_or_default())
+        Ok(draw(spec, &[design], &[places], Released::AtFirstPoint)?.pop().unwrap_or_default())
     }
 }
 
@@ -126,17 +139,33 @@ impl MechanismSpec {
     }
 }
 
+/// How a joint is drawn that was released and has come apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Released {
+    /// Not at all.
+    Omitted,
+    /// Closed at its first point, or at the one on the ground.
+    AtFirstPoint,
+}
+
 /// The drawings of each design from the values of the drawn outputs, `places[design][output][point]`.
-fn draw(spec: &Arc<MechanismSpec>, designs: &[&[f64]], places: &[Vec<Vec<f64>>]) -> Result<Vec<Vec<Linkage>>> {
+fn draw(
+    spec: &Arc<MechanismSpec>,
+    designs: &[&[f64]],
+    places: &[Vec<Vec<f64>>],
+    released: Released,
+) -> Result<Vec<Vec<Linkage>>> {
     if spec.parts.is_spatial {
-        let one = |(design, places): (&&[f64], &Vec<Vec<f64>>)| Ok(DrawnMechanism3::new(spec, design)?.draw(places));
+        let one = |(design, places): (&&[f64], &Vec<Vec<f64>>)| {
+            Ok(DrawnMechanism3::new(spec, design)?.draw(places, released))
+        };
         return designs.iter().zip(places).map(one).collect();
     }
     let mechanisms: Vec<DrawnMechanism<'_>> = designs.iter().map(|design| DrawnMechanism::new(spec, design)).collect();
     let motions: Vec<_> = mechanisms.iter().zip(places).map(|(mechanism, places)| mechanism.states(places)).collect();
     // Guides are drawn at the same place in all frames.
     let ranges = GuideRanges::of(&motions);
-    Ok(motions.iter().map(|motion| motion.iter().map(|state| state.draw(&ranges)).collect()).collect())
+    Ok(motions.iter().map(|motion| motion.iter().map(|state| state.draw(&ranges, released)).collect()).collect())
 }
 
 /// Frames that move, in the order of the drawn outputs: bodies other than sliders, and nodes.
@@ -177,6 +206,7 @@ struct DrawnMechanism<'p> {
 }
 
 /// Poses of all frames and positions of all sliders at one time.
+#[derive(Clone)]
 struct DrawnState<'s> {
     mechanism: &'s DrawnMechanism<'s>,
     poses: Vec<[f64; 3]>,
@@ -331,12 +361,33 @@ impl DrawnState<'_> {
         self.mechanism.sliding().map(one).collect()
     }
 
-    fn draw(&self, ranges: &GuideRanges) -> Linkage {
+    /// This state with the points of an element together: the body of one of them is moved.
+    fn closed(&self, part: &ElementSpec) -> Self {
+        let (mut closed, mut points) = (self.clone(), part.points());
+        if let (Some(a), Some(b)) = (points.next(), points.next()) {
+            let [still, moved] = if b.frame == FrameRef::Ground { [b, a] } else { [a, b] };
+            let ([x, y], [from_x, from_y]) = (self.point(still), self.point(moved));
+            if let Some(k) = self.mechanism.frames.iter().position(|frame| *frame == moved.frame) {
+                closed.poses[k][0] += x - from_x;
+                closed.poses[k][1] += y - from_y;
+            }
+        }
+        closed
+    }
+
+    fn draw(&self, ranges: &GuideRanges, released: Released) -> Linkage {
         let mut linkage = Linkage::default();
         (0..self.mechanism.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
         self.draw_beams(ranges, &mut linkage);
-        let elements = self.mechanism.spec.elements.iter().enumerate().filter(|(k, _)| !self.apart.contains(k));
-        elements.for_each(|(_, part)| self.draw_element(part, ranges, &mut linkage));
+        for (k, part) in self.mechanism.spec.elements.iter().enumerate() {
+            match self.apart.contains(&k) {
+                false => self.draw_element(part, ranges, &mut linkage),
+                true if released == Released::AtFirstPoint => {
+                    self.closed(part).draw_element(part, ranges, &mut linkage);
+                }
+                true => {}
+            }
+        }
         for ((a, b, line), [from, to]) in self.mechanism.sliding().zip(&ranges.guides) {
             let ([x, y], angle) = (self.point(a), self.pose(a.frame)[2] + line);
             let (s, c) = angle.sin_cos();

@@ -2,6 +2,7 @@
 
 use super::beams3::BeamSpec3;
 use super::bodies3::BodyKind3;
+use super::drawing::Released;
 use super::element_spec::{ElementSpec, InputSpec};
 use super::events::came_apart;
 use super::measures::MeasureRef;
@@ -81,7 +82,7 @@ impl<'p> DrawnMechanism3<'p> {
     }
 
     /// The drawings at all times, from the values of the drawn outputs.
-    pub fn draw(&self, values: &[Vec<f64>]) -> Vec<Linkage> {
+    pub fn draw(&self, values: &[Vec<f64>], released: Released) -> Vec<Linkage> {
         let count = values.first().map_or(0, Vec::len);
         let mut motion: Vec<DrawnState3<'_>> = (0..count).map(|p| self.state(values, p)).collect();
         for &joint in &self.released {
@@ -91,7 +92,7 @@ impl<'p> DrawnMechanism3<'p> {
             motion.iter_mut().zip(is_apart).filter(|(_, is_apart)| *is_apart).for_each(|(s, _)| s.apart.push(joint));
         }
         let ranges = self.ranges(&motion);
-        motion.iter().map(|state| state.draw(&ranges).seen(&ViewDirection::default())).collect()
+        motion.iter().map(|state| state.draw(&ranges, released).seen(&ViewDirection::default())).collect()
     }
 
     fn state(&self, values: &[Vec<f64>], p: usize) -> DrawnState3<'_> {
@@ -135,6 +136,7 @@ struct Ranges {
 }
 
 /// Poses of all frames at one time.
+#[derive(Clone)]
 struct DrawnState3<'s> {
     mechanism: &'s DrawnMechanism3<'s>,
     poses: HashMap<FrameRef, Pose3<f64>>,
@@ -160,15 +162,35 @@ impl DrawnState3<'_> {
         self.poses.values().map(|pose| pose.position).chain(attached.map(|at| self.point(at)))
     }
 
-    fn draw(&self, ranges: &Ranges) -> SpatialLinkage {
+    /// This state with the points of an element together: the body of one of them is moved.
+    fn closed(&self, ends: &[Attachment]) -> Self {
+        let mut closed = self.clone();
+        if let [a, b, ..] = ends {
+            let [still, moved] = if b.frame == FrameRef::Ground { [b, a] } else { [a, b] };
+            let (to, from) = (self.point(still), self.point(moved));
+            if let Some(pose) = closed.poses.get_mut(&moved.frame) {
+                (0..3).for_each(|k| pose.position[k] += to[k] - from[k]);
+            }
+        }
+        closed
+    }
+
+    fn draw(&self, ranges: &Ranges, released: Released) -> SpatialLinkage {
         let mut drawn = SpatialLinkage::default();
         (0..self.mechanism.spec.bodies3.len()).for_each(|body| self.draw_body(FrameRef::Body(body), &mut drawn));
         for (k, beam) in self.mechanism.spec.beams3.iter().enumerate() {
             let node = |node: usize| self.pose(FrameRef::Node(k, node)).position;
             drawn.bars.push((0..=beam.elements).map(node).collect());
         }
-        for (k, part) in self.mechanism.spec.elements.iter().enumerate().filter(|(k, _)| !self.apart.contains(k)) {
-            self.draw_element((k, part), &self.mechanism.ends[k], (ranges.guides[k], ranges.size), &mut drawn);
+        for (k, part) in self.mechanism.spec.elements.iter().enumerate() {
+            let (ends, sizes) = (&self.mechanism.ends[k], (ranges.guides[k], ranges.size));
+            match self.apart.contains(&k) {
+                false => self.draw_element((k, part), ends, sizes, &mut drawn),
+                true if released == Released::AtFirstPoint => {
+                    self.closed(ends).draw_element((k, part), ends, sizes, &mut drawn);
+                }
+                true => {}
+            }
         }
         let moving = self.mechanism.named.iter().filter(|at| !self.rests(at.frame));
         let flying = self.mechanism.flying.iter().map(|frame| self.pose(*frame).position);
