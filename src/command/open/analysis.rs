@@ -3,7 +3,9 @@
 use super::super::budget::Budget;
 use super::super::model::located;
 use linkwright::model_file::{DrawnOutputs, Model};
-use linkwright::problem::{AnalyzedDesign, Problem, Quantity, ResponseAt, RowId, Sensitivities, SignedQuantity};
+use linkwright::problem::{
+    AnalyzedDesign, Problem, Quantity, ResponseAt, Responses, RowId, Sensitivities, SignedQuantity,
+};
 use linkwright::report::outcome;
 use linkwright::report::plots::Linkage;
 use linkwright::{Error, Result};
@@ -108,7 +110,8 @@ struct HistoryGradients {
 impl AnalysedModel {
     /// A model without an analysis. If its problem cannot be built, each analysis returns that error.
     pub fn new(model: Model, budget: Budget) -> Self {
-        let (model, drawn) = model.with_drawn_outputs();
+        // The warnings of a simulation compare all outputs, and would name those of the drawing.
+        let (model, drawn) = if model.is_problem() { model.with_drawn_outputs() } else { (model, None) };
         // If the start cannot be analysed, other designs may be.
         let problem = model.is_problem().then(|| model.problem().or_else(|_| model.unscaled_problem()));
         Self { model, drawn, problem, last: None, budget }
@@ -126,9 +129,8 @@ impl AnalysedModel {
         let drawn = drawn.as_ref();
         let Some(problem) = problem else {
             budget.check_simulation(model)?;
-            let found = with_frames(model, drawn, design, || model.simulate(design), |responses| &responses.values);
-            let (responses, frames) = located(&*model, found)?;
-            return Ok(simulated(design, own_outputs(drawn, responses.values), responses.warnings, frames, begin));
+            let (responses, frames) = rayon::join(|| model.simulate(design), || frames(model, design));
+            return Ok(simulated(design, located(&*model, responses)?, located(&*model, frames)?, begin));
         };
         let problem = located(&*model, problem.as_ref().map_err(Clone::clone))?;
         match derivatives {
@@ -139,7 +141,7 @@ impl AnalysedModel {
         let known = last.take().filter(|(known, _)| known.design == full);
         let seconds = known.as_ref().map(|(_, seconds)| *seconds);
         let analysed = || known.map_or_else(|| problem.analyze_design(&full), |(known, _)| Ok(known));
-        let found = with_frames(model, drawn, design, analysed, |analysed| &analysed.responses.values);
+        let found = with_frames(model, drawn, design, analysed);
         let (analysed, frames) = located(&*model, found)?;
         let mut record = DesignAnalysis {
             design: design.to_vec(),
@@ -163,21 +165,15 @@ impl AnalysedModel {
     }
 }
 
-fn simulated(
-    design: &[f64],
-    outputs: Vec<Vec<f64>>,
-    warnings: Vec<String>,
-    frames: Option<Vec<Linkage>>,
-    begin: Instant,
-) -> DesignAnalysis {
+fn simulated(design: &[f64], responses: Responses, frames: Option<Vec<Linkage>>, begin: Instant) -> DesignAnalysis {
     DesignAnalysis {
         design: design.to_vec(),
         seconds: begin.elapsed().as_secs_f64(),
-        outputs,
+        outputs: responses.values,
         objective: None,
         constraints: vec![],
         motion: frames.and_then(|frames| MotionFrames::new(&frames)),
-        warnings,
+        warnings: responses.warnings,
         derivatives: None,
     }
 }
@@ -188,21 +184,20 @@ fn own_outputs(drawn: Option<&DrawnOutputs>, mut values: Vec<Vec<f64>>) -> Vec<V
     values
 }
 
-/// The result of an analysis with the frames of the motion: from its `values`, or by an analysis of their own at the same time.
-fn with_frames<T: Send>(
+/// An analysed design with the frames of the motion: from its responses, or by an analysis of their own at the same time.
+fn with_frames(
     model: &Model,
     drawn: Option<&DrawnOutputs>,
     design: &[f64],
-    analyse: impl FnOnce() -> Result<T> + Send,
-    values: impl Fn(&T) -> &[Vec<f64>],
-) -> Result<(T, Option<Vec<Linkage>>)> {
+    analyse: impl FnOnce() -> Result<AnalyzedDesign> + Send,
+) -> Result<(AnalyzedDesign, Option<Vec<Linkage>>)> {
     let Some(drawn) = drawn else {
-        let (result, frames) = rayon::join(analyse, || frames(model, design));
-        return Ok((result?, frames?));
+        let (analysed, frames) = rayon::join(analyse, || frames(model, design));
+        return Ok((analysed?, frames?));
     };
-    let result = analyse()?;
-    let frames = model.frames_of(drawn, design, values(&result))?;
-    Ok((result, Some(frames)))
+    let analysed = analyse()?;
+    let frames = model.frames_of(drawn, design, &analysed.responses.values)?;
+    Ok((analysed, Some(frames)))
 }
 
 /// The design with the variable that bounds a peak, on which no response depends.
@@ -510,6 +505,19 @@ mod tests {
                 assert!(PartCounts::of(a) == PartCounts::of(b) && difference <= 1e-9 * scale, "{name}: {difference}");
             }
         }
+    }
+
+    /// A file without an objective has the warnings of its own outputs, also those of the comparison with longer steps.
+    #[test]
+    fn a_simulation_has_the_warnings_of_its_outputs() {
+        let path = format!("{}/examples/models/trebuchet.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(path).unwrap().replace("step = 1e-3", "step = 0.1");
+        let text = &text[..text.find("[objective]").unwrap()];
+        let read = || read("throw", text).unwrap();
+        let design: Vec<f64> = read().variables().iter().map(|v| v.start).collect();
+        let warnings = AnalysedModel::new(read(), Budget::default()).analyse(&design, false).unwrap().warnings;
+        assert_eq!(warnings, read().simulate(&design).unwrap().warnings);
+        assert!(!warnings.is_empty());
     }
 
     /// The derivatives include those of the smallest margins, and of the peak, even where the histories are thinned.

@@ -261,10 +261,10 @@ fn unexpected(token: &Token, wanted: &str) -> Diagnostic {
     }
 }
 
-/// How to combine conditions.
+/// The remedy for two conditions that must both hold.
 const BOTH: &str = "two conditions that must both hold are one: `min(x - a, b - x) > 0` for a < x < b";
 
-/// How to write conditions that are combined by a word or sign of programming languages.
+/// The remedy for conditions that are combined or compared by a word or sign of programming languages.
 fn combined(word: &str) -> Option<&'static str> {
     match word {
         "and" | "&" => Some(BOTH),

@@ -139,7 +139,7 @@ impl MechanismSpec {
     }
 }
 
-/// How a joint is drawn that was released and has come apart.
+/// The drawing of a joint that was released and has come apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Released {
     /// Not at all.
@@ -380,12 +380,10 @@ impl DrawnState<'_> {
         (0..self.mechanism.kinds.len()).for_each(|body| self.draw_body(body, &mut linkage));
         self.draw_beams(ranges, &mut linkage);
         for (k, part) in self.mechanism.spec.elements.iter().enumerate() {
-            match self.apart.contains(&k) {
-                false => self.draw_element(part, ranges, &mut linkage),
-                true if released == Released::AtFirstPoint => {
-                    self.closed(part).draw_element(part, ranges, &mut linkage);
-                }
-                true => {}
+            if !self.apart.contains(&k) {
+                self.draw_element(part, ranges, &mut linkage);
+            } else if released == Released::AtFirstPoint {
+                self.closed(part).draw_element(part, ranges, &mut linkage);
             }
         }
         for ((a, b, line), [from, to]) in self.mechanism.sliding().zip(&ranges.guides) {

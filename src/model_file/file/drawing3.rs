@@ -184,12 +184,10 @@ impl DrawnState3<'_> {
         }
         for (k, part) in self.mechanism.spec.elements.iter().enumerate() {
             let (ends, sizes) = (&self.mechanism.ends[k], (ranges.guides[k], ranges.size));
-            match self.apart.contains(&k) {
-                false => self.draw_element((k, part), ends, sizes, &mut drawn),
-                true if released == Released::AtFirstPoint => {
-                    self.closed(ends).draw_element((k, part), ends, sizes, &mut drawn);
-                }
-                true => {}
+            if !self.apart.contains(&k) {
+                self.draw_element((k, part), ends, sizes, &mut drawn);
+            } else if released == Released::AtFirstPoint {
+                self.closed(ends).draw_element((k, part), ends, sizes, &mut drawn);
             }
         }
         let moving = self.mechanism.named.iter().filter(|at| !self.rests(at.frame));
