@@ -267,3 +267,46 @@ fn a_spring_between_points_that_coincide_is_told() {
         assert_eq!(found(text(space, apart, 0.2, "dynamics")), [""; 0], "{space}");
     }
 }
+
+/// Two links at a right angle that a joint holds at `angle`: at another angle both turn, as positions of the model are estimates.
+#[test]
+fn positions_that_do_not_fit_the_joints_are_told() {
+    let links = |angle: &str, more: &str, configuration: &str| {
+        format!(
+            "version = 2\ngravity = [0, -9.81]\n[design.d]\nstart = 1\n[objective]\nminimize = 'd*final(w)'\n[time]\nto = 0.1\npoints = 3\n\
+             [analysis]\nkind = 'dynamics'\ninitial_configuration = '{configuration}'\n\
+             [[body]]\nname = 'arm'\nmass = 1\ninertia = 0.1\nposition = [0.5, 0]\n\
+             [[body]]\nname = 'club'\nmass = 1\ninertia = 0.1\nposition = [1, 0.5]\nangle = 'pi/2'\n\
+             [[joint]]\nname = 'shoulder'\na = 'ground'\nb = {{ body = 'arm', at = [-0.5, 0] }}\n\
+             [[joint]]\nname = 'wrist'\nkind = 'fixed'\nangle = '{angle}'\na = {{ body = 'arm', at = [0.5, 0] }}\n\
+             b = {{ body = 'club', at = [-0.5, 0] }}\n{more}[[output]]\nname = 'w'\nvalue = 'club.omega'\n"
+        )
+    };
+    let found = warnings(&links("0", "", "built"));
+    let told =
+        |found: &[String], what: &str| found.iter().any(|w| w.contains("do not fit the joints") && w.contains(what));
+    assert!(told(&found, "club.theta is given 1.570796 and becomes 0.600433"), "{found:?}");
+    // Estimates near enough, and those of a mechanism that joints and drives determine.
+    let driven = "[[driver]]\nname = 'motor'\ncoordinate = 'arm.theta'\nmotion = '0'\n";
+    let spring = "[[force]]\nname = 'spring'\nkind = 'coordinate-spring'\nb = 'arm.theta'\nstiffness = 100\n";
+    for text in [
+        links("pi/2", "", "built"),
+        links("1.5", "", "built"),
+        links("0", driven, "built"),
+        links("0", spring, "equilibrium"),
+    ] {
+        let found = warnings(&text);
+        assert!(!told(&found, ""), "{found:?}\n{text}");
+    }
+}
+
+#[test]
+fn orientations_that_do_not_fit_the_joints_are_told() {
+    let text = "version = 2\nspace = 3\n[design.d]\nstart = 1\n[objective]\nminimize = 'd*final(w)'\n[time]\nto = 0.1\npoints = 2\n\
+                [analysis]\nkind = 'dynamics'\n[[body]]\nname = 'b'\nmass = 1\ninertia = [1, 1.2, 1.4]\n\
+                [[joint]]\nname = 'h'\na = { body = 'ground', at = [0, 0, 0], z = [0, 0, 1] }\n\
+                b = { body = 'b', at = [0, 0, 0], z = [0, 'sin(0.5)', 'cos(0.5)'] }\n\
+                [[output]]\nname = 'w'\nvalue = 'b.omega_z'\n";
+    let found = warnings(text);
+    assert!(found.iter().any(|w| w.contains("do not fit the joints") && w.contains("b is turned by 0.5")), "{found:?}");
+}

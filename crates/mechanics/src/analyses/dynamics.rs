@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::analyses::conservation::EnergyDrift;
 use crate::analyses::equilibrium_stability::warn_of_unstable_equilibrium;
+use crate::analyses::initial_positions::positions_that_do_not_fit;
 use crate::analyses::motion_watch::MotionWatch;
 use crate::analyses::sampling::OutputRecorder;
 use crate::checkpointing::recording::{ExplicitRecording, Recording};
@@ -356,7 +357,10 @@ fn record_outputs<S: Simulation>(
     let mut recorder = OutputRecorder::new(mechanism, times.len());
     let (mut y, mut at) = (Vec::new(), simulation.start());
     let mut watch = MotionWatch::new(mechanism, &at);
-    let unstable = simulation.equilibrium().and_then(|state| warn_of_unstable_equilibrium(mechanism, &state));
+    let at_start = match simulation.equilibrium() {
+        Some(state) => warn_of_unstable_equilibrium(mechanism, &state),
+        None => positions_that_do_not_fit(mechanism, &at),
+    };
     for &t in times {
         while simulation.is_before(t) {
             simulation.step()?;
@@ -368,7 +372,7 @@ fn record_outputs<S: Simulation>(
         watch.add(mechanism, &at);
     }
     let (energy_drift, mut warnings) = watch.finish(mechanism, simulation.tolerance());
-    warnings.extend(unstable);
+    warnings.extend(at_start);
     let history = History {
         names: mechanism.output_names(),
         times: times.to_vec(),

@@ -7,6 +7,7 @@ pub(crate) mod element_warnings;
 pub mod equilibrium_jumps;
 pub(crate) mod equilibrium_stability;
 pub mod indeterminate_outputs;
+pub(crate) mod initial_positions;
 pub mod kinematics;
 pub mod modal;
 pub(crate) mod motion_watch;
