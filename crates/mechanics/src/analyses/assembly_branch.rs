@@ -6,11 +6,13 @@ use crate::mechanism::Mechanism;
 use crate::system::assembly::ConstraintWorkspace;
 use crate::system::state::State;
 use crate::system::{System, Unknown, name_of};
+use nalgebra::{DMatrix, RowDVector};
 
 /// A branch of the assembly: along it the determinant of the constraints keeps its sign.
 ///
 /// det Φ_q is zero in singular positions, where branches meet. A mechanism that is driven close to its dead centre and back stays on its
-/// branch; a step over the dead centre ends on the other one, with the other sign.
+/// branch; a step over the dead centre ends on the other one, with the other sign. With redundant constraints the determinant is that of
+/// independent ones. Others take their place where these become dependent, which is no singular position.
 #[derive(Clone, Debug)]
 pub(crate) struct AssemblyBranch {
     /// The row of each multiplier in the determinant: as many independent constraints as free coordinates.
@@ -47,8 +49,44 @@ impl AssemblyBranch {
         Some(branch)
     }
 
+    /// Returns whether the assembled state `now` is on the branch of the state `before`, which is a step away.
+    ///
+    /// If the determinant has changed its sign, and constraints are redundant, those that are most independent `before` decide.
+    pub fn continues(
+        &mut self,
+        system: &System,
+        mechanism: &Mechanism<f64>,
+        before: &State<f64>,
+        now: &State<f64>,
+    ) -> bool {
+        if self.contains(system, mechanism, now) {
+            return true;
+        }
+        if self.rows.len() == self.row_of.len() {
+            return false;
+        }
+        self.choose_constraints(system, mechanism, before);
+        self.contains(system, mechanism, now)
+    }
+
+    /// Chooses the most independent constraints in `state`, by the pivots of a QR decomposition of Φ_qᵀ, and takes the sign there.
+    fn choose_constraints(&mut self, system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) {
+        let (count, multipliers) = (self.rows.len(), self.row_of.len());
+        let mut gradients = DMatrix::<f64>::zeros(count, multipliers);
+        system.visit_constraint_jacobian(mechanism, state, &mut self.workspace, |m, i, value| {
+            if let Some(column) = self.column_of[i] {
+                gradients[(column, m)] += value;
+            }
+        });
+        let mut order = RowDVector::from_fn(multipliers, |_, m| m);
+        gradients.col_piv_qr().p().permute_columns(&mut order);
+        self.row_of = numbered((0..multipliers).map(|m| order.iter().take(count).any(|chosen| *chosen == m)));
+        self.is_positive = true;
+        self.is_positive = self.contains(system, mechanism, state);
+    }
+
     /// Returns whether the determinant has the sign of this branch in `state`, or is zero.
-    pub fn contains(&mut self, system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> bool {
+    fn contains(&mut self, system: &System, mechanism: &Mechanism<f64>, state: &State<f64>) -> bool {
         let Self { row_of, column_of, rows, workspace, .. } = self;
         rows.iter_mut().for_each(Vec::clear);
         system.visit_constraint_jacobian(mechanism, state, workspace, |m, i, value| {

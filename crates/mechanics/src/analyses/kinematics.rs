@@ -121,12 +121,12 @@ impl<'m> KinematicDriver<'m> {
                 false => 2.0 * SMALLEST * interval.abs().min(1.0 / fastest) > substep.abs(),
             };
             let mut outcome = self.substep(up_to(t, before.t, substep));
-            let mut is_on_branch = outcome.is_err() || self.is_on_branch();
+            let mut is_on_branch = outcome.is_err() || self.is_on_branch(&before);
             if is_near_branches && is_last_attempt && (outcome.is_err() || !is_on_branch) {
                 // The singular position itself is stepped over.
                 self.state.copy_from(&before);
                 outcome = self.substep(up_to(t, before.t, CROSSING * substep)).map(|_| false);
-                if outcome.is_ok() && !self.is_on_branch() {
+                if outcome.is_ok() && !self.is_on_branch(&before) {
                     self.branch = AssemblyBranch::of(&self.system, self.mechanism, &self.state);
                     passage = SingularPassage::at(&self.system, self.mechanism, &self.state);
                 }
@@ -149,8 +149,10 @@ impl<'m> KinematicDriver<'m> {
         Ok(passage)
     }
 
-    fn is_on_branch(&mut self) -> bool {
-        self.branch.as_mut().is_none_or(|branch| branch.contains(&self.system, self.mechanism, &self.state))
+    /// Returns whether the state is on the branch of the one `before`.
+    fn is_on_branch(&mut self, before: &State<f64>) -> bool {
+        let Self { branch, system, mechanism, state, .. } = self;
+        branch.as_mut().is_none_or(|branch| branch.continues(system, mechanism, before, state))
     }
 
     /// Advances to `t` in one substep. Returns whether the prediction of each coordinate was accurate.

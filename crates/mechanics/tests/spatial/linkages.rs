@@ -2,6 +2,7 @@
 
 use crate::{accurate, follows, times, watch};
 use autodiff::{DualNum, Jet2, Scalar, gradient};
+use linkwright_mechanics::analyses::kinematics::warn_of_motion;
 use linkwright_mechanics::constraint_rank::redundant_constraints;
 use linkwright_mechanics::derivatives::adjoint::{AdjointFunctional, differentiate_explicitly_backwards};
 use linkwright_mechanics::derivatives::forward::explicit::differentiate_explicitly;
@@ -410,4 +411,95 @@ fn the_arms_of_a_governor_settle_at_their_angle() {
         assert!((series[0] - 0.5).abs() < 1e-12 && (series[1] - expected).abs() < 1e-7);
     }
     assert!(expected < FRAC_PI_2);
+}
+
+/// Bennett's linkage: four bars of the lengths a, b, a, b whose hinges are twisted by α, β, α, β, with a/sin α = b/sin β. It has
+/// three redundant constraints. The angles θ and φ of the hinges satisfy tan θ/2 tan φ/2 = sin ½(β + α)/sin ½(β − α).
+struct Bennett {
+    bars: [(f64, f64); 2],
+}
+
+impl Bennett {
+    const START: f64 = PI / 3.0;
+
+    fn new(twists: [f64; 2]) -> Self {
+        let [alpha, beta] = twists;
+        Self { bars: [(0.2, alpha), (0.2 * beta.sin() / alpha.sin(), beta)] }
+    }
+
+    /// Positions and axes of the hinges at the angle θ, in axes fixed to the bar that is the ground.
+    fn hinges(&self, theta: f64) -> [[[f64; 3]; 2]; 4] {
+        let [(a, alpha), (b, beta)] = self.bars;
+        let ratio = (0.5 * (beta + alpha)).sin() / (0.5 * (beta - alpha)).sin();
+        let phi = 2.0 * (ratio * (0.5 * theta).cos()).atan2((0.5 * theta).sin());
+        let (mut turned, mut origin) = (Rotation::identity(), [0.0; 3]);
+        let mut hinges = [[origin, [0.0, 0.0, 1.0]]; 4];
+        for (k, (angle, length, twist)) in
+            [(theta, a, alpha), (phi, b, beta), (-theta, a, alpha)].into_iter().enumerate()
+        {
+            turned = turned.then(Rotation::about_z(angle));
+            let bar = turned.rotate([length, 0.0, 0.0]);
+            origin = std::array::from_fn(|i| origin[i] + bar[i]);
+            turned = turned.then(Rotation::about_x(twist));
+            hinges[k + 1] = [origin, turned.rotate([0.0, 0.0, 1.0])];
+        }
+        hinges
+    }
+
+    /// The linkage with θ = π/3 + t, and the place of the third hinge as its output.
+    fn driven(&self) -> Mechanism<f64> {
+        let mut m = Mechanism::with_gravity3([0.0, 0.0, -9.81]);
+        let ground = m.ground3();
+        let hinges = self.hinges(Self::START);
+        let mut before = (ground, [0.0; 3]);
+        for k in 0..3 {
+            let [middle, axis] = hinges[k];
+            let bar = m.body3(&format!("bar {k}"), MassProperties3::principal(1.0, [0.01; 3]), Pose3::at(middle));
+            let at = |(body, origin): (Body3, [f64; 3]), [point, axis]: [[f64; 3]; 2]| {
+                body.at(std::array::from_fn(|i| point[i] - origin[i])).with_z(axis)
+            };
+            m.revolute3(&format!("hinge {k}"), at(before, hinges[k]), at((bar, middle), [middle, axis]));
+            match k {
+                0 => {
+                    let ends = [at((ground, [0.0; 3]), hinges[0]), at((bar, middle), hinges[0])];
+                    m.drive_angle("motor", ends[0], ends[1], ConstantSpeed, &[0.0, 1.0]);
+                }
+                1 => {
+                    let sensor = m.sensor3("third hinge", at((bar, middle), hinges[2]));
+                    watch(&mut m, sensor, &["x", "y", "z"]).unwrap();
+                }
+                _ => {
+                    m.revolute3("hinge 3", at((bar, middle), hinges[3]), at((ground, [0.0; 3]), hinges[3]));
+                }
+            }
+            before = (bar, middle);
+        }
+        m
+    }
+}
+
+/// The constraints that are independent at the start depend on each other at other angles, which are no singular positions.
+///
+/// # Sources
+/// Bennett, *Engineering* 76 (1903) 777–778: the linkage, its ratio of lengths and the relation of its angles.
+#[test]
+fn bennetts_linkage_turns_without_singular_positions() {
+    for twists in [[40.0, 70.0], [25.0, 120.0], [60.0, 100.0], [75.0, 30.0]] {
+        let linkage = Bennett::new(twists.map(f64::to_radians));
+        let m = linkage.driven();
+        for intervals in [12, 37, 60] {
+            let at: Vec<f64> = (0..=intervals).map(|k| 2.0 * PI * f64::from(k) / f64::from(intervals)).collect();
+            let found = kinematics(&m, Assembly::default(), &at).unwrap();
+            for (p, t) in at.iter().enumerate() {
+                let expected = linkage.hinges(Bennett::START + t)[2][0];
+                let error = (0..3).map(|i| (found[i][p] - expected[i]).abs()).fold(0.0, f64::max);
+                assert!(error < 1e-10, "{twists:?}, {intervals} intervals, t = {t}: {error:e}");
+            }
+            assert_eq!(
+                warn_of_motion(&m, &Assembly::default(), &at),
+                Vec::<String>::new(),
+                "{twists:?}, {intervals} intervals"
+            );
+        }
+    }
 }
