@@ -268,7 +268,8 @@ fn a_spring_between_points_that_coincide_is_told() {
     }
 }
 
-/// Two links at a right angle that a joint holds at `angle`: at another angle both turn, as positions of the model are estimates.
+/// Two links at a right angle that a joint holds at `angle`: at another angle both turn, as positions of the model are estimates. In line, the
+/// distance Σ (q − q_guess)² from the guess is least at 3.5 sin θ − 1.5 cos θ + 4 θ = π.
 #[test]
 fn positions_that_do_not_fit_the_joints_are_told() {
     let links = |angle: &str, more: &str, configuration: &str| {

@@ -8,7 +8,8 @@ use crate::mechanism::vector::norm;
 use crate::system::System;
 use crate::system::state::State;
 
-/// Change of a position, in extents of the mechanism, or of an angle in rad, from which on the assembly is told.
+/// Change of a position, in extents of the mechanism, or of an angle in rad, from which on the assembly is told. The
+/// rounded and estimated positions of all shipped models are nearer.
 const FAR: f64 = 0.1;
 
 /// Warning about positions of the model that the joints do not allow, if the assembled `start` is far from them. It names coordinates
