@@ -27,7 +27,7 @@ const LEAST: f64 = 1e-4;
 /// loss, in units of the objective, above which a confirmation ends at another design.
 const CLEAR_GAIN: f64 = 0.01;
 /// Fraction of the accuracy by which the end of a confirmation must be better to become the end of the run.
-const ADOPTED: f64 = 0.01;
+const ADOPTED: f64 = 1e-3;
 /// Relative step of a variable below which it counts as unchanged.
 const NO_STEP: f64 = 1e-12;
 /// Range of the objective over a run, relative to the objective, below which the objective may consist mainly of a constant.
@@ -63,9 +63,10 @@ impl Confirmation {
         is_confirmed.then_some(self.status)
     }
 
-    /// True if the design that was found is better by more than a part of the accuracy, and violates no constraint more.
+    /// True if the design that was found is better by more than a part of the accuracy, and violates no constraint more, up to that part.
     fn is_better(&self, accuracy: f64) -> bool {
-        self.from - self.objective > ADOPTED * accuracy * self.unit && self.violation <= self.violation_before
+        let part = ADOPTED * accuracy;
+        self.from - self.objective > part * self.unit && self.violation <= self.violation_before.max(100.0 * part)
     }
 
     /// Its result in words, for a run that ends with this verdict.

@@ -173,7 +173,7 @@ impl CycleContext<'_> {
             changes.filter = FilterChange::Clear;
             let is_stationary = purpose == Purpose::Displacement && self.violation > 0.0;
             changes.displaced_from = is_stationary.then(|| self.state.evaluation.violations());
-        } else if missed.is_empty() && !matches!(purpose, Purpose::Curvature | Purpose::Flat) {
+        } else if missed.is_empty() && !matches!(purpose, Purpose::Curvature | Purpose::Flat | Purpose::Bound) {
             widths_after_rejection(widths, &step, analyzed.is_some() && memory.rejections == 0);
             changes.rejections = RejectionChange::Add(analyzed.map(|a| self.rejected_point(a)));
         }
@@ -209,7 +209,7 @@ impl CycleContext<'_> {
                 let filter = entries.map(|e| DesignMerit::new(e.objective, &e.violations, &self.units));
                 self.acceptance_test(proposal, analyzed).decide(filter)
             }
-            Purpose::Curvature | Purpose::Flat => {
+            Purpose::Curvature | Purpose::Flat | Purpose::Bound => {
                 // With the peak that was found as its bound, no row of a peak would be violated.
                 let refutes = |a: &AnalyzedDesign| self.refutes_minimum(proposal, a) && !self.is_much_worse(a);
                 accept_if(match self.problem.objective.peak() {

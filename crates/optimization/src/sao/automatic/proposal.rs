@@ -25,6 +25,8 @@ pub(super) enum Purpose {
     Curvature,
     /// To move along directions of zero curvature, at whose end a better design may be; accepted if the Lagrangian does not increase.
     Flat,
+    /// To move variables to bounds that are near, where rows may have other slopes; accepted if the Lagrangian does not increase.
+    Bound,
     /// To leave a stationary point or to move a variable on which no function depends; accepted for any prediction.
     Displacement,
     /// To go back from a stationary violation to the best feasible design of the run; always accepted.

@@ -31,14 +31,33 @@ const SHORTER: f64 = 0.01;
 const SHORTEST: f64 = 10.0 * NO_EFFECT;
 /// Decrease of the objective that a longer step must predict, as a multiple of the noise.
 const ABOVE_NOISE: f64 = 1e6;
-/// Largest number of steps at a design that determine a curvature, and of those in directions in which no step was made.
-const MAX_STEPS: usize = 3;
-const MAX_NEW_DIRECTIONS: usize = 2;
-/// Number of curvature trials at a design: those above and two in directions of zero curvature. A second design is checked if such a
-/// direction led to it.
-const TRIALS_PER_DESIGN: usize = MAX_STEPS + 2;
+/// Distance from a bound in lengths within which a step to the bound is tried.
+const CLOSE: f64 = 0.01;
+/// Largest norm of the part of a unit direction orthogonal to the trial steps for which the direction has been tried.
+const TRIED: f64 = 0.5;
 
-/// The next trial step to learn more about the curvature.
+/// Limits of the numbers of trial steps.
+struct TrialLimits {
+    /// Largest number of steps at a design that determine a curvature.
+    steps: usize,
+    /// Largest number of those in directions in which no step was made.
+    new_directions: usize,
+}
+
+/// A run that has found its end by its own steps.
+const USUAL: TrialLimits = TrialLimits { steps: 3, new_directions: 2 };
+/// A confirmation of the end of another method, whose steps may have few directions.
+const OF_CONFIRMATION: TrialLimits = TrialLimits { steps: 10, new_directions: 8 };
+
+impl TrialLimits {
+    /// Number of curvature trials at a design: those above and two in directions of zero curvature. A second design is checked if such
+    /// a direction led to it.
+    fn trials_per_design(&self) -> usize {
+        self.steps + 2
+    }
+}
+
+/// A trial step to learn more about the curvature.
 struct CurvatureTrial {
     direction: DVector<f64>,
     purpose: Purpose,
@@ -47,12 +66,13 @@ struct CurvatureTrial {
 }
 
 impl TangentSpace<'_> {
-    /// The next trial step; `None` if the known curvatures are positive.
-    fn next_trial(&self) -> Option<CurvatureTrial> {
+    /// Possible next trial steps, the most informative first; none if the known curvatures are positive.
+    fn trials(&self) -> Vec<CurvatureTrial> {
         let tangent = self.basis();
         if tangent.is_empty() {
-            return None;
+            return vec![];
         }
+        let limits = self.context.trial_limits();
         let trial = |direction| CurvatureTrial { direction, purpose: Purpose::Curvature, equilibrated: None };
         let known =
             if self.has_known_hessian() { tangent.clone() } else { self.step_directions(&self.strongly_active, true) };
@@ -64,27 +84,40 @@ impl TangentSpace<'_> {
             |direction: &DVector<f64>| orthogonal_part(&conjugate(direction, &pairs), &self.strongly_active);
         let too_long = self.num_too_long();
         let trials = self.context.trials_at_design() - too_long;
-        if is_partly_unknown && trials == 0 && too_long < MAX_STEPS {
-            return Some(trial(among_unknown(&generic_combination(&unknown))));
+        if is_partly_unknown && trials == 0 && too_long < limits.steps {
+            return vec![trial(among_unknown(&generic_combination(&unknown)))];
         }
-        let NonpositiveCurvature { directions, has_negative, equilibrated } =
-            self.nonpositive_curvature(if is_partly_unknown { &known } else { &tangent }, &pairs)?;
-        if let Some((direction, curvature)) = equilibrated.filter(|_| trials < MAX_STEPS) {
-            return Some(CurvatureTrial { equilibrated: Some(curvature), ..trial(direction) });
-        }
-        if is_partly_unknown && !has_negative {
-            let coupled = (trials < MAX_NEW_DIRECTIONS).then(|| coupled_direction(&unknown, &pairs)).flatten();
-            return coupled.map(|direction| trial(among_unknown(&direction)));
-        }
-        // One direction at a time.
-        let next = if has_negative { 0 } else { trials };
-        if let (Some(direction), true) = (directions.get(next), trials < MAX_STEPS) {
-            return Some(trial(direction.clone()));
-        }
+        let determined = if is_partly_unknown { &known } else { &tangent };
+        let Some(NonpositiveCurvature { directions, has_negative, equilibrated, uncertain }) =
+            self.nonpositive_curvature(determined, &pairs)
+        else {
+            return vec![];
+        };
+        let is_conclusive = has_negative || !is_partly_unknown;
+        let may_determine = trials < limits.steps;
+        let may_be_new = !is_conclusive && trials < limits.new_directions;
+        let coupled = may_be_new.then(|| coupled_direction(&unknown, &pairs)).flatten();
+        let coupled = coupled.map(|direction| trial(among_unknown(&direction)));
+        let of_equilibrated =
+            |(direction, curvature)| CurvatureTrial { equilibrated: Some(curvature), ..trial(direction) };
+        let equilibrated = equilibrated.filter(|_| may_determine).map(of_equilibrated);
+        let tried = self.trial_directions();
+        let is_untried = |direction: &DVector<f64>| orthogonal_part(direction, &tried).norm() > TRIED;
+        let uncertain = if self.context.confirms() { uncertain } else { vec![] };
+        let untried = directions.iter().cloned().chain(uncertain).filter(is_untried).map(trial);
+        let untried = untried.filter(|_| is_conclusive && may_determine);
         // Rows at fixed times do not show the motion of peaks.
         let is_over_time = |row: &RowId| self.context.problem.constraints[row.constraint].quantity.is_transient();
-        let is_known = !directions.is_empty() && !self.context.linearized.rows.iter().any(is_over_time);
-        is_known.then(|| CurvatureTrial { purpose: Purpose::Flat, ..trial(generic_combination(&directions)) })
+        let is_flat = !directions.is_empty() && !self.context.linearized.rows.iter().any(is_over_time);
+        let flat = (is_conclusive && is_flat)
+            .then(|| CurvatureTrial { purpose: Purpose::Flat, ..trial(generic_combination(&directions)) });
+        equilibrated.into_iter().chain(coupled).chain(untried).chain(flat).collect()
+    }
+
+    /// An orthonormal basis of the trial steps at the design that have determined a curvature.
+    fn trial_directions(&self) -> Vec<DVector<f64>> {
+        let trials = self.context.memory.points.windows(2).rev().take(self.context.trials_at_design());
+        orthonormal(trials.filter(|ends| self.shows_local_curvature(ends)).map(|ends| self.step_between(ends)))
     }
 
     /// Number of the last curvature trials that were too long to determine the curvature.
@@ -135,7 +168,8 @@ impl CycleContext<'_> {
         let is_new = |trial: &Proposal| !self.was_rejected(&trial.design);
         let may_improve = !has_settled && self.memory.rejections == 0;
         let improvement = may_improve.then(|| self.step_in_new_direction(&tangent, &descent)).flatten();
-        improvement.or_else(|| self.curvature_step(&tangent, &descent)).filter(is_new)
+        let next = improvement.filter(is_new).or_else(|| self.step_to_bounds(&tangent).filter(is_new));
+        next.or_else(|| self.curvature_step(&tangent, &descent))
     }
 
     /// True for a design that was proposed at the current one and rejected.
@@ -161,12 +195,30 @@ impl CycleContext<'_> {
         })
     }
 
-    /// The next curvature trial, with the sign and size of its step.
-    fn curvature_step(&self, tangent: &TangentSpace, descent: &DVector<f64>) -> Option<Proposal> {
-        if self.memory.curvature_trials >= 2 * TRIALS_PER_DESIGN {
+    /// A step of the variables near a bound to it, if their slopes are negligible, at the beginning of a confirmation; `None` if there are
+    /// none. A method may only approach a bound where the design is no optimum any more: the slope of a row such as x₁x₂ ≤ 0 vanishes there.
+    fn step_to_bounds(&self, tangent: &TangentSpace) -> Option<Proposal> {
+        if !self.confirms() || self.memory.points.iter().any(|point| point.is_displaced) {
             return None;
         }
-        let CurvatureTrial { direction, purpose, equilibrated } = tangent.next_trial()?;
+        let (design, flat) = (&self.state.design, FLAT * self.units.objective_range);
+        let to: Vec<f64> = (0..self.n()).map(|j| tangent.near_bound(j, CLOSE, flat).unwrap_or(design[j])).collect();
+        let region = || self.sides(&self.units.lengths);
+        (to != *design).then(|| self.with_linear_prediction(to, region(), Purpose::Bound))
+    }
+
+    /// The next curvature trial, with the sign and size of its step.
+    fn curvature_step(&self, tangent: &TangentSpace, descent: &DVector<f64>) -> Option<Proposal> {
+        if self.memory.curvature_trials >= 2 * self.trial_limits().trials_per_design() {
+            return None;
+        }
+        let mut proposals = tangent.trials().into_iter().map(|trial| self.trial_step(tangent, descent, trial));
+        proposals.find(|trial| !self.was_rejected(&trial.design))
+    }
+
+    /// The step of a trial, with its sign and size.
+    fn trial_step(&self, tangent: &TangentSpace, descent: &DVector<f64>, trial: CurvatureTrial) -> Proposal {
+        let CurvatureTrial { direction, purpose, equilibrated } = trial;
         let noise = tangent.negligible.max(f64::EPSILON * self.units.objective_range);
         let too_long = tangent.num_too_long();
         // At a point of inflection, the Lagrangian decreases on one side only.
@@ -188,7 +240,7 @@ impl CycleContext<'_> {
         let size = (step / direction.amax()).max(least_size).copysign(sign);
         let box_size = (size.abs() * direction.amax()).max(1.0);
         let widths: Vec<f64> = self.units.lengths.iter().map(|l| l * box_size).collect();
-        Some(self.step_along(&direction, size, &widths, purpose))
+        self.step_along(&direction, size, &widths, purpose)
     }
 
     /// A step of `size` times a direction in lengths, inside a box and the bounds; backwards if they shorten it much less there.
@@ -204,26 +256,38 @@ impl CycleContext<'_> {
         self.with_linear_prediction(if is_shorter { backwards } else { forwards }, region, purpose)
     }
 
+    /// True if this run confirms the end of another method.
+    pub(super) fn confirms(&self) -> bool {
+        self.memory.tolerance > 0.0
+    }
+
+    fn trial_limits(&self) -> TrialLimits {
+        if self.confirms() { OF_CONFIRMATION } else { USUAL }
+    }
+
     /// Number of curvature trials at the current design.
     fn trials_at_design(&self) -> usize {
-        self.memory.curvature_trials % TRIALS_PER_DESIGN
+        self.memory.curvature_trials % self.trial_limits().trials_per_design()
     }
 
     /// Number of curvature trials after this one. Steps in directions of zero curvature, forwards and backwards, are the last ones of the
     /// run, unless the first of them is accepted: the design there is checked as well.
     pub(super) fn curvature_trials_after(&self, purpose: Purpose, is_accepted: bool) -> usize {
+        let per_design = self.trial_limits().trials_per_design();
         match purpose {
             Purpose::Curvature => self.memory.curvature_trials + 1,
-            Purpose::Flat if is_accepted && self.memory.curvature_trials < TRIALS_PER_DESIGN => TRIALS_PER_DESIGN,
-            Purpose::Flat if self.is_reversed_flat_step() || is_accepted => 2 * TRIALS_PER_DESIGN,
-            Purpose::Flat => 2 * TRIALS_PER_DESIGN - 1,
-            Purpose::Improvement | Purpose::Displacement | Purpose::Return => self.memory.curvature_trials,
+            Purpose::Flat if is_accepted && self.memory.curvature_trials < per_design => per_design,
+            Purpose::Flat if self.is_reversed_flat_step() || is_accepted => 2 * per_design,
+            Purpose::Flat => 2 * per_design - 1,
+            Purpose::Improvement | Purpose::Displacement | Purpose::Return | Purpose::Bound => {
+                self.memory.curvature_trials
+            }
         }
     }
 
     /// True if the step in directions of zero curvature was rejected, so that its reverse is next.
     fn is_reversed_flat_step(&self) -> bool {
-        self.memory.curvature_trials == 2 * TRIALS_PER_DESIGN - 1
+        self.memory.curvature_trials == 2 * self.trial_limits().trials_per_design() - 1
     }
 
     /// True if the derivatives at a proposal determine the curvature here: it is at most one length away.
@@ -231,22 +295,27 @@ impl CycleContext<'_> {
         let is_meant = match proposal.purpose {
             Purpose::Curvature => true,
             Purpose::Displacement => self.is_flat_start(),
-            Purpose::Improvement | Purpose::Flat | Purpose::Return => false,
+            Purpose::Improvement | Purpose::Flat | Purpose::Return | Purpose::Bound => false,
         };
         let steps = proposal.design.iter().zip(&self.state.design).zip(&self.units.lengths);
         is_meant && { steps }.all(|((to, from), length)| (to - from).abs() <= *length)
     }
 
     /// True if a curvature trial shows that the current design is no minimum: the Lagrangian is smaller there, and no inequality
-    /// without a multiplier is violated there. After a step in directions of zero curvature, it suffices that the Lagrangian has hardly
+    /// without a multiplier is violated there. After a step in directions of zero curvature or to bounds, it suffices that the Lagrangian has hardly
     /// increased: other rows may be active there.
     pub(super) fn refutes_minimum(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> bool {
         let multipliers = &proposal.solution.multipliers;
         let there = self.observed_lagrangian(proposal, analyzed, None).map_or(f64::INFINITY, |l| l.value);
         let rows: f64 = multipliers.iter().zip(&self.linearized.c).map(|(λ, c)| λ * c).sum();
         let here = self.state.evaluation.objective + rows;
-        if proposal.purpose == Purpose::Flat {
-            return there < here + FLAT * spread(self.objectives().into_iter());
+        let range = match proposal.purpose {
+            Purpose::Bound => Some(self.units.objective_range),
+            Purpose::Flat => Some(spread(self.objectives().into_iter())),
+            _ => None,
+        };
+        if let Some(range) = range {
+            return there < here + FLAT * range;
         }
         let is_without_multiplier = |i: &usize| multipliers[*i] == 0.0 && !self.linearized.equality[*i];
         let violation = |i: usize| {

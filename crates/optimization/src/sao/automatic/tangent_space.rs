@@ -29,6 +29,8 @@ const LOCAL: f64 = 0.3;
 const LONG: f64 = 0.9;
 /// Least positive curvature, relative to the largest one.
 pub(super) const FLAT: f64 = 1e-6;
+/// Positive curvature, relative to the largest entry of a quasi-Newton matrix, up to which it is uncertain.
+const UNCERTAIN: f64 = 1e-3;
 /// Least magnitude of a negative curvature of an equilibrated matrix.
 const NEGATIVE: f64 = 0.1;
 /// Number of sweeps of equilibration: each halves the orders of magnitude between the rows.
@@ -86,6 +88,17 @@ impl<'a> TangentSpace<'a> {
         distance > NEAR_BOUND * length
     }
 
+    /// The bound of a variable that is not at it, but within this distance in lengths, and up to which its slope changes the Lagrangian by no
+    /// more than `change`.
+    pub fn near_bound(&self, j: usize, distance: f64, change: f64) -> Option<f64> {
+        let (variable, value) = (&self.context.problem.variables[j], self.context.state.design[j]);
+        let is_near = |bound: &f64| {
+            let step = (bound - value).abs();
+            step <= distance * self.context.units.lengths[j] && (self.gradient[j] * step).abs() <= change
+        };
+        [variable.lower, variable.upper].into_iter().find(is_near)
+    }
+
     /// A vector with these components for the free variables, and zeros for the others.
     fn of_free_variables(&self, component: impl Fn(usize) -> f64) -> DVector<f64> {
         DVector::from_fn(self.context.n(), |j, _| if self.is_free(j) { component(j) } else { 0.0 })
@@ -119,15 +132,19 @@ impl<'a> TangentSpace<'a> {
     /// An orthonormal basis of the steps of the run without their components along the orthonormal `normals`; if `are_local`, only of
     /// those along which the curvature represents that at the design.
     pub fn step_directions(&self, normals: &[DVector<f64>], are_local: bool) -> Vec<DVector<f64>> {
-        let (points, lengths) = (&self.context.memory.points, &self.context.units.lengths);
-        let step =
-            |ends: &[AcceptedPoint]| self.of_free_variables(|j| (ends[1].design[j] - ends[0].design[j]) / lengths[j]);
+        let points = &self.context.memory.points;
         let is_meant = |ends: &&[AcceptedPoint]| !are_local || self.shows_local_curvature(ends);
         let tangential = |step: DVector<f64>| {
             let rest = orthogonal_part(&step, normals);
             (has_effect(&step) && rest.norm() > INDEPENDENT * step.norm()).then_some(rest)
         };
-        orthonormal(points.windows(2).filter(is_meant).map(step).filter_map(tangential))
+        orthonormal(points.windows(2).filter(is_meant).map(|ends| self.step_between(ends)).filter_map(tangential))
+    }
+
+    /// The step between two designs over the free variables.
+    pub fn step_between(&self, ends: &[AcceptedPoint]) -> DVector<f64> {
+        let lengths = &self.context.units.lengths;
+        self.of_free_variables(|j| (ends[1].design[j] - ends[0].design[j]) / lengths[j])
     }
 
     /// The steps of the run and the changes of ∂L/∂b along them.
@@ -183,9 +200,9 @@ impl<'a> TangentSpace<'a> {
             })
     }
 
-    /// The Hessian of the Lagrangian on orthonormal directions that the steps have determined. `None` before a step that
-    /// determines a curvature.
-    fn reduced_hessian(&self, directions: &[DVector<f64>], pairs: &[SecantPair]) -> Option<DMatrix<f64>> {
+    /// The Hessian of the Lagrangian on orthonormal directions that the steps have determined, and the largest entry of the whole Hessian.
+    /// `None` before a step that determines a curvature.
+    fn reduced_hessian(&self, directions: &[DVector<f64>], pairs: &[SecantPair]) -> Option<(DMatrix<f64>, f64)> {
         let n = self.context.n();
         let of_numbers = if self.has_known_hessian() { Some(DMatrix::zeros(n, n)) } else { sr1(pairs) };
         let hessian = of_numbers.filter(|_| !directions.is_empty())? + &self.explicit_hessian;
@@ -194,7 +211,7 @@ impl<'a> TangentSpace<'a> {
             let rounding = ROUNDING * directions[i].abs().dot(&(&sizes * directions[k].abs()));
             Some(directions[i].dot(&(&hessian * &directions[k]))).filter(|c| c.abs() > rounding).unwrap_or(0.0)
         };
-        Some(DMatrix::from_fn(directions.len(), directions.len(), between))
+        Some((DMatrix::from_fn(directions.len(), directions.len(), between), sizes.amax()))
     }
 
     /// The combinations of orthonormal directions in which no step has shown a positive curvature.
@@ -203,7 +220,7 @@ impl<'a> TangentSpace<'a> {
         directions: &[DVector<f64>],
         pairs: &[SecantPair],
     ) -> Option<NonpositiveCurvature> {
-        let hessian = self.reduced_hessian(directions, pairs)?;
+        let (hessian, scale) = self.reduced_hessian(directions, pairs)?;
         let equilibrated = equilibrated_negative_curvature(&hessian)
             .map(|(weights, curvature)| (linear_combination(directions, weights.iter().copied()), curvature));
         let eigen = hessian.symmetric_eigen();
@@ -213,10 +230,16 @@ impl<'a> TangentSpace<'a> {
         let mut found: Vec<usize> = (0..directions.len()).filter(|&k| eigen.eigenvalues[k] <= positive).collect();
         found.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
         let has_negative = found.first().is_some_and(|&k| eigen.eigenvalues[k] < -positive);
+        let is_uncertain = |k: &usize| {
+            let curvature = eigen.eigenvalues[*k];
+            !self.has_known_hessian() && curvature > positive && curvature <= UNCERTAIN * scale
+        };
+        let uncertain: Vec<usize> = (0..directions.len()).filter(is_uncertain).collect();
         let direction = |k: usize| linear_combination(directions, eigen.eigenvectors.column(k).iter().copied());
         let equilibrated = equilibrated.filter(|_| !has_negative);
         Some(NonpositiveCurvature {
             directions: found.into_iter().map(direction).collect(),
+            uncertain: uncertain.into_iter().map(direction).collect(),
             has_negative,
             equilibrated,
         })
@@ -239,6 +262,8 @@ impl<'a> TangentSpace<'a> {
 pub(super) struct NonpositiveCurvature {
     /// The least curvature first.
     pub directions: Vec<DVector<f64>>,
+    /// Directions of positive curvatures that are small compared with the largest entry of the Hessian.
+    pub uncertain: Vec<DVector<f64>>,
     /// True if the least curvature is negative.
     pub has_negative: bool,
     /// A direction of negative curvature that only the equilibrated matrix shows, and its curvature over the lengths, where it is
@@ -285,7 +310,10 @@ pub(super) fn conjugate(direction: &DVector<f64>, pairs: &[SecantPair]) -> DVect
     let largest = svd.singular_values.amax();
     let weights =
         svd.solve(&along, INDEPENDENT * INDEPENDENT * largest).unwrap_or_else(|_| DVector::zeros(pairs.len()));
-    pairs.iter().zip(weights.iter()).fold(direction.clone(), |rest, ([step, _], &weight)| rest - step * weight)
+    let conjugate =
+        pairs.iter().zip(weights.iter()).fold(direction.clone(), |rest, ([step, _], &weight)| rest - step * weight);
+    // Steps along which the gradient has hardly changed have meaningless weights.
+    if conjugate.norm() * INDEPENDENT > direction.norm() { direction.clone() } else { conjugate }
 }
 
 /// An orthonormal basis of the span of the vectors.
