@@ -33,8 +33,8 @@ const SHORTEST: f64 = 10.0 * NO_EFFECT;
 const ABOVE_NOISE: f64 = 1e6;
 /// Distance from a bound in lengths within which a step to the bound is tried.
 const CLOSE: f64 = 0.01;
-/// Largest norm of the part of a unit direction orthogonal to the trial steps for which the direction has been tried.
-const TRIED: f64 = 0.5;
+/// Least cosine between a direction and a step for which the step has tried the direction.
+const TRIED: f64 = 0.9;
 
 /// Limits of the numbers of trial steps.
 struct TrialLimits {
@@ -101,8 +101,8 @@ impl TangentSpace<'_> {
         let of_equilibrated =
             |(direction, curvature)| CurvatureTrial { equilibrated: Some(curvature), ..trial(direction) };
         let equilibrated = equilibrated.filter(|_| may_determine).map(of_equilibrated);
-        let tried = self.trial_directions();
-        let is_untried = |direction: &DVector<f64>| orthogonal_part(direction, &tried).norm() > TRIED;
+        let tried = self.tried_directions(self.context.trials_at_design());
+        let is_untried = |direction: &DVector<f64>| tried.iter().all(|step| step.dot(direction).abs() < TRIED);
         let uncertain = if self.context.confirms() { uncertain } else { vec![] };
         let untried = directions.iter().cloned().chain(uncertain).filter(is_untried).map(trial);
         let untried = untried.filter(|_| is_conclusive && may_determine);
@@ -114,16 +114,10 @@ impl TangentSpace<'_> {
         equilibrated.into_iter().chain(coupled).chain(untried).chain(flat).collect()
     }
 
-    /// An orthonormal basis of the trial steps at the design that have determined a curvature.
-    fn trial_directions(&self) -> Vec<DVector<f64>> {
-        let trials = self.context.memory.points.windows(2).rev().take(self.context.trials_at_design());
-        orthonormal(trials.filter(|ends| self.shows_local_curvature(ends)).map(|ends| self.step_between(ends)))
-    }
-
     /// Number of the last curvature trials that were too long to determine the curvature.
     fn num_too_long(&self) -> usize {
         let last = self.context.memory.points.windows(2).rev().take(self.context.trials_at_design());
-        last.filter(|ends| !self.shows_local_curvature(ends)).count()
+        last.filter(|ends| !self.shows_local_curvature([&ends[0], &ends[1]])).count()
     }
 
     /// The size of a step along a direction whose predicted effect is far above the noise; zero if the effect cannot be predicted.

@@ -133,18 +133,31 @@ impl<'a> TangentSpace<'a> {
     /// those along which the curvature represents that at the design.
     pub fn step_directions(&self, normals: &[DVector<f64>], are_local: bool) -> Vec<DVector<f64>> {
         let points = &self.context.memory.points;
-        let is_meant = |ends: &&[AcceptedPoint]| !are_local || self.shows_local_curvature(ends);
+        let is_meant = |ends: &&[AcceptedPoint]| !are_local || self.shows_local_curvature([&ends[0], &ends[1]]);
         let tangential = |step: DVector<f64>| {
             let rest = orthogonal_part(&step, normals);
             (has_effect(&step) && rest.norm() > INDEPENDENT * step.norm()).then_some(rest)
         };
-        orthonormal(points.windows(2).filter(is_meant).map(|ends| self.step_between(ends)).filter_map(tangential))
+        let step = |ends: &[AcceptedPoint]| self.step_between([&ends[0], &ends[1]]);
+        orthonormal(points.windows(2).filter(is_meant).map(step).filter_map(tangential))
+    }
+
+    /// The unit vectors from the current design to its last `count` trial designs, if the curvature along them represents that at the design, and
+    /// to those from which the run has come back.
+    pub fn tried_directions(&self, count: usize) -> Vec<DVector<f64>> {
+        let (points, here) = (&self.context.memory.points, self.context.current());
+        let first = (points.len() - 1).saturating_sub(count);
+        let is_meant = |(k, to): &(usize, &AcceptedPoint)| {
+            to.is_displaced || (*k >= first && self.shows_local_curvature([to, here]))
+        };
+        let steps = points.iter().enumerate().filter(is_meant).map(|(_, to)| self.step_between([here, to]));
+        steps.filter(has_effect).map(|step| step.normalize()).collect()
     }
 
     /// The step between two designs over the free variables.
-    pub fn step_between(&self, ends: &[AcceptedPoint]) -> DVector<f64> {
+    fn step_between(&self, [from, to]: [&AcceptedPoint; 2]) -> DVector<f64> {
         let lengths = &self.context.units.lengths;
-        self.of_free_variables(|j| (ends[1].design[j] - ends[0].design[j]) / lengths[j])
+        self.of_free_variables(|j| (to.design[j] - from.design[j]) / lengths[j])
     }
 
     /// The steps of the run and the changes of ∂L/∂b along them.
@@ -158,15 +171,16 @@ impl<'a> TangentSpace<'a> {
     pub fn local_secant_pairs(&self) -> Vec<SecantPair> {
         let pairs = self.context.lagrangian_steps(&self.weights).into_iter();
         let steps = pairs.zip(self.context.memory.points.windows(2));
-        let is_local =
-            |([step, _], ends): &(SecantPair, &[AcceptedPoint])| has_effect(step) && self.shows_local_curvature(ends);
+        let is_local = |([step, _], ends): &(SecantPair, &[AcceptedPoint])| {
+            has_effect(step) && self.shows_local_curvature([&ends[0], &ends[1]])
+        };
         steps.filter(is_local).map(|(pair, _)| pair).collect()
     }
 
     /// True for a step along which the curvature, if it changes linearly, has the same sign at both ends: the change of the Lagrangian
     /// agrees with its slopes at both ends, up to a fraction of the effect of their difference. False for a step that is long in
     /// several variables, along which other changes of the curvature can cancel out.
-    pub fn shows_local_curvature(&self, ends: &[AcceptedPoint]) -> bool {
+    pub fn shows_local_curvature(&self, ends: [&AcceptedPoint; 2]) -> bool {
         let lengths = &self.context.units.lengths;
         let is_long = |j: &usize| (ends[1].design[*j] - ends[0].design[*j]).abs() > LONG * lengths[*j];
         if (0..lengths.len()).filter(is_long).count() > 1 {
