@@ -66,7 +66,7 @@ struct CurvatureTrial {
 }
 
 impl TangentSpace<'_> {
-    /// Possible next trial steps, the most informative first; none if the known curvatures are positive.
+    /// Possible next trial steps, the preferred one first; none if the known curvatures are positive.
     fn trials(&self) -> Vec<CurvatureTrial> {
         let tangent = self.basis();
         if tangent.is_empty() {
@@ -189,8 +189,9 @@ impl CycleContext<'_> {
         })
     }
 
-    /// A step of the variables near a bound to it, if their slopes are negligible, at the beginning of a confirmation; `None` if there are
-    /// none. A method may only approach a bound where the design is no optimum any more: the slope of a row such as x₁x₂ ≤ 0 vanishes there.
+    /// A step that moves variables near their bounds to them, if their slopes are negligible, in a confirmation before any other trial was
+    /// accepted; `None` if there are no such variables. Some methods approach bounds without reaching them. The design at the bound may be no
+    /// optimum: the slope of a row such as x₁x₂ ≤ 0 by x₁ vanishes where x₂ = 0.
     fn step_to_bounds(&self, tangent: &TangentSpace) -> Option<Proposal> {
         if !self.confirms() || self.memory.points.iter().any(|point| point.is_displaced) {
             return None;
@@ -251,10 +252,11 @@ impl CycleContext<'_> {
     }
 
     /// True if this run confirms the end of another method.
-    pub(super) fn confirms(&self) -> bool {
+    fn confirms(&self) -> bool {
         self.memory.tolerance > 0.0
     }
 
+    /// The limits of the numbers of trial steps in this run.
     fn trial_limits(&self) -> TrialLimits {
         if self.confirms() { OF_CONFIRMATION } else { USUAL }
     }
@@ -296,8 +298,8 @@ impl CycleContext<'_> {
     }
 
     /// True if a curvature trial shows that the current design is no minimum: the Lagrangian is smaller there, and no inequality
-    /// without a multiplier is violated there. After a step in directions of zero curvature or to bounds, it suffices that the Lagrangian has hardly
-    /// increased: other rows may be active there.
+    /// without a multiplier is violated there. After a step in directions of zero curvature or to bounds, it suffices that the
+    /// Lagrangian has hardly increased: other rows may be active there, or rows may have other slopes.
     pub(super) fn refutes_minimum(&self, proposal: &Proposal, analyzed: &AnalyzedDesign) -> bool {
         let multipliers = &proposal.solution.multipliers;
         let there = self.observed_lagrangian(proposal, analyzed, None).map_or(f64::INFINITY, |l| l.value);
